@@ -1,0 +1,1 @@
+"""softact: from a YAML spec of a soft pneumatic actuator to its data sheet."""

@@ -1,0 +1,30 @@
+"""Errors that a user meets, each with the exit code that the command line promises."""
+
+
+class SoftactError(Exception):
+    """Base of every error that is told to the user in plain lines, without a traceback.
+
+    ``lines`` holds one line per fault; each says what is wrong, where, and what would be right.
+    """
+
+    exit_code = 2
+
+    def __init__(self, *lines: str):
+        self.lines = list(lines)
+        super().__init__("\n".join(lines))
+
+
+class SpecError(SoftactError):
+    """The spec or another input is wrong (exit 2)."""
+
+
+class MeshError(SoftactError):
+    """The mesh could not be made: gmsh failed, crashed or ran out of time (exit 3)."""
+
+    exit_code = 3
+
+
+class NoEquilibriumError(SoftactError):
+    """The solver found no further equilibrium; what was reached has been kept (exit 4)."""
+
+    exit_code = 4
