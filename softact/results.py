@@ -1,0 +1,340 @@
+"""The result folder: written increment by increment so that no moment of a run looks complete.
+
+``ResultsWriter`` is used by one process (rank 0). ``read`` gives the folder back to the report,
+to tests and to scripts. Every file but ``fields.h5`` is replaced in one step (temporary file,
+then rename); ``run.json`` says "incomplete" from the first moment to the last.
+"""
+
+import csv
+import io
+import json
+import math
+import os
+import shutil
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from softact.errors import SpecError
+from softact.geometry import Layout
+from softact.xdmf import Xdmf
+
+INCOMPLETE = "incomplete"
+COMPLETE = "complete"
+NO_EQUILIBRIUM = "no_equilibrium"
+
+#: Every file that softact itself puts into a result folder, ``run.json`` excepted.
+OWN_FILES = (
+    "spec.yaml",
+    "curve.csv",
+    "summary.csv",
+    "fields.xdmf",
+    "fields.h5",
+    "report.html",
+    "curve.png",
+    "states.png",
+    "shape.png",
+    "log.txt",
+)
+
+
+def write_atomic(path: Path, data: str | bytes) -> None:
+    """Replace ``path`` by ``data`` in one step: a reader sees the old file or the new one.
+
+    The data reach the disk before the name does, so that this holds after a power cut too.
+    """
+    path = Path(path)
+    temporary = path.with_name(f".{path.name}.tmp")
+    raw = data.encode() if isinstance(data, str) else data
+    with open(temporary, "wb") as file:
+        file.write(raw)
+        file.flush()
+        os.fsync(file.fileno())
+    os.replace(temporary, path)
+
+
+def csv_text(rows: Sequence[Mapping[str, float | str]]) -> str:
+    """CSV of ``rows``; columns in order of first appearance, numbers with all their digits.
+
+    A column that a row lacks is left empty in it.
+    """
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    out = io.StringIO()
+    table = csv.writer(out, lineterminator="\n")
+    table.writerow(columns)
+    for row in rows:
+        table.writerow([_cell(row.get(name, "")) for name in columns])
+    return out.getvalue()
+
+
+def _cell(value) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, bool | np.bool_):
+        return str(bool(value)).lower()
+    if isinstance(value, int | np.integer):
+        return str(int(value))
+    if isinstance(value, float | np.floating):
+        return repr(float(value))
+    return str(value)
+
+
+def json_text(data: Mapping) -> str:
+    """Strict JSON of ``data``: numpy values become plain ones, NaN and infinities null."""
+    return json.dumps(_plain(data), indent=2, allow_nan=False) + "\n"
+
+
+def _plain(value):
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple | set | np.ndarray):
+        return [_plain(item) for item in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    return str(value)
+
+
+class ResultsWriter:
+    """Makes a result folder and fills it while a run goes on.
+
+    directory: the folder; an old result folder there is cleared of softact's own files, others
+        are left alone.
+    spec_yaml: the resolved spec, stored as ``spec.yaml``.
+    provenance: what is known at the start (versions, hashes); stored in ``run.json``.
+
+    Call ``mesh`` once, ``increment`` for every accepted state, ``finish`` at the end. A process
+    killed at any moment leaves no folder or one whose ``run.json`` says "incomplete", with a
+    ``curve.csv`` that can be read. Only the current increment is held in memory.
+
+    Raises SpecError when ``directory`` is the name of a file.
+    """
+
+    def __init__(self, directory: str | Path, spec_yaml: str, provenance: Mapping | None = None):
+        self.directory = Path(directory)
+        self._provenance = dict(provenance or {})
+        self._rows: list[dict[str, float | str]] = []
+        self._steps: list[str] = []
+        self._xdmf: Xdmf | None = None
+        self._open_folder()
+        write_atomic(self.directory / "spec.yaml", spec_yaml)
+
+    def _open_folder(self) -> None:
+        """Make the folder such that it says "incomplete" from its first moment."""
+        directory = self.directory
+        if directory.exists() and not directory.is_dir():
+            raise SpecError(f"{directory}: is a file; a result folder needs another name (-o DIR)")
+        start = json_text({**self._provenance, "status": INCOMPLETE})
+        if directory.is_dir():
+            write_atomic(directory / "run.json", start)
+            for name in OWN_FILES:
+                (directory / name).unlink(missing_ok=True)
+                (directory / f".{name}.tmp").unlink(missing_ok=True)
+            return
+        directory.parent.mkdir(parents=True, exist_ok=True)
+        nursery = directory.with_name(f".{directory.name}.new")
+        shutil.rmtree(nursery, ignore_errors=True)
+        nursery.mkdir()
+        write_atomic(nursery / "run.json", start)
+        nursery.rename(directory)
+
+    def mesh(
+        self,
+        points: np.ndarray,
+        cells: np.ndarray,
+        region: np.ndarray,
+        region_names: Sequence[str],
+        surfaces: Mapping[str, np.ndarray],
+        layout: Layout,
+    ) -> None:
+        """Store the mesh.
+
+        points: (n, 3) mm, undeformed nodes. cells: (m, 10) tets in VTK's order (or (m, 4)).
+        region: (m,) index into ``region_names``. surfaces: name -> (k, 6) or (k, 3) triangles
+        in VTK's order.
+        """
+        points = np.asarray(points, dtype=float)
+        cells = np.asarray(cells, dtype=np.int64)
+        with h5py.File(self.directory / "fields.h5", "w") as file:
+            mesh = file.create_group("mesh")
+            mesh["points"] = points
+            mesh["cells"] = cells
+            mesh["region"] = np.asarray(region, dtype=np.int32)
+            mesh.attrs["region_names"] = json.dumps(list(region_names))
+            mesh.attrs["layout"] = json.dumps(asdict(layout))
+            surface_group = mesh.create_group("surfaces")
+            for name, triangles in surfaces.items():
+                surface_group[name] = np.asarray(triangles, dtype=np.int64)
+            file.create_group("increments")
+        self._xdmf = Xdmf(len(points), cells.shape)
+
+    def increment(
+        self, row: Mapping[str, float | str], fields: Mapping[str, np.ndarray] | None = None
+    ) -> None:
+        """Add an accepted state.
+
+        row: a row of ``curve.csv``. fields: name -> (n,) or (n, 3) nodal values, or (m,) per
+        cell; displacement (mm) is stored in double, the others in single precision.
+        Raises RuntimeError when fields come before the mesh.
+        """
+        if fields:
+            self._write_fields(row, fields)
+        self._rows.append(dict(row))
+        write_atomic(self.directory / "curve.csv", csv_text(self._rows))
+
+    def _write_fields(self, row, fields) -> None:
+        if self._xdmf is None:
+            raise RuntimeError("ResultsWriter.mesh must be called before fields are written")
+        number = len(self._rows)
+        arrays = {}
+        # The file is closed again after each increment: a kill between increments, where
+        # nearly all the time goes, then leaves a readable file.
+        with h5py.File(self.directory / "fields.h5", "a") as file:
+            group = file["increments"].create_group(f"{number:05d}")
+            for name, values in fields.items():
+                precision = np.float64 if name == "displacement" else np.float32
+                arrays[name] = np.asarray(values, dtype=precision)
+                group[name] = arrays[name]
+        self._xdmf.add(self._time(row), f"increments/{number:05d}", arrays)
+        write_atomic(self.directory / "fields.xdmf", self._xdmf.text())
+
+    def _time(self, row) -> float:
+        """Time of the XDMF collection: finished steps plus the fraction of the current one."""
+        if "step_fraction" not in row:
+            return float(len(self._rows))
+        step = str(row.get("step", ""))
+        if not self._steps or self._steps[-1] != step:
+            self._steps.append(step)
+        return len(self._steps) - 1 + float(row["step_fraction"])
+
+    def finish(
+        self,
+        status: str,
+        summary: Mapping[str, float | str] | None = None,
+        provenance: Mapping | None = None,
+    ) -> None:
+        """Write ``summary.csv`` and, last of all, ``run.json`` with the final ``status``.
+
+        status: "complete" or "no_equilibrium"; anything else raises ValueError.
+        """
+        if status not in (COMPLETE, NO_EQUILIBRIUM):
+            raise ValueError(f"status {status!r}: must be {COMPLETE!r} or {NO_EQUILIBRIUM!r}")
+        if not self._rows:
+            write_atomic(self.directory / "curve.csv", csv_text([]))
+        write_atomic(self.directory / "summary.csv", csv_text([dict(summary or {})]))
+        self._provenance.update(provenance or {})
+        write_atomic(self.directory / "run.json", json_text({**self._provenance, "status": status}))
+
+
+@dataclass(frozen=True)
+class Results:
+    """A result folder as read; fields stay on disk until ``field`` asks for one.
+
+    run: run.json. curve: column -> (increments,) floats, or strings where not all are numbers.
+    summary: column -> number or string. points (n, 3) mm, cells (m, 10), region (m,), surfaces:
+    name -> (k, 6) or (k, 3); these and layout are None or empty where the run ended before its
+    mesh. increments: names of the states with fields in fields.h5. faults: files that are there
+    but cannot be read, with the reason (a run killed while it wrote fields.h5).
+    """
+
+    directory: Path
+    run: dict
+    spec_yaml: str
+    curve: dict[str, np.ndarray]
+    summary: dict[str, float | str]
+    points: np.ndarray | None = None
+    cells: np.ndarray | None = None
+    region: np.ndarray | None = None
+    region_names: tuple[str, ...] = ()
+    surfaces: dict[str, np.ndarray] | None = None
+    layout: Layout | None = None
+    increments: tuple[str, ...] = ()
+    faults: tuple[str, ...] = ()
+
+    @property
+    def status(self) -> str:
+        """ "complete", "no_equilibrium" or "incomplete"."""
+        return self.run.get("status", INCOMPLETE)
+
+    def field_names(self, number: int) -> tuple[str, ...]:
+        """Names of the fields of state ``number``."""
+        with h5py.File(self.directory / "fields.h5", "r") as file:
+            return tuple(file["increments"][self.increments[number]])
+
+    def field(self, number: int, name: str) -> np.ndarray:
+        """Field ``name`` of state ``number`` (row of the curve); KeyError if it is not there."""
+        with h5py.File(self.directory / "fields.h5", "r") as file:
+            return file["increments"][self.increments[number]][name][()]
+
+
+def read(directory: str | Path) -> Results:
+    """Read a result folder, finished or not.
+
+    Raises SpecError when the folder is not one of softact's.
+    """
+    directory = Path(directory)
+    if not (directory / "run.json").is_file():
+        raise SpecError(f"{directory}: no run.json in it, so it is not a result folder of softact")
+    try:
+        run = json.loads((directory / "run.json").read_text())
+    except ValueError as error:
+        raise SpecError(f"{directory / 'run.json'}: not JSON: {error}") from error
+    spec = directory / "spec.yaml"
+    return Results(
+        directory=directory,
+        run=run,
+        spec_yaml=spec.read_text() if spec.is_file() else "",
+        curve=_read_columns(directory / "curve.csv"),
+        summary={k: v[0] for k, v in _read_columns(directory / "summary.csv").items() if len(v)},
+        **_read_mesh(directory / "fields.h5"),
+    )
+
+
+def _read_columns(path: Path) -> dict[str, np.ndarray]:
+    if not path.is_file():
+        return {}
+    with open(path, newline="") as file:
+        table = list(csv.reader(file))
+    if not table:
+        return {}
+    return {name: _column([row[place] for row in table[1:]]) for place, name in enumerate(table[0])}
+
+
+def _column(cells: list[str]) -> np.ndarray:
+    try:
+        return np.array([float(cell) if cell else math.nan for cell in cells])
+    except ValueError:
+        return np.array(cells, dtype=object)
+
+
+def _read_mesh(path: Path) -> dict:
+    if not path.is_file():
+        return {}
+    try:
+        with h5py.File(path, "r") as file:
+            mesh = file["mesh"]
+            return {
+                "points": mesh["points"][()],
+                "cells": mesh["cells"][()],
+                "region": mesh["region"][()],
+                "region_names": tuple(json.loads(mesh.attrs["region_names"])),
+                "surfaces": {name: item[()] for name, item in mesh["surfaces"].items()},
+                "layout": _layout(json.loads(mesh.attrs["layout"])),
+                "increments": tuple(file["increments"]),
+            }
+    except (OSError, KeyError) as error:
+        return {"faults": (f"{path.name} cannot be read: {error}",)}
+
+
+def _layout(data: dict) -> Layout:
+    """Layout from its JSON form; keys of a newer or older softact are left out."""
+    known = {item.name for item in fields(Layout)}
+    tuples = {k: tuple(v) if isinstance(v, list) else v for k, v in data.items() if k in known}
+    tuples["cavities"] = {k: tuple(v) for k, v in data["cavities"].items()}
+    return Layout(**tuples)
