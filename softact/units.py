@@ -1,0 +1,267 @@
+"""Values with a unit, read into the units that softact computes in: mm, N, MPa, tonne, s, degree.
+
+A field of a spec says what it is by its type (``wall: Length``). It is written with a unit
+(``3 mm``) and held as a plain float in internal units. A default may be written either as the
+float in internal units or, in a model with ``validate_default=True``, as the text ``"3 mm"``.
+"""
+
+import math
+import re
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache, lru_cache
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, PlainSerializer, WithJsonSchema
+from pydantic_core import PydanticCustomError
+
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_VALUE = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*", re.DOTALL)
+_NOT_FINITE = re.compile(r"\s*[+-]?\.?(?:nan|inf|infinity)\b.*", re.IGNORECASE | re.DOTALL)
+_DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d+\s*[^\d,]*")
+_SHOWN_LENGTH = 40
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """A kind of value: its name, the internal unit, and the units in which it is shown.
+
+    internal: the unit in which softact computes.
+    shown: units in which ``format`` writes, the most usual one first.
+    other: more units worth naming to somebody who gave one that does not fit.
+    example: a value as one would write it in a spec.
+    """
+
+    name: str
+    internal: str
+    shown: tuple[str, ...]
+    other: tuple[str, ...]
+    example: str
+
+    def parse(self, value: Any) -> float:
+        """Return ``value`` (text with a unit) as a float in internal units.
+
+        Raises ValueError with one line that says what is wrong and what would be right.
+        """
+        text = str(value)
+        if value is None:
+            raise ValueError(f"no value is given; {self.hint}")
+        if isinstance(value, bool) or not isinstance(value, str | int | float):
+            raise ValueError(f"{show(value)} is not {self.wanted}")
+        if _NOT_FINITE.fullmatch(text):
+            raise ValueError(f"{show(value)} is not a finite number; {self.hint}")
+        if _DECIMAL_COMMA.fullmatch(text):
+            raise ValueError(f"{show(value)} has a decimal comma; write a decimal point")
+        match = _VALUE.fullmatch(text)
+        if not match:
+            raise ValueError(f"{show(value)} is not {self.wanted}")
+        number, unit = match.groups()
+        if not unit and self.internal != "degree":
+            raise ValueError(f"{show(value)} has no unit; {self.hint}")
+        magnitude = float(number)
+        if not math.isfinite(magnitude):
+            raise ValueError(f"{show(value)} is too large for a number; {self.hint}")
+        # Exact until the last step, so that 50 kPa is 0.05 MPa and not its neighbour.
+        result = _to_float(Fraction(repr(magnitude)) * self._factor(unit or self.internal, value))
+        if not math.isfinite(result) or (result == 0.0 and magnitude):
+            raise ValueError(f"{show(value)} is out of the range of numbers; {self.hint}")
+        return result
+
+    def format(self, value: float) -> str:
+        """Return ``value`` (internal units) as text that ``parse`` reads back to the same float."""
+        texts = [self._text(value, unit) for unit in self.shown]
+        exact = [text for text in texts if text and self.parse(text) == value]
+        if not exact:
+            return f"{_number(value)} {self.internal}"
+        shortest = min(exact, key=len)
+        usual = exact[0] == texts[0] and len(texts[0]) <= len(shortest) + 2
+        return texts[0] if usual else shortest
+
+    @property
+    def wanted(self) -> str:
+        """What to write, for the end of an error line."""
+        article = "an" if self.name[0] in "aeiou" else "a"
+        return f"{article} {self.name} such as '{self.example}'"
+
+    @property
+    def hint(self) -> str:
+        """What would be right, with the units that fit."""
+        article = "an" if self.name[0] in "aeiou" else "a"
+        return (
+            f"write {article} {self.name}, for example '{self.example}' "
+            f"(units that fit: {', '.join(self.shown + self.other)})"
+        )
+
+    def _factor(self, unit: str, value: Any) -> Fraction:
+        kind, factor = _in_internal(unit, self.internal)
+        if kind == "unknown":
+            nearest = [u for u in self.shown + self.other if u.lower() == unit.lower()]
+            meant = f"did you mean '{nearest[0]}'?" if nearest else self.hint
+            raise ValueError(f"{show(value)}: there is no unit {show(unit)}; {meant}")
+        if factor is None:
+            raise ValueError(f"{show(value)} is {kind}; {self.hint}")
+        return factor
+
+    def _text(self, value: float, unit: str) -> str | None:
+        factor = _in_internal(unit, self.internal)[1]
+        number = _to_float(Fraction(value) / factor)
+        return f"{_number(number)} {unit}" if math.isfinite(number) else None
+
+
+LENGTH = Dimension("length", "mm", ("mm", "m"), ("cm", "um", "in"), "3 mm")
+PRESSURE = Dimension("pressure", "MPa", ("kPa", "MPa", "GPa", "Pa"), ("bar", "psi"), "50 kPa")
+DENSITY = Dimension("density", "tonne/mm^3", ("kg/m^3", "tonne/mm^3"), ("g/cm^3",), "1130 kg/m^3")
+ANGLE = Dimension("angle", "degree", ("deg",), ("rad",), "30 deg")
+ACCELERATION = Dimension("acceleration", "mm/s^2", ("m/s^2", "mm/s^2"), (), "-9.81 m/s^2")
+FORCE = Dimension("force", "N", ("N", "mN", "kN"), ("lbf",), "2 N")
+TIME = Dimension("time", "s", ("s", "ms"), ("min",), "0.5 s")
+COMPLIANCE = Dimension("compliance", "1/MPa", ("1/MPa",), ("1/kPa",), "2.9 1/MPa")
+
+DIMENSIONS = (LENGTH, PRESSURE, DENSITY, ANGLE, ACCELERATION, FORCE, TIME, COMPLIANCE)
+
+_OTHER_KINDS = {
+    "kg": "a mass",
+    "mm^2": "an area",
+    "mm^3": "a volume",
+    "K": "a temperature",
+    "mm/s": "a velocity",
+    "N*mm": "a moment or an energy",
+    "N/mm": "a force per length",
+    "W": "a power",
+    "Hz": "a frequency",
+    "A": "an electric current",
+    "V": "a voltage",
+    "1/mm": "a curvature",
+}
+
+
+def show(value: Any) -> str:
+    """Return ``value`` in quotes as in the spec, on one line, shortened where it is long."""
+    text = " ".join(value.split()) if isinstance(value, str) else str(value)
+    text = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
+    return f"'{text[:_SHOWN_LENGTH]}…'" if len(text) > _SHOWN_LENGTH else f"'{text}'"
+
+
+def dimension_of(annotation: Any) -> Dimension | None:
+    """Return the dimension of an annotation or of a pydantic ``FieldInfo``, None if it has none."""
+    for entry in getattr(annotation, "__metadata__", None) or getattr(annotation, "metadata", ()):
+        if isinstance(entry, Dimension):
+            return entry
+    for part in getattr(annotation, "__args__", ()):
+        if found := dimension_of(part):
+            return found
+    inner = getattr(annotation, "annotation", None)
+    return dimension_of(inner) if inner is not None else None
+
+
+def _number(value: float) -> str:
+    """The shortest text of a float that reads back to it, without a needless ``.0``."""
+    text = repr(value)
+    return text.removesuffix(".0")
+
+
+def _to_float(value: Fraction) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
+
+
+@cache
+def _registry() -> Any:
+    """pint's registry on exact fractions. Built at first use: it costs half a second."""
+    import pint
+
+    return pint.UnitRegistry(non_int_type=Fraction)
+
+
+@lru_cache(maxsize=1024)
+def _in_internal(unit: str, internal: str) -> tuple[str, Fraction | None]:
+    """Return what kind of value ``unit`` measures, and its size in ``internal`` where that fits."""
+    if len(unit) > 60 or re.search(r"\*\*\s*\d\d|\^\s*\d\d|[^\w\s*/^().°µ²³⁻¹·%-]", unit):
+        return "unknown", None
+    registry = _registry()
+    try:
+        parsed = registry.parse_units(unit)
+    except Exception:
+        # pint's parser raises errors of many kinds on text that is no unit, AssertionError too.
+        return "unknown", None
+    if parsed.is_compatible_with(internal) and parsed.dimensionality:
+        return "", Fraction(registry.Quantity(Fraction(1), parsed).to(internal).magnitude)
+    if internal == "degree" and unit in _angle_units():
+        return "", Fraction(registry.Quantity(Fraction(1), parsed).to(internal).magnitude)
+    return _kind(parsed), None
+
+
+def _angle_units() -> tuple[str, ...]:
+    # pint counts an angle as dimensionless, so '30 %' would pass for one.
+    return ("deg", "degree", "degrees", "°", "rad", "radian", "radians", "turn", "turns")
+
+
+def _kind(parsed: Any) -> str:
+    for dimension in DIMENSIONS:
+        if dimension is not ANGLE and parsed.is_compatible_with(dimension.internal):
+            article = "an" if dimension.name[0] in "aeiou" else "a"
+            return f"{article} {dimension.name}"
+    for unit, kind in _OTHER_KINDS.items():
+        if parsed.is_compatible_with(unit):
+            return kind
+    return "an angle or a bare ratio" if parsed.dimensionless else f"a value in {parsed}"
+
+
+def _quantity(dimension: Dimension) -> tuple[Any, ...]:
+    def parse(value: Any) -> float:
+        try:
+            return dimension.parse(value)
+        except ValueError as error:
+            # The text goes in as context: braces in it are no template.
+            raise PydanticCustomError("quantity", "{fault}", {"fault": str(error)}) from None
+
+    schema = {
+        "type": ["string", "number"] if dimension is ANGLE else "string",
+        "description": f"{dimension.name} with unit, such as '{dimension.example}'",
+        "examples": [dimension.example],
+    }
+    if dimension is not ANGLE:
+        schema["pattern"] = rf"^\s*{_NUMBER}\s*\S"
+    return (
+        BeforeValidator(parse),
+        PlainSerializer(dimension.format, return_type=str, when_used="json"),
+        WithJsonSchema(schema),
+        dimension,
+    )
+
+
+def _parse_number(value: Any) -> Any:
+    # YAML 1.1 reads 1e-4 (without a point) as text.
+    if isinstance(value, str):
+        match = _VALUE.fullmatch(value)
+        if match and not match[2]:
+            value = float(match[1])
+        elif _NOT_FINITE.fullmatch(value):
+            value = math.nan
+        elif match:
+            fault = f"{show(value)} has a unit; a bare number is wanted here"
+            raise PydanticCustomError("number", "{fault}", {"fault": fault})
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        fault = f"{show(value)} is not a number"
+        raise PydanticCustomError("number", "{fault}", {"fault": fault})
+    try:
+        finite = math.isfinite(value)
+    except OverflowError:
+        finite = False
+    if not finite:
+        fault = f"{show(value)} is not a finite number"
+        raise PydanticCustomError("number", "{fault}", {"fault": fault})
+    return float(value)
+
+
+Length = Annotated[float, *_quantity(LENGTH)]
+Pressure = Annotated[float, *_quantity(PRESSURE)]
+Density = Annotated[float, *_quantity(DENSITY)]
+Angle = Annotated[float, *_quantity(ANGLE)]
+Acceleration = Annotated[float, *_quantity(ACCELERATION)]
+Force = Annotated[float, *_quantity(FORCE)]
+Time = Annotated[float, *_quantity(TIME)]
+Compliance = Annotated[float, *_quantity(COMPLIANCE)]
+Dimensionless = Annotated[float, BeforeValidator(_parse_number)]
