@@ -1,0 +1,42 @@
+# softact. Every target that needs the program sets it up first; a second call sets nothing up.
+.DEFAULT_GOAL := help
+.PHONY: help run test lint docs benchmark setup constraints test-debian13 clean
+
+SPEC ?= configs/pneunet_glove.yaml
+# A run wants one process per core and gains little beyond two.
+PROCS ?= $(shell n=$$(nproc); echo $$((n < 2 ? n : 2)))
+# One thread per process: processes times threads must not exceed the cores.
+export OMP_NUM_THREADS ?= 1
+
+help:  ## list the targets
+	@sed -n 's/^\([a-z0-9-]*\):[^#]*## /\1\t/p' Makefile | expand -t 16
+
+run: setup  ## solve SPEC (configs/pneunet_glove.yaml) and say where the report is
+	.venv/bin/softact run $(SPEC) -n $(PROCS)
+
+test: setup  ## run the test suite; ARGS="-k sphere" goes to pytest
+	.venv/bin/python -m pytest $(ARGS)
+
+lint: setup  ## check style and format
+	.venv/bin/ruff check .
+	.venv/bin/ruff format --check .
+	@if command -v shellcheck > /dev/null; then shellcheck .ci/run .ci/setup .ci/debian13; fi
+
+docs: setup  ## write the generated pages in docs/
+	.venv/bin/python docs/generate.py
+
+benchmark: setup  ## softact beside CalculiX on the same mesh (needs ccx)
+	.venv/bin/python -m benchmarks.calculix
+
+setup:  ## install what is missing: Debian packages, .venv, softact in it
+	@.ci/setup
+
+constraints: setup  ## keep the versions in .venv as the tested ones of this Debian release
+	.ci/setup --keep-versions
+
+test-debian13:  ## run the test suite in a Debian 13 root (in ~/.cache, made on first use)
+	.ci/debian13 test
+
+clean:  ## delete .venv, caches and results; the Debian 13 root goes with .ci/debian13 remove
+	rm -rf .venv .pytest_cache .ruff_cache .hypothesis build results ./*.egg-info
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
