@@ -1,0 +1,213 @@
+"""What every law has: constants with units, the volumetric part, density, where it comes from."""
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic.fields import FieldInfo
+
+from softact.units import Compliance, Density, Dimensionless, Pressure, dimension_of
+
+# Nearly incompressible, K of about 500 shear moduli: elastomers have 1e3 to 1e4, and P2/P1
+# elements stay accurate and well conditioned here, with a volume change under 1 % at a
+# hydrostatic stress of 5 shear moduli.
+DEFAULT_POISSONS_RATIO = 0.499
+MAX_VOLUMETRIC_ORDER = 6
+VOLUMETRIC = ("bulk_modulus", "poissons_ratio", "d1")
+
+
+@dataclass(frozen=True)
+class CardInfo:
+    """Where a material comes from and how far it was tested.
+
+    name: of the card, None for a material written in the spec. strength: nominal tensile strength
+    in MPa or None. stretch_range: smallest and largest stretch of the test or None.
+    """
+
+    name: str | None
+    source: str | None
+    test: str | None
+    strength: float | None
+    stretch_range: tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class Constant:
+    """One constant of a law: its field, its unit (MPa, 1/MPa or empty) and what it means."""
+
+    name: str
+    unit: str
+    meaning: str
+    default: float | None
+
+
+class Law(BaseModel):
+    """Base of the laws: an isochoric energy of its own and a volumetric part that all share.
+
+    Volumetric energy K/2 (J−1)² + Σ_{i≥2} (J−1)^{2i}/D_i with K from one of ``bulk_modulus``,
+    ``poissons_ratio`` (with the initial shear modulus) or ``d1`` (K = 2/D1). Units: MPa, mm, tonne.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=False)
+
+    formula: ClassVar[str]
+    reference: ClassVar[str]
+    use: ClassVar[str]
+    anisotropic: ClassVar[bool] = False
+    logarithmic_volume: ClassVar[bool] = False
+
+    density: Density = Field(
+        default=1.07e-9, gt=0, description="mass per volume; default: a usual platinum silicone"
+    )
+    bulk_modulus: Pressure | None = Field(default=None, gt=0, description="K")
+    poissons_ratio: Dimensionless | None = Field(
+        default=None, gt=-1, lt=0.5, description="ν of the undeformed state; sets K"
+    )
+    d1: Compliance | None = Field(default=None, gt=0, description="D1 = 2/K")
+    d2: Compliance | None = Field(default=None, gt=0, description="D2 of (J−1)⁴/D2")
+    d3: Compliance | None = Field(default=None, gt=0, description="D3 of (J−1)⁶/D3")
+    d4: Compliance | None = Field(default=None, gt=0, description="D4 of (J−1)⁸/D4")
+    d5: Compliance | None = Field(default=None, gt=0, description="D5 of (J−1)¹⁰/D5")
+    d6: Compliance | None = Field(default=None, gt=0, description="D6 of (J−1)¹²/D6")
+    name: str | None = Field(default=None, description="name of the card")
+    source: str | None = Field(default=None, description="paper or data sheet")
+    test: str | None = Field(default=None, description="mode and extent of the test")
+    stretch_range: tuple[Dimensionless, Dimensionless] | None = Field(
+        default=None, description="smallest and largest stretch of the test"
+    )
+    strength: Pressure | None = Field(default=None, gt=0, description="nominal tensile strength")
+    notes: str | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fill_volumetric(cls, data: Any) -> Any:
+        """State the default compressibility, so that the resolved spec shows it."""
+        if isinstance(data, dict):
+            given = [key for key in VOLUMETRIC if data.get(key) is not None]
+            if len(given) > 1:
+                raise ValueError(f"{' and '.join(given)} both set the bulk modulus; give one")
+            if not given and not cls.model_fields["poissons_ratio"].is_required():
+                return {**data, "poissons_ratio": DEFAULT_POISSONS_RATIO}
+        return data
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        modulus = self.shear_modulus
+        if not (math.isfinite(modulus) and modulus > 0):
+            raise ValueError(
+                f"the initial shear modulus is {modulus:.6g} MPa with these constants; "
+                "it must be positive"
+            )
+        if self.stretch_range and not 0 < self.stretch_range[0] <= 1 <= self.stretch_range[1]:
+            raise ValueError("stretch_range must enclose 1, for example [1, 2.6]")
+        return self
+
+    @classmethod
+    def of(cls, **values: Any) -> Self:
+        """Make a law from floats in internal units (MPa, 1/MPa, tonne/mm³); text has its unit."""
+        return cls(**{key: _with_unit(cls.model_fields.get(key), v) for key, v in values.items()})
+
+    @classmethod
+    def constants(cls) -> list[Constant]:
+        """Return the law's own constants, without the volumetric part and the card's fields."""
+        return [
+            Constant(name, _unit(entry), entry.description or "", _default(entry))
+            for name, entry in cls.model_fields.items()
+            if name not in Law.model_fields and name != "law"
+        ]
+
+    @property
+    def card(self) -> CardInfo:
+        """Where the material comes from and how far it was tested."""
+        return CardInfo(self.name, self.source, self.test, self.strength, self.stretch_range)
+
+    @property
+    def shear_modulus(self) -> float:
+        """Shear modulus of the undeformed state, MPa."""
+        raise NotImplementedError
+
+    @property
+    def initial_bulk_modulus(self) -> float:
+        """K in MPa, from whichever of bulk_modulus, d1 and poissons_ratio is given."""
+        if self.bulk_modulus is not None:
+            return self.bulk_modulus
+        if self.d1 is not None:
+            return 2.0 / self.d1
+        nu = self.poissons_ratio
+        return self.shear_modulus * 2.0 * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu))
+
+    def material(self) -> "Material":
+        """Return what the solver evaluates."""
+        raise NotImplementedError
+
+
+class Material(ABC):
+    """A law as the solver sees it: numpy functions of C, MPa, vectorised over n points.
+
+    law: the constants. bulk_modulus: K in MPa of the volumetric energy K/2 (J−1)². shear_modulus:
+    of the undeformed state in MPa. density: tonne/mm³. card: strength and tested range.
+    """
+
+    def __init__(self, law: Law):
+        self.law = law
+        self.bulk_modulus = law.initial_bulk_modulus
+        self.shear_modulus = law.shear_modulus
+        self.density = law.density
+        self.card = law.card
+
+    @abstractmethod
+    def energy(self, C: np.ndarray, fibres: np.ndarray | None = None) -> np.ndarray:
+        """Return the isochoric energy W̄ (n,) in MPa at the right Cauchy-Green tensors C (n,3,3)."""
+
+    @abstractmethod
+    def stress_tangent(
+        self, C: np.ndarray, fibres: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return S = 2 dW̄/dC (n,6) and D = 4 d²W̄/dCdC (n,6,6) in MPa at C (n,3,3).
+
+        Voigt order 11, 22, 33, 12, 13, 23, tensor components without factors; C is not isochoric,
+        the function takes C̄ = J^(−2/3) C. fibres: unit vectors (n, families, 3) in the undeformed
+        state, for fibre laws only. Where the law has no value (beyond a locking stretch, C not
+        positive definite) the result is not finite.
+        """
+
+    def extra_volumetric(self, J: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return U, dU/dJ, d²U/dJ² (n,) in MPa of what the volumetric energy has beyond K/2 (J−1)².
+
+        These are the terms of D2 to D6 and, for laws whose source writes the volumetric energy as
+        K/2 ((J²−1)/2 − ln J), the difference to that form. Zeros if there is nothing.
+        """
+        J = np.asarray(J, dtype=float)
+        energy, first, second = np.zeros_like(J), np.zeros_like(J), np.zeros_like(J)
+        x = J - 1.0
+        for i in range(2, MAX_VOLUMETRIC_ORDER + 1):
+            if (d := getattr(self.law, f"d{i}")) is not None:
+                energy += x ** (2 * i) / d
+                first += 2 * i * x ** (2 * i - 1) / d
+                second += 2 * i * (2 * i - 1) * x ** (2 * i - 2) / d
+        if self.law.logarithmic_volume:
+            half = 0.5 * self.bulk_modulus
+            with np.errstate(divide="ignore", invalid="ignore"):
+                energy += half * (0.5 * (J * J - 1.0) - np.log(J) - x * x)
+                first += half * (J - 1.0 / J - 2.0 * x)
+                second += half * (1.0 / (J * J) - 1.0)
+        return energy, first, second
+
+
+def _default(entry: FieldInfo) -> float | None:
+    return entry.default if isinstance(entry.default, int | float) else None
+
+
+def _unit(entry: FieldInfo) -> str:
+    dimension = dimension_of(entry)
+    return dimension.internal if dimension else ""
+
+
+def _with_unit(entry: FieldInfo | None, value: Any) -> Any:
+    dimension = dimension_of(entry) if entry is not None else None
+    if dimension is None or isinstance(value, str) or value is None:
+        return value
+    return f"{float(value)!r} {dimension.internal}"

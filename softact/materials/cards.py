@@ -1,0 +1,75 @@
+"""Material cards: softact/cards/*.yaml, one material per file, in the words of the spec."""
+
+from difflib import get_close_matches
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+import yaml
+
+from softact.errors import SpecError
+from softact.materials.base import VOLUMETRIC, Law
+
+
+def card_names() -> tuple[str, ...]:
+    """Return the names of all cards, sorted."""
+    folder = files("softact") / "cards"
+    return tuple(
+        sorted(entry.name.removesuffix(".yaml") for entry in folder.iterdir()
+               if entry.name.endswith(".yaml"))
+    )  # fmt: skip
+
+
+@cache
+def _text(name: str) -> str:
+    return (files("softact") / "cards" / f"{name}.yaml").read_text(encoding="utf-8")
+
+
+def card_data(name: str) -> dict[str, Any]:
+    """Return the mapping in a card's file, with its name. Raises SpecError for an unknown name."""
+    if name not in card_names():
+        near = get_close_matches(str(name), card_names(), n=1, cutoff=0.5)
+        hint = f"; did you mean '{near[0]}'?" if near else ""
+        raise SpecError(
+            f"there is no material card '{name}'{hint} (softact list materials shows them)"
+        )
+    return {"name": name, **yaml.safe_load(_text(name))}
+
+
+def load_card(name: str, **overrides: Any) -> Law:
+    """Return the law of a card; ``overrides`` replace fields and are written as in a spec.
+
+    Raises SpecError for an unknown card and pydantic's ValidationError for a wrong override.
+    """
+    return parse_material({"card": name, **overrides})
+
+
+def parse_material(value: Any) -> Law:
+    """Return the law that a spec's material means: a card's name, {card:, ...} or {law:, ...}.
+
+    Raises SpecError for an unknown card or law and pydantic's ValidationError for its fields.
+    """
+    from softact.materials import LAWS
+
+    if isinstance(value, Law):
+        return value
+    if isinstance(value, str):
+        value = {"card": value}
+    if not isinstance(value, dict):
+        raise SpecError(f"a material is the name of a card or a mapping, not '{value}'")
+    data = dict(value)
+    if "card" in data:
+        base = card_data(data.pop("card"))
+        if data.get("law", base["law"]) != base["law"]:
+            raise SpecError(f"card '{base['name']}' is of law {base['law']}, not {data['law']}")
+        if any(data.get(key) is not None for key in VOLUMETRIC):
+            base = {key: v for key, v in base.items() if key not in VOLUMETRIC}
+        data = {**base, **data}
+    if "law" not in data:
+        raise SpecError("a material needs 'card' or 'law'")
+    law = data["law"]
+    if law not in LAWS:
+        near = get_close_matches(str(law), LAWS, n=1, cutoff=0.5)
+        hint = f"; did you mean '{near[0]}'?" if near else f"; one of {', '.join(LAWS)}"
+        raise SpecError(f"there is no law '{law}'{hint}")
+    return LAWS[law].model_validate(data)

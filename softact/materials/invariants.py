@@ -1,0 +1,136 @@
+"""Laws written in isochoric invariants: Ī1, Ī2 and, for fibres, Ī4 and Ī6.
+
+The law gives one pure formula; its first and second derivatives in the invariants come from jets
+and are turned here into stress and tangent (Holzapfel, Nonlinear Solid Mechanics, 2000, ch. 6).
+"""
+
+import numpy as np
+
+from softact.materials.base import Law, Material
+from softact.materials.jets import Jet, variables
+from softact.materials.kernel import (
+    PAIRS,
+    Tangent,
+    Tensor,
+    by_chunks,
+    components,
+    contract,
+    determinant,
+    inverse,
+    structure_tensors,
+    symmetric_square,
+)
+
+IDENTITY = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
+
+
+class InvariantLaw(Law):
+    """A law with one formula ``strain_energy(k, i1, i2, *fibre invariants)``."""
+
+    @staticmethod
+    def strain_energy(k, i1, i2, *fibre_invariants):
+        """Return W̄ in MPa at the isochoric invariants; k holds the constants by name.
+
+        The invariants are floats, arrays, jets or series alike.
+        """
+        raise NotImplementedError
+
+    @property
+    def shear_modulus(self) -> float:
+        """2 (∂W/∂I1 + ∂W/∂I2) in the undeformed state, in MPa (fibres left out)."""
+        with np.errstate(all="ignore"):
+            energy = self.strain_energy(self, *variables(np.array([3.0]), np.array([3.0])))
+        return float(2.0 * sum(np.sum(g) for g in energy.gradient if g is not None))
+
+    def material(self) -> "InvariantMaterial":
+        """Return what the solver evaluates."""
+        return InvariantMaterial(self)
+
+
+class InvariantMaterial(Material):
+    """Stress and tangent of an invariant law."""
+
+    def energy(self, C: np.ndarray, fibres: np.ndarray | None = None) -> np.ndarray:
+        """See ``Material.energy``."""
+        with np.errstate(all="ignore"):
+            C = components(np.asarray(C, dtype=float))
+            families = structure_tensors(fibres, slice(None))
+            scale = determinant(C) ** (-1.0 / 3.0)
+            trace = C[0] + C[1] + C[2]
+            second = _second_invariant(C, trace)
+            linear = [scale * contract(M, C) for M in families]
+            result = self.law.strain_energy(
+                self.law, scale * trace, scale * scale * second, *linear
+            )
+        return np.broadcast_to(result, trace.shape).copy()
+
+    def stress_tangent(
+        self, C: np.ndarray, fibres: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """See ``Material.stress_tangent``."""
+        return by_chunks(C, fibres, self._points)
+
+    def _points(self, C: Tensor, families: list[Tensor]) -> tuple[Tensor, Tangent]:
+        det = determinant(C)
+        B = inverse(C, det)
+        scale = det ** (-1.0 / 3.0)
+        trace = C[0] + C[1] + C[2]
+        values = [scale * trace, scale * scale * _second_invariant(C, trace)]
+        values += [scale * contract(M, C) for M in families]
+        energy = self.law.strain_energy(self.law, *variables(*values))
+        gradients = {}
+        for k, first in enumerate(energy.gradient):
+            if first is None:
+                continue
+            if k == 1:
+                square = scale * scale
+                whole = square * trace
+                part = [(whole if a < 3 else 0.0) - square * C[a] for a in range(6)]
+                factor = (-2.0 / 3.0) * values[1]
+                gradients[k] = [part[a] + factor * B[a] for a in range(6)]
+            else:
+                M = families[k - 2] if k else IDENTITY
+                factor = (-1.0 / 3.0) * values[k]
+                gradients[k] = [scale * M[a] + factor * B[a] for a in range(6)]
+        return _assemble(energy, gradients, values, B, scale)
+
+
+def _second_invariant(C: Tensor, trace: np.ndarray) -> np.ndarray:
+    xx, yy, zz, xy, xz, yz = C
+    return xx * yy + yy * zz + xx * zz - xy * xy - xz * xz - yz * yz
+
+
+def _assemble(
+    energy: Jet, gradients: dict[int, Tensor], values: list, B: Tensor, scale: np.ndarray
+) -> tuple[Tensor, Tangent]:
+    """Return S and D from the derivatives of W̄ and the gradients of the invariants.
+
+    With m = 1 for invariants linear in C and m = 2 for Ī2, the Hessian of an isochoric invariant is
+    −m/3 (g⊗B + B⊗g) − m²/9 Ī B⊗B + m/3 Ī B⊙B, for Ī2 also J^(−4/3) (1⊗1 − 𝟙); B = C⁻¹.
+    """
+    first = {k: energy.gradient[k] for k in gradients}
+    order = {k: 2.0 if k == 1 else 1.0 for k in gradients}
+    S = [sum(2.0 * first[k] * g[a] for k, g in gradients.items()) for a in range(6)]
+    spherical = sum((4.0 / 3.0) * order[k] * first[k] * values[k] for k in gradients)
+    half = sum((2.0 / 9.0) * order[k] ** 2 * first[k] * values[k] for k in gradients)
+    P = [
+        sum((4.0 / 3.0) * order[k] * first[k] * g[a] for k, g in gradients.items()) + half * B[a]
+        for a in range(6)
+    ]
+    D = {
+        (a, b): spherical * symmetric_square(B, a, b) - P[a] * B[b] - B[a] * P[b] for a, b in PAIRS
+    }
+    if first.get(1) is not None:
+        w = 4.0 * first[1] * scale * scale
+        for a, b in ((0, 1), (0, 2), (1, 2)):
+            D[a, b] = D[a, b] + w
+        for a in (3, 4, 5):
+            D[a, a] = D[a, a] - 0.5 * w
+    for (k, m), second in energy.hessian.items():
+        left = [4.0 * second * entry for entry in gradients[k]]
+        right = gradients[m]
+        for a, b in PAIRS:
+            D[a, b] = D[a, b] + left[a] * right[b]
+            if k != m:
+                D[a, b] = D[a, b] + right[a] * left[b]
+    return S, D
