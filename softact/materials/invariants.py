@@ -18,10 +18,9 @@ from softact.materials.kernel import (
     determinant,
     inverse,
     structure_tensors,
+    sum_of_products,
     symmetric_square,
 )
-
-IDENTITY = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
 
 
 class InvariantLaw(Law):
@@ -72,26 +71,17 @@ class InvariantMaterial(Material):
 
     def _points(self, C: Tensor, families: list[Tensor]) -> tuple[Tensor, Tangent]:
         det = determinant(C)
-        B = inverse(C, det)
+        B = np.stack(inverse(C, det))
         scale = det ** (-1.0 / 3.0)
         trace = C[0] + C[1] + C[2]
         values = [scale * trace, scale * scale * _second_invariant(C, trace)]
         values += [scale * contract(M, C) for M in families]
         energy = self.law.strain_energy(self.law, *variables(*values))
-        gradients = {}
-        for k, first in enumerate(energy.gradient):
-            if first is None:
-                continue
-            if k == 1:
-                square = scale * scale
-                whole = square * trace
-                part = [(whole if a < 3 else 0.0) - square * C[a] for a in range(6)]
-                factor = (-2.0 / 3.0) * values[1]
-                gradients[k] = [part[a] + factor * B[a] for a in range(6)]
-            else:
-                M = families[k - 2] if k else IDENTITY
-                factor = (-1.0 / 3.0) * values[k]
-                gradients[k] = [scale * M[a] + factor * B[a] for a in range(6)]
+        gradients = {
+            k: _gradient(k, values[k], C, B, scale, trace, families)
+            for k, first in enumerate(energy.gradient)
+            if first is not None
+        }
         return _assemble(energy, gradients, values, B, scale)
 
 
@@ -100,37 +90,57 @@ def _second_invariant(C: Tensor, trace: np.ndarray) -> np.ndarray:
     return xx * yy + yy * zz + xx * zz - xy * xy - xz * xz - yz * yz
 
 
+def _gradient(k, value, C, B, scale, trace, families) -> np.ndarray:
+    """Derivative (6, m) of isochoric invariant k (0: Ī1, 1: Ī2, 2 and on: fibres) in C."""
+    if k == 1:
+        square = scale * scale
+        result = (-2.0 / 3.0) * value * B
+        whole = square * trace
+        for a in range(6):
+            result[a] -= square * C[a]
+            if a < 3:
+                result[a] += whole
+        return result
+    result = (-1.0 / 3.0) * value * B
+    for a in range(6):
+        if k:
+            result[a] += scale * families[k - 2][a]
+        elif a < 3:
+            result[a] += scale
+    return result
+
+
 def _assemble(
-    energy: Jet, gradients: dict[int, Tensor], values: list, B: Tensor, scale: np.ndarray
+    energy: Jet, gradients: dict, values: list, B: np.ndarray, scale: np.ndarray
 ) -> tuple[Tensor, Tangent]:
     """Return S and D from the derivatives of W̄ and the gradients of the invariants.
 
     With m = 1 for invariants linear in C and m = 2 for Ī2, the Hessian of an isochoric invariant is
     −m/3 (g⊗B + B⊗g) − m²/9 Ī B⊗B + m/3 Ī B⊙B, for Ī2 also J^(−4/3) (1⊗1 − 𝟙); B = C⁻¹.
     """
-    first = {k: energy.gradient[k] for k in gradients}
+    first = {k: 2.0 * energy.gradient[k] for k in gradients}
     order = {k: 2.0 if k == 1 else 1.0 for k in gradients}
-    S = [sum(2.0 * first[k] * g[a] for k, g in gradients.items()) for a in range(6)]
-    spherical = sum((4.0 / 3.0) * order[k] * first[k] * values[k] for k in gradients)
-    half = sum((2.0 / 9.0) * order[k] ** 2 * first[k] * values[k] for k in gradients)
-    P = [
-        sum((4.0 / 3.0) * order[k] * first[k] * g[a] for k, g in gradients.items()) + half * B[a]
-        for a in range(6)
-    ]
-    D = {
-        (a, b): spherical * symmetric_square(B, a, b) - P[a] * B[b] - B[a] * P[b] for a, b in PAIRS
-    }
-    if first.get(1) is not None:
-        w = 4.0 * first[1] * scale * scale
-        for a, b in ((0, 1), (0, 2), (1, 2)):
-            D[a, b] = D[a, b] + w
-        for a in (3, 4, 5):
-            D[a, a] = D[a, a] - 0.5 * w
+    S = np.add.reduce([first[k] * g for k, g in gradients.items()])
+    spherical = sum((2.0 / 3.0) * order[k] * first[k] * values[k] for k in gradients)
+    half = sum((1.0 / 9.0) * order[k] ** 2 * first[k] * values[k] for k in gradients)
+    P = half * B
+    for k, g in gradients.items():
+        P += (2.0 / 3.0) * order[k] * first[k] * g
+    left, right = [-P, B], [B, -P]
     for (k, m), second in energy.hessian.items():
-        left = [4.0 * second * entry for entry in gradients[k]]
-        right = gradients[m]
-        for a, b in PAIRS:
-            D[a, b] = D[a, b] + left[a] * right[b]
-            if k != m:
-                D[a, b] = D[a, b] + right[a] * left[b]
+        weight = 4.0 * second
+        left.append(weight * gradients[k])
+        right.append(gradients[m])
+        if k != m:
+            left.append(weight * gradients[m])
+            right.append(gradients[k])
+    D = sum_of_products(np.stack(left), np.stack(right))
+    for a, b in PAIRS:
+        D[a, b] += spherical * symmetric_square(B, a, b)
+    if first.get(1) is not None:
+        w = 2.0 * first[1] * scale * scale
+        for a, b in ((0, 1), (0, 2), (1, 2)):
+            D[a, b] += w
+        for a in (3, 4, 5):
+            D[a, a] -= 0.5 * w
     return S, D

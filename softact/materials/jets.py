@@ -110,6 +110,10 @@ class _Number:
     def __pow__(self, exponent):
         return self._compose(_power(self.value, exponent, self.order))
 
+    def log(self):
+        """Natural logarithm."""
+        return self._compose(_log(self.value, self.order))
+
 
 class Jet(_Number):
     """A value with gradient and Hessian in k variables.
@@ -232,6 +236,25 @@ class Series(_Number):
         return Series(value, *self.terms[1:])
 
 
+class Exponential(Series):
+    """exp(rate · x) as a series in x: a stretch in its logarithm. Its powers stay exponentials."""
+
+    __slots__ = ("logarithm", "rate")
+
+    def __init__(self, logarithm, rate=1.0):
+        value = np.exp(rate * logarithm)
+        super().__init__(value, rate * value, rate**2 * value, rate**3 * value)
+        self.logarithm, self.rate = logarithm, rate
+
+    def __pow__(self, exponent):
+        return Exponential(self.logarithm, self.rate * exponent)
+
+    def log(self):
+        """rate · x: exact, where composing would lose digits near 1."""
+        zero = np.zeros_like(self.logarithm)
+        return Series(self.rate * self.logarithm, zero + self.rate, zero, zero)
+
+
 def variables(*values: np.ndarray) -> list[Jet]:
     """Return one jet per value (each an array (n,)), each an independent variable."""
     count = len(values)
@@ -267,6 +290,6 @@ _ACTIONS = {
     "divide": lambda a, b: b.__rtruediv__(a) if not isinstance(a, _Number) else a / b,
     "power": lambda a, b: a**b,
     "exp": lambda x: x._compose(_exp(x.value, x.order)),
-    "log": lambda x: x._compose(_log(x.value, x.order)),
+    "log": lambda x: x.log(),
     "sqrt": lambda x: x._compose(_sqrt(x.value, x.order)),
 }

@@ -1,8 +1,8 @@
 """Symmetric tensors at many points as lists of contiguous arrays, and the loop over chunks.
 
-A tensor is a list of six arrays (m,) in Voigt order, a tangent a dict of the 21 pairs a <= b.
-Points are taken in chunks that stay in the processor's cache: numpy then runs at the speed of
-arithmetic and not of memory (measured: 3 times faster than whole arrays of 50,000).
+A tensor is a list of six arrays (m,) in Voigt order, a tangent an array (6, 6, m) of which the
+pairs a <= b are filled. Points are taken in chunks that stay in the processor's cache: numpy then
+runs at the speed of arithmetic and not of memory.
 """
 
 from collections.abc import Callable
@@ -11,10 +11,10 @@ import numpy as np
 
 VOIGT = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 PAIRS = tuple((a, b) for a in range(6) for b in range(a, 6))
-CHUNK = 2048
+CHUNK = 4096
 
 Tensor = list[np.ndarray]
-Tangent = dict[tuple[int, int], np.ndarray]
+Tangent = np.ndarray
 
 
 def by_chunks(
@@ -29,20 +29,24 @@ def by_chunks(
     C = np.asarray(C, dtype=float)
     count = len(C)
     S, D = np.empty((count, 6)), np.empty((count, 6, 6))
-    block = np.empty((6, 6, CHUNK))
     with np.errstate(all="ignore"):
         for start in range(0, count, CHUNK):
             here = slice(start, min(start + CHUNK, count))
-            size = here.stop - start
             stress, tangent = point_law(components(C[here]), structure_tensors(fibres, here))
-            for a in range(6):
-                S[here, a] = stress[a]
-            for (a, b), entry in tangent.items():
-                block[a, b, :size] = entry
+            S[here] = np.transpose(stress)
+            for a, b in PAIRS:
                 if a != b:
-                    block[b, a, :size] = entry
-            D[here] = block[:, :, :size].transpose(2, 0, 1)
+                    tangent[b, a] = tangent[a, b]
+            D[here] = tangent.transpose(2, 0, 1)
     return S, D
+
+
+def sum_of_products(left: np.ndarray, right: np.ndarray) -> Tangent:
+    """Return Σ_k left[k] ⊗ right[k] for arrays (k, 6, m), pairs a <= b only."""
+    result = np.empty((6, 6, left.shape[2]))
+    for a, b in PAIRS:
+        np.einsum("km,km->m", left[:, a], right[:, b], out=result[a, b])
+    return result
 
 
 def components(C: np.ndarray) -> Tensor:
@@ -88,12 +92,20 @@ def contract(A: Tensor, B: Tensor) -> np.ndarray:
 
 def symmetric_square(B: Tensor, a: int, b: int) -> np.ndarray:
     """Return component (a, b) of ½ (B_ik B_jl + B_il B_jk), that is of −∂B/∂C with B = C⁻¹."""
-    (i, j), (k, m) = VOIGT[a], VOIGT[b]
-    ik, jm, im, jk = (B[_index(p, q)] for p, q in ((i, k), (j, m), (i, m), (j, k)))
-    if (ik is im and jm is jk) or (ik is jk and jm is im):
-        return ik * jm
-    return 0.5 * (ik * jm + im * jk)
+    first, second = _SQUARE[a, b]
+    if first == second:
+        return B[first[0]] * B[first[1]]
+    return 0.5 * (B[first[0]] * B[first[1]] + B[second[0]] * B[second[1]])
 
 
 def _index(i: int, j: int) -> int:
     return VOIGT.index((min(i, j), max(i, j)))
+
+
+_SQUARE = {
+    (a, b): tuple(
+        tuple(sorted((_index(i, p), _index(j, q)))) for p, q in (VOIGT[b], VOIGT[b][::-1])
+    )
+    for a, b in PAIRS
+    for i, j in (VOIGT[a],)
+}

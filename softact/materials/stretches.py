@@ -9,8 +9,15 @@ import numpy as np
 
 from softact.materials.base import Law, Material
 from softact.materials.eigen import Vector, eigen_system
-from softact.materials.jets import Series
-from softact.materials.kernel import PAIRS, VOIGT, Tangent, Tensor, by_chunks, components
+from softact.materials.jets import Exponential
+from softact.materials.kernel import (
+    VOIGT,
+    Tangent,
+    Tensor,
+    by_chunks,
+    components,
+    sum_of_products,
+)
 
 # Below this difference of logarithmic stretches a divided difference comes from its Hermite
 # expansion (relative error under 1e-12 at the switch), above it from the quotient.
@@ -28,7 +35,7 @@ class StretchLaw(Law):
     @property
     def shear_modulus(self) -> float:
         """½ d²f/d(ln λ)² at λ = 1, in MPa."""
-        return float(0.5 * self.stretch_energy(self, _stretch(np.zeros(1))).terms[2][0])
+        return float(0.5 * self.stretch_energy(self, Exponential(np.zeros(1))).terms[2][0])
 
     def material(self) -> "StretchMaterial":
         """Return what the solver evaluates."""
@@ -55,15 +62,9 @@ class StretchMaterial(Material):
         squares, axes = eigen_system(C)
         logs = np.log(np.stack(squares)) * 0.5
         logs -= logs.mean(axis=0)
-        _, t, s, r = self.law.stretch_energy(self.law, _stretch(logs)).terms
+        _, t, s, r = self.law.stretch_energy(self.law, Exponential(logs)).terms
         stress, normal, shear = _principal(squares, logs, t, s, r)
         return _turn(axes, stress, normal, shear)
-
-
-def _stretch(log: np.ndarray) -> Series:
-    """The stretch as a series in its logarithm."""
-    value = np.exp(log)
-    return Series(value, value, value, value)
 
 
 def _principal(squares, logs, t, s, r):
@@ -110,15 +111,10 @@ def _turn(axes: list[Vector], stress, normal, shear) -> tuple[Tensor, Tangent]:
         for a, b in ((axes[0], axes[1]), (axes[0], axes[2]), (axes[1], axes[2]))
     ]
     S = [stress[0] * n[0][a] + stress[1] * n[1][a] + stress[2] * n[2][a] for a in range(6)]
-    left = [
-        [sum(normal[min(i, j), max(i, j)] * n[j][a] for j in range(3)) for a in range(6)]
-        for i in range(3)
-    ]
-    sheared = [[shear[k] * m[k][a] for a in range(6)] for k in range(3)]
-    D = {}
-    for a, b in PAIRS:
-        D[a, b] = (
-            left[0][a] * n[0][b] + left[1][a] * n[1][b] + left[2][a] * n[2][b]
-            + sheared[0][a] * m[0][b] + sheared[1][a] * m[1][b] + sheared[2][a] * m[2][b]
-        )  # fmt: skip
-    return S, D
+    left, right = np.empty((6, 6, len(stress[0]))), np.stack([*n, *m])
+    for i in range(3):
+        left[i] = normal[min(i, 0), max(i, 0)] * right[0]
+        for j in (1, 2):
+            left[i] += normal[min(i, j), max(i, j)] * right[j]
+        left[3 + i] = shear[i] * right[3 + i]
+    return S, sum_of_products(left, right)
