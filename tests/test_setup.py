@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -72,6 +73,27 @@ def test_numpy_suits_the_dolfinx_of_this_release():
     # Debian 12's dolfinx and petsc4py are compiled against numpy 1, Debian 13's against numpy 2.
     major = importlib.metadata.version("numpy").split(".")[0]
     assert major == ("1" if sys.version_info < (3, 12) else "2")
+
+
+def test_an_installed_softact_has_every_package_and_data_file():
+    # An editable install finds files that are not listed; a plain one does not.
+    project = tomllib.loads((TREE / "pyproject.toml").read_text())["tool"]["setuptools"]
+    folders = {name: TREE / folder for name, folder in project["package-dir"].items()}
+    found = {
+        ".".join((name, *init.parent.relative_to(folder).parts))
+        for name, folder in folders.items()
+        for init in folder.rglob("__init__.py")
+    }
+    assert set(project["packages"]) == found
+    data = {p for p in folders["softact"].rglob("*") if p.is_file() and p.suffix != ".py"}
+    data = {p for p in data if "__pycache__" not in p.parts}
+    listed = {
+        path
+        for name, patterns in project["package-data"].items()
+        for pattern in patterns
+        for path in (TREE / name.replace(".", "/")).glob(pattern)
+    }
+    assert data - listed == set()
 
 
 ROOT_NEEDED = pytest.mark.skipif(os.geteuid() != 0, reason="debootstrap needs root")
