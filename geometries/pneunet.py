@@ -5,12 +5,12 @@ Mosadegh et al. (2014) and Polygerinos et al. (2013). Run by itself it writes a 
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from softact.geometry import Geometry, Layout
+from softact.boxes import OUTSIDE, Box, Boxes, Plane
+from softact.geometry import Geometry, Layout, main
 from softact.units import Length
 
 # Two lengths that should be the same are taken to be so within this, relative.
@@ -65,27 +65,65 @@ class Pneunet(Geometry):
     clamp_plug: Length = Field(4.0, description="solid end at the clamp")
     tip_plug: Length = Field(4.0, description="solid end at the tip")
     symmetry: bool = Field(True, description="model the half y >= 0 only")
-    mesh_size: Length = Field(3.0, description="edge length of the tetrahedra")
+    mesh_size: Length = Field(2.0, description="longest edge along the axes")
     cavity_mesh_size: Length | None = Field(
-        None, description="edge length at the walls of the cavity; by default mesh_size"
+        None, description="the same between the walls of the chambers; by default mesh_size"
     )
 
-    @model_validator(mode="after")
-    def _can_be_built(self):
-        for fault in self._faults():
-            raise ValueError(fault)
-        return self
-
-    def _faults(self):
-        row = self.row
+    def faults(self):
+        row, n = self.row, self.chambers
         if row.chamber_length <= 0:
             yield (
-                f"no room is left for the chambers: their length would be {row.chamber_length:g} mm"
+                self._given("length", "pitch"),
+                f"leaves no room for the chambers: {row.chamber_length:g} mm for the length of one",
             )
-        if row.gap <= 0:
-            yield f"the gap between the chambers would vanish: {row.gap:g} mm are left for it"
+        if n > 1 and row.gap <= 0:
+            yield (
+                self._given("pitch", "length"),
+                f"leaves {row.gap:g} mm between the chambers: the gap would vanish",
+            )
+        derived = {"pitch": row.pitch} if n > 1 else {}
+        for name, value in (derived | {"length": row.length}).items():
+            given = getattr(self, name)
+            if given is not None and abs(given - value) > SAME * value:
+                yield (
+                    name,
+                    f"{given:g} mm contradicts the other lengths, which make it {value:g} mm; "
+                    f"leave out one of chamber_length, gap, pitch and length",
+                )
+        yield from self._channel_faults()
+        if self.layer_height >= self.base:
+            yield (
+                "layer_height",
+                f"{self.layer_height:g} mm is not inside the base ({self.base:g} mm): the base "
+                "above the layer would vanish",
+            )
 
-    @cached_property
+    def _channel_faults(self):
+        bridge = self.channel_height + self.channel_roof
+        if self.channel_height > self.chamber_height:
+            yield (
+                "channel_height",
+                f"{self.channel_height:g} mm is taller than the chamber "
+                f"({self.chamber_height:g} mm): the roof would vanish",
+            )
+        elif self.chambers > 1 and bridge >= self.chamber_height + self.roof:
+            yield (
+                "channel_roof",
+                f"{self.channel_roof:g} mm above a channel of {self.channel_height:g} mm is as "
+                "tall as the chambers: the gaps would vanish",
+            )
+        if self.channel_width > self.chamber_width:
+            yield (
+                "channel_width",
+                f"{self.channel_width:g} mm is wider than the chamber "
+                f"({self.chamber_width:g} mm): the outer walls would vanish or be thinned",
+            )
+
+    def _given(self, *names: str) -> str:
+        return next((name for name in names if getattr(self, name) is not None), names[0])
+
+    @property
     def row(self) -> Row:
         """Chamber length, gap, pitch and overall length, from whichever of them were given."""
         ends, walls, n = self.clamp_plug + self.tip_plug, 2 * self.inner_wall, self.chambers
@@ -139,76 +177,42 @@ class Pneunet(Geometry):
             "strain_limiting_layer": part * width * row.length,
         }
 
-    def build(self, gmsh) -> None:
-        occ = gmsh.model.occ
-        row, n = self.row, self.chambers
-        w, h, c = (
-            self.chamber_width / 2 + self.outer_wall,
-            self.base + self.chamber_height + self.roof,
-            self.chamber_width / 2,
-        )
-        floor = self.base + self.channel_height + self.channel_roof
-
-        def box(x0, x1, half, z0, z1):
-            y0 = 0.0 if self.symmetry else -half
-            return (3, occ.addBox(x0, y0, z0, x1 - x0, half - y0, z1 - z0))
-
+    def solid(self) -> Boxes:
+        """The finger as boxes painted over each other."""
+        row, n, length = self.row, self.chambers, self.row.length
+        floor, ceiling = self.base, self.base + self.chamber_height
+        top = ceiling + self.roof
         starts = [self.clamp_plug + i * row.pitch for i in range(n)]
-        ends = [x + row.chamber_length for x in starts]
-        t = self.inner_wall
-        tools = [box(e + t, s - t, w, floor, h) for e, s in zip(ends[:-1], starts[1:], strict=True)]
-        tools += [
-            box(s, e, c, self.base, self.base + self.chamber_height)
-            for s, e in zip(starts, ends, strict=True)
-        ]
+        ends = [start + row.chamber_length for start in starts]
+        wide, inside = self.chamber_width / 2 + self.outer_wall, self.chamber_width / 2
+
+        def box(name, x0, x1, half_width, z0, z1):
+            y0 = 0.0 if self.symmetry else -half_width
+            return Box(name, (x0, y0, z0), (x1, half_width, z1))
+
+        boxes = [box("body", 0.0, length, wide, 0.0, top)]
+        bridge = floor + self.channel_height + self.channel_roof
+        for end, start in zip(ends[:-1], starts[1:], strict=True):
+            gap = end + self.inner_wall, start - self.inner_wall
+            boxes.append(box(OUTSIDE, *gap, wide, bridge, top))
+        for start, end in zip(starts, ends, strict=True):
+            boxes.append(box("cavity", start, end, inside, floor, ceiling))
         if n > 1:
-            tools.append(
-                box(
-                    starts[0],
-                    ends[-1],
-                    self.channel_width / 2,
-                    self.base,
-                    self.base + self.channel_height,
-                )
-            )
-        body, _ = occ.cut([box(0.0, row.length, w, 0.0, h)], tools)
-        y0 = 0.0 if self.symmetry else -w
-        layer = (2, occ.addRectangle(0, y0, self.layer_height, row.length, w - y0))
-        occ.fragment(body, [layer])
-        occ.synchronize()
-        self._name_parts(gmsh, row.length, c)
-        gmsh.model.mesh.setSize(gmsh.model.getEntities(0), self.mesh_size)
+            channel = floor, floor + self.channel_height
+            boxes.append(box("cavity", starts[0], ends[-1], self.channel_width / 2, *channel))
+        layer = box("strain_limiting_layer", 0.0, length, wide, *[self.layer_height] * 2)
+        planes = [Plane("clamp", 0, 0.0), Plane("tip", 0, length), Plane("base", 2, 0.0, True)]
+        if self.symmetry:
+            planes.append(Plane("symmetry", 1, 0.0))
+        return Boxes(tuple(boxes), ("body",), ("cavity",), (layer,), tuple(planes))
 
-    def _name_parts(self, gmsh, length, c):
-        model = gmsh.model
-        groups = {name: [] for name in self.layout().surfaces}
-        for _, tag in model.getEntities(2):
-            x0, y0, z0, x1, y1, z1 = model.getBoundingBox(2, tag)
-            eps = 1e-5
+    def build(self, gmsh) -> None:
+        self.solid().build(gmsh)
 
-            def flat(lo, hi, at, eps=eps):
-                return abs(lo - at) < eps and abs(hi - at) < eps
+    def mesh(self, gmsh) -> None:
+        size = self.mesh_size
+        self.solid().mesh(size, self.cavity_mesh_size or size).add_to(gmsh)
 
-            if flat(x0, x1, 0):
-                groups["clamp"].append(tag)
-            elif flat(x0, x1, length):
-                groups["tip"].append(tag)
-            elif self.symmetry and flat(y0, y1, 0):
-                groups["symmetry"].append(tag)
-            elif flat(z0, z1, self.layer_height):
-                groups["strain_limiting_layer"].append(tag)
-            elif (
-                y1 < c + eps
-                and y0 > -c - eps
-                and z0 > self.base - eps
-                and z1 < self.base + self.chamber_height + eps
-            ):
-                groups["cavity"].append(tag)
-            else:
-                groups["outer"].append(tag)
-                if flat(z0, z1, 0):
-                    groups["base"].append(tag)
-        for name, tags in groups.items():
-            model.setPhysicalName(2, model.addPhysicalGroup(2, tags), name)
-        bodies = [tag for _, tag in model.getEntities(3)]
-        model.setPhysicalName(3, model.addPhysicalGroup(3, bodies), "body")
+
+if __name__ == "__main__":
+    main(Pneunet)

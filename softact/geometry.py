@@ -11,16 +11,20 @@ import signal
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from softact.errors import MeshError
+from softact.errors import MeshError, SoftactError
+from softact.units import LENGTH, dimension_of
 
 # A child started by a process that runs under mpirun would join its MPI job and hang.
 MPI_PREFIXES = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "HYDRA_", "MPI_")
 FAULT = "softact-fault: "
+MOST_TETRAHEDRA = 3e6
 
 
 @dataclass(frozen=True)
@@ -64,7 +68,8 @@ class Geometry(BaseModel):
     """Parameters of one kind of actuator, and how gmsh builds it. Base of all geometries.
 
     Axes: x from the clamp to the tip, z up, y across. Lengths in mm. Subclasses have a field
-    ``type: Literal["<name>"]`` and validators that refuse what cannot be built.
+    ``type: Literal["<name>"]``, a field ``mesh_size``, and ``faults`` that refuse what cannot be
+    built.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -80,18 +85,59 @@ class Geometry(BaseModel):
         """
         raise NotImplementedError
 
-    def volume_tolerance(self) -> float:
-        """Relative difference to ``volumes`` that flat facets may have; rounding for flat walls."""
-        return 1e-9
+    def faults(self) -> Iterator[tuple[str, str]]:
+        """Field and reason of everything that cannot be built: say which wall would vanish.
+
+        All lengths are positive when this is called.
+        """
+        return iter(())
+
+    def faceting(self) -> float:
+        """Relative error of volume that flat facets on curved walls may make."""
+        return 0.0
 
     def build(self, gmsh) -> None:
-        """Adds OCC entities, physical groups and mesh sizes to the current gmsh model."""
+        """Adds the solid as OCC entities to the current gmsh model, with named groups and mesh
+        sizes unless ``mesh`` is written too."""
         raise NotImplementedError
 
     def mesh(self, gmsh) -> None:
-        """Meshes what ``build`` made with first-order tetrahedra."""
+        """Makes the current gmsh model hold a mesh of first-order tetrahedra in named groups."""
+        self.build(gmsh)
         gmsh.model.mesh.generate(3)
         gmsh.model.mesh.optimize("")
+
+    @model_validator(mode="after")
+    def _refuse_what_cannot_be_built(self):
+        found = list(self._vanishing()) or list(self.faults()) or list(self._too_many())
+        if found:
+            raise ValidationError.from_exception_data(
+                type(self).__name__, [_line_error(self, *fault) for fault in found]
+            )
+        return self
+
+    def _vanishing(self):
+        for name, field_info in type(self).model_fields.items():
+            value = getattr(self, name)
+            if value is not None and dimension_of(field_info) is LENGTH and value <= 0:
+                what = name.replace("_", " ")
+                yield name, f"is {value:g} mm, the {what} would vanish; write a length above 0 mm"
+
+    def _too_many(self):
+        volume = sum(self.volumes()[region] for region in self.layout().regions)
+        count = 6 * volume / self.mesh_size**3
+        if count > MOST_TETRAHEDRA:
+            yield (
+                "mesh_size",
+                f"{self.mesh_size:g} mm would make about {count:.0e} tetrahedra, more than "
+                f"{MOST_TETRAHEDRA:.0e} are not meshed; write a larger length",
+            )
+
+
+def _line_error(geometry: Geometry, name: str, fault: str) -> InitErrorDetails:
+    # The text goes in as context: braces in it are no template.
+    error = PydanticCustomError("geometry", "{fault}", {"fault": fault})
+    return InitErrorDetails(type=error, loc=(name,), input=getattr(geometry, name, None))
 
 
 def __getattr__(name: str):
@@ -184,3 +230,39 @@ def _last_words(log: str) -> str:
     errors = [line for line in lines if line.startswith("Error")]
     last = (errors or lines)[-1:]
     return f"; gmsh's last words: {last[0][:300]}" if last else ""
+
+
+def main(kind: type[Geometry]) -> None:
+    """Lets a geometry file run by itself: its fields become options, it writes one file."""
+    import click
+    import yaml
+
+    def write(output, timeout, **texts):
+        # Read as in a spec, so that 6 is a number and '16 mm' a text.
+        values = {k: yaml.safe_load(v) for k, v in texts.items() if v is not None}
+        try:
+            export(kind.model_validate(values), output, timeout)
+        except ValidationError as error:
+            for fault in error.errors():
+                where = ".".join(str(part) for part in fault["loc"])
+                click.echo(f"{where}: {fault['msg']}", err=True)
+            sys.exit(2)
+        except SoftactError as error:
+            click.echo("\n".join(error.lines), err=True)
+            sys.exit(error.exit_code)
+
+    command = click.Command("geometry", callback=write, help=kind.__doc__)
+    command.params.append(
+        click.Option(
+            ["-o", "--output"],
+            type=click.Path(path_type=Path),
+            required=True,
+            help=".msh, .vtu, .stl or .step",
+        )
+    )
+    command.params.append(click.Option(["--timeout"], type=float, default=300.0, help="seconds"))
+    for name, info in kind.model_fields.items():
+        if name != "type":
+            flag = "--" + name.replace("_", "-")
+            command.params.append(click.Option([flag, name], help=info.description))
+    command()

@@ -1,0 +1,234 @@
+"""Solids made of boxes: an exact mesh without slivers, and the same solid for CAD.
+
+Most moulded actuators are boxes with boxes cut out, and their walls are thin. An unstructured
+mesh of them has slivers in the walls; here every box edge becomes a plane of one grid, the cells
+of the grid that lie in the solid are each split into five tetrahedra, and the worst tetrahedron is
+as good as the flattest cell allows. The split (one tetrahedron on every second corner of a cell,
+four at the other corners) fits between neighbours, since these corners alternate over the grid.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+# Two planes nearer than this (mm) are one plane.
+SAME_PLANE = 1e-7
+CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+OUTSIDE = ""
+
+
+@dataclass(frozen=True)
+class Box:
+    """A box from ``lower`` to ``upper`` (mm) filled with ``name``: a region, a cavity or OUTSIDE.
+
+    A box without extent in one direction is a sheet: a named surface inside the solid.
+    """
+
+    name: str
+    lower: tuple[float, float, float]
+    upper: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Plane:
+    """The part of the outside that lies in the plane ``axis`` = ``at`` is named ``name``.
+
+    outer: whether it is part of the surface ``outer``, too.
+    """
+
+    name: str
+    axis: int
+    at: float
+    outer: bool = False
+
+
+@dataclass(frozen=True)
+class Boxes:
+    """A solid painted box over box: where boxes overlap, the later one counts.
+
+    regions, cavities: which of the names are solid and which are air inside; a wall between a
+        region and a cavity is in the surface of the cavity's name.
+    sheets: surfaces inside the solid.
+    planes: names for parts of the outside; what no plane takes is ``outer``.
+    """
+
+    boxes: tuple[Box, ...]
+    regions: tuple[str, ...]
+    cavities: tuple[str, ...] = ()
+    sheets: tuple[Box, ...] = ()
+    planes: tuple[Plane, ...] = ()
+
+    def lines(self, axis: int, size: float, cavity_size: float) -> np.ndarray:
+        """Positions of the grid's planes along an axis, at most ``size`` apart, at most
+        ``cavity_size`` apart where a cavity lies between them."""
+        everything = self.boxes + self.sheets
+        breaks = np.sort([at for box in everything for at in (box.lower[axis], box.upper[axis])])
+        breaks = breaks[np.concatenate([[True], np.diff(breaks) > SAME_PLANE])]
+        lines = [breaks[:1]]
+        for start, end in zip(breaks[:-1], breaks[1:], strict=True):
+            middle = (start + end) / 2
+            hollow = any(
+                box.name in self.cavities and box.lower[axis] < middle < box.upper[axis]
+                for box in self.boxes
+            )
+            longest = cavity_size if hollow else size
+            count = max(1, int(np.ceil((end - start) / longest - 1e-9)))
+            lines.append(np.linspace(start, end, count + 1)[1:])
+        return np.concatenate(lines)
+
+    def mesh(self, size: float, cavity_size: float) -> "BoxMesh":
+        """Tetrahedra of the solid with edges of about ``size`` (mm) along the axes."""
+        lines = [self.lines(axis, size, cavity_size) for axis in range(3)]
+        names = (OUTSIDE, *self.regions, *self.cavities)
+        label = np.zeros([len(line) - 1 for line in lines], dtype=int)
+        for box in self.boxes:
+            label[_cells_within(lines, box)] = names.index(box.name)
+        return BoxMesh(self, lines, label)
+
+    def build(self, gmsh) -> dict[str, list[tuple[int, int]]]:
+        """Adds the solid to the current gmsh model as OCC volumes; returns them by region."""
+        occ = gmsh.model.occ
+        solids: dict[str, list[tuple[int, int]]] = {name: [] for name in self.regions}
+        pending: list[tuple[int, int]] = []
+
+        def cut_pending():
+            # One cut by many boxes is much quicker than one cut each.
+            for name in self.regions:
+                if pending and solids[name]:
+                    solids[name], _ = occ.cut(solids[name], pending, removeTool=False)
+            if pending:
+                occ.remove(pending, recursive=True)
+            pending.clear()
+
+        for box in self.boxes:
+            extent = np.subtract(box.upper, box.lower)
+            solid = (3, occ.addBox(*box.lower, *extent))
+            if box.name in self.regions:
+                pending.append((3, occ.addBox(*box.lower, *extent)))
+                cut_pending()
+                solids[box.name].append(solid)
+            else:
+                pending.append(solid)
+        cut_pending()
+        for name, parts in solids.items():
+            if len(parts) > 1:
+                solids[name], _ = occ.fuse(parts[:1], parts[1:])
+        occ.synchronize()
+        return solids
+
+
+def _cells_within(lines: list[np.ndarray], box: Box) -> tuple[slice, ...]:
+    def index(axis, at):
+        return int(np.searchsorted(lines[axis], at - SAME_PLANE))
+
+    return tuple(slice(index(a, box.lower[a]), index(a, box.upper[a])) for a in range(3))
+
+
+@dataclass
+class BoxMesh:
+    """Grid of a box solid. ``label``: per cell, 0 outside, then the regions, then the cavities."""
+
+    solid: Boxes
+    lines: list[np.ndarray]
+    label: np.ndarray
+    surfaces: dict[str, np.ndarray] = field(default_factory=dict)
+
+    def __post_init__(self):
+        # Counted from the origin, so that a half and a whole are split alike.
+        self._odd = sum(int(np.argmin(abs(line))) for line in self.lines) % 2
+
+    def points(self) -> np.ndarray:
+        """All points of the grid (n, 3), mm, also those that no cell uses."""
+        return np.stack(np.meshgrid(*self.lines, indexing="ij"), axis=-1).reshape(-1, 3)
+
+    def tetrahedra(self, region: int) -> np.ndarray:
+        """Corners (m, 4) of the tetrahedra of a region, numbered as ``points``."""
+        cells = np.argwhere(self.label == region + 1)
+        parity = (cells.sum(axis=1) + self._odd) % 2
+        pieces = []
+        for odd in (0, 1):
+            start = cells[parity == odd][:, None]
+            inner = CORNERS.sum(axis=1) % 2 == odd
+            pieces.append(start + CORNERS[inner])
+            for corner in CORNERS[~inner]:
+                neighbours = corner ^ np.eye(3, dtype=int)
+                pieces.append(start + np.vstack([corner, neighbours]))
+        tets = self._number(np.concatenate(pieces))
+        x = self.points()[tets]
+        flipped = np.linalg.det(x[:, 1:] - x[:, :1]) < 0
+        tets[flipped] = tets[flipped][:, [1, 0, 2, 3]]
+        return tets
+
+    def triangles(self) -> list[tuple[frozenset[str], np.ndarray]]:
+        """Triangles (k, 3) of every surface piece with the names of the surfaces it is in."""
+        pieces: dict[frozenset[str], list[np.ndarray]] = {}
+        for axis in range(3):
+            padded = np.pad(self.label, [(int(a == axis), int(a == axis)) for a in range(3)])
+            below = np.delete(padded, -1, axis=axis)
+            above = np.delete(padded, 0, axis=axis)
+            for names, faces in self._faces(axis, below, above):
+                if len(faces):
+                    pieces.setdefault(names, []).append(self._split_faces(axis, faces))
+        ordered = sorted(pieces.items(), key=lambda piece: sorted(piece[0]))
+        return [(names, np.vstack(parts)) for names, parts in ordered]
+
+    def _faces(self, axis, below, above):
+        """Pairs of surface names and (k, 3) grid indices of faces normal to ``axis``."""
+        count = len(self.solid.regions)
+        solid_below, solid_above = (0 < below) & (below <= count), (0 < above) & (above <= count)
+        wall = solid_below != solid_above
+        other = np.where(solid_below, above, below)
+        for number, name in enumerate(self.solid.cavities):
+            yield frozenset({name}), np.argwhere(wall & (other == count + 1 + number))
+        free = wall & (other == 0)
+        for plane in self.solid.planes:
+            if plane.axis == axis:
+                near = abs(self.lines[axis] - plane.at) < SAME_PLANE
+                on_plane = free & near.reshape([-1 if a == axis else 1 for a in range(3)])
+                free &= ~on_plane
+                names = {plane.name, "outer"} if plane.outer else {plane.name}
+                yield frozenset(names), np.argwhere(on_plane)
+        yield frozenset({"outer"}), np.argwhere(free)
+        for sheet in self.solid.sheets:
+            if sheet.lower[axis] == sheet.upper[axis]:
+                place = list(_cells_within(self.lines, sheet))
+                place[axis] = slice(place[axis].start, place[axis].start + 1)
+                inside = np.zeros(wall.shape, dtype=bool)
+                inside[tuple(place)] = True
+                faces = np.argwhere(inside & solid_below & solid_above)
+                yield frozenset({sheet.name}), faces
+
+    def _split_faces(self, axis, faces):
+        """Two triangles for each face, cut from inner corner to inner corner of its cell."""
+        across = [a for a in range(3) if a != axis]
+        square = np.zeros((4, 3), dtype=int)
+        square[:, across] = [[0, 0], [1, 0], [1, 1], [0, 1]]
+        turned = (faces.sum(axis=1) + self._odd) % 2
+        corners = self._number(faces[:, None] + square)
+        corners = np.where(turned[:, None] == 1, np.roll(corners, -1, axis=1), corners)
+        return np.vstack([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]])
+
+    def _number(self, grid: np.ndarray) -> np.ndarray:
+        return np.ravel_multi_index(np.moveaxis(grid, -1, 0), [len(line) for line in self.lines])
+
+    def add_to(self, gmsh) -> None:
+        """Puts the mesh and its named groups into a new, discrete gmsh model."""
+        model = gmsh.model
+        model.add("boxes")
+        regions = [self.tetrahedra(number) for number in range(len(self.solid.regions))]
+        used = np.unique(np.concatenate([tets.ravel() for tets in regions]))
+        tag = np.zeros(len(self.points()), dtype=np.int64)
+        tag[used] = np.arange(1, len(used) + 1)
+        surfaces: dict[str, list[int]] = {}
+        volumes = [model.addDiscreteEntity(3) for _ in regions]
+        model.mesh.addNodes(3, volumes[0], tag[used], self.points()[used].ravel())
+        for name, volume, tets in zip(self.solid.regions, volumes, regions, strict=True):
+            model.mesh.addElementsByType(volume, 4, [], tag[tets].ravel())
+            model.setPhysicalName(3, model.addPhysicalGroup(3, [volume]), name)
+        for names, triangles in self.triangles():
+            entity = model.addDiscreteEntity(2)
+            model.mesh.addElementsByType(entity, 2, [], tag[triangles].ravel())
+            for name in names:
+                surfaces.setdefault(name, []).append(entity)
+        for name in sorted(surfaces):
+            model.setPhysicalName(2, model.addPhysicalGroup(2, surfaces[name]), name)
