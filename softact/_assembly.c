@@ -1,0 +1,208 @@
+/* Element loops: call a kernel on each entity and add what it gives to the global arrays.
+
+   The kernels are FFCx's (signature of ufcx_tabulate_tensor_float64). dolfinx's own loop hands
+   every element matrix to MatSetValues, which searches the row for each entry; here the place of
+   each entry is found once per mesh (find_pairs) and a matrix entry costs one addition. */
+
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef void (*kernel_t)(double *, const double *, const double *, const double *, const int *,
+                         const uint8_t *);
+
+typedef struct {
+    const double *data;   /* values of the coefficient */
+    const int32_t *table; /* dofs per cell, or NULL: data lie per entity, in order */
+    int32_t width;        /* values per entity */
+    int32_t stride;       /* row length of the table */
+} coefficient_t;
+
+typedef struct {
+    int64_t count;
+    const int32_t *cells;
+    const int32_t *facets; /* NULL on cells */
+    const int32_t *nodes;  /* geometry nodes, 4 per cell */
+    const double *points;  /* 3 per node */
+    const double *constants;
+    int32_t coefficient_count;
+    const coefficient_t *coefficients;
+} entities_t;
+
+/* Evaluate the kernel on entity e; A must hold `size` values and is cleared first. */
+static void tabulate(kernel_t kernel, const entities_t *on, int64_t e, double *w, double *A,
+                     size_t size)
+{
+    double x[12];
+    const int32_t cell = on->cells[e];
+    for (int v = 0; v < 4; ++v)
+        memcpy(x + 3 * v, on->points + 3 * (int64_t)on->nodes[4 * (int64_t)cell + v],
+               3 * sizeof(double));
+    double *to = w;
+    for (int k = 0; k < on->coefficient_count; ++k) {
+        const coefficient_t *c = on->coefficients + k;
+        if (c->table) {
+            const int32_t *dofs = c->table + (int64_t)cell * c->stride;
+            for (int i = 0; i < c->width; ++i)
+                to[i] = c->data[dofs[i]];
+        } else {
+            memcpy(to, c->data + e * c->width, c->width * sizeof(double));
+        }
+        to += c->width;
+    }
+    memset(A, 0, size * sizeof(double));
+    const int facet = on->facets ? on->facets[e] : 0;
+    const uint8_t permutation = 0;
+    kernel(A, w, on->constants, x, &facet, &permutation);
+}
+
+static double *workspace(const entities_t *on, size_t size, double **A)
+{
+    size_t width = 1;
+    for (int k = 0; k < on->coefficient_count; ++k)
+        width += on->coefficients[k].width;
+    double *w = malloc((width + size) * sizeof(double));
+    *A = w + width;
+    return w;
+}
+
+/* Sum of a rank-0 form. */
+double assemble_scalar(kernel_t kernel, const entities_t *on)
+{
+    double *A, sum = 0.0, *w = workspace(on, 1, &A);
+    for (int64_t e = 0; e < on->count; ++e) {
+        tabulate(kernel, on, e, w, A, 1);
+        sum += A[0];
+    }
+    free(w);
+    return sum;
+}
+
+/* Add a rank-1 form into `out` (local numbering); `dofs` has `stride` entries per cell. */
+void assemble_vector(kernel_t kernel, const entities_t *on, const int32_t *dofs, int32_t stride,
+                     int32_t size, double *out)
+{
+    double *A, *w = workspace(on, size, &A);
+    for (int64_t e = 0; e < on->count; ++e) {
+        tabulate(kernel, on, e, w, A, size);
+        const int32_t *row = dofs + (int64_t)on->cells[e] * stride;
+        for (int i = 0; i < size; ++i)
+            out[row[i]] += A[i];
+    }
+    free(w);
+}
+
+/* Add a rank-2 form into CSR values.
+
+   blocks: block number of each element dof (size), component: its place in the block (size);
+   base: (cells, block_count, block_count) place of the first entry of each pair of blocks;
+   row_length: (cells, block_count) entries in each row of a block;
+   fixed: (local dofs) 1 where rows and columns are left out (prescribed displacement). */
+void assemble_matrix(kernel_t kernel, const entities_t *on, const int32_t *dofs, int32_t stride,
+                     int32_t size, int32_t block_count, const int32_t *block,
+                     const int32_t *component, const int32_t *base, const int32_t *row_length,
+                     const uint8_t *fixed, double *values)
+{
+    double *A, *w = workspace(on, (size_t)size * size, &A);
+    for (int64_t e = 0; e < on->count; ++e) {
+        tabulate(kernel, on, e, w, A, (size_t)size * size);
+        const int64_t cell = on->cells[e];
+        const int32_t *row = dofs + cell * stride;
+        const int32_t *pairs = base + cell * block_count * block_count;
+        const int32_t *lengths = row_length + cell * block_count;
+        for (int i = 0; i < size; ++i) {
+            if (fixed[row[i]])
+                continue;
+            double *to = values + (int64_t)component[i] * lengths[block[i]];
+            const int32_t *places = pairs + block[i] * block_count;
+            for (int j = 0; j < size; ++j)
+                if (!fixed[row[j]])
+                    to[places[block[j]] + component[j]] += A[i * size + j];
+        }
+    }
+    free(w);
+}
+
+/* Place of every pair of blocks of each cell in the CSR pattern of blocks: out[cell,i,j] is the
+   entry of indptr/indices (columns sorted) that couples blocks[cell,i] and blocks[cell,j]. */
+void find_pairs(int64_t cells, int32_t count, const int32_t *blocks, const int32_t *indptr,
+                const int32_t *indices, int32_t *out)
+{
+    for (int64_t c = 0; c < cells; ++c)
+        for (int i = 0; i < count; ++i) {
+            const int32_t row = blocks[c * count + i];
+            for (int j = 0; j < count; ++j) {
+                const int32_t column = blocks[c * count + j];
+                int32_t low = indptr[row], high = indptr[row + 1] - 1;
+                while (low < high) {
+                    const int32_t middle = (low + high) / 2;
+                    if (indices[middle] < column)
+                        low = middle + 1;
+                    else
+                        high = middle;
+                }
+                out[(c * count + i) * count + j] = low;
+            }
+        }
+}
+
+/* Row and column (mapped by `number`) of each scalar entry of a pattern of blocks. */
+void expand_pattern(int32_t blocks, const int32_t *indptr, const int32_t *indices,
+                    const int32_t *first, const int32_t *width, const int32_t *number,
+                    int32_t *rows, int32_t *columns)
+{
+    int64_t entry = 0;
+    for (int32_t a = 0; a < blocks; ++a)
+        for (int c = 0; c < width[a]; ++c)
+            for (int32_t k = indptr[a]; k < indptr[a + 1]; ++k)
+                for (int d = 0; d < width[indices[k]]; ++d, ++entry) {
+                    rows[entry] = number[first[a] + c];
+                    columns[entry] = number[first[indices[k]] + d];
+                }
+}
+
+/* Deformation gradient at the points of each cell.
+
+   gradients: (points, 10, 3) reference gradients of the shape functions (`functions` of them);
+   u: local unknowns; dofs: (cells, stride), the first 3*functions entries are displacements, node
+   by node; out: (count, points, 3, 3). */
+void deformation_gradient(int64_t count, const int32_t *cells, const int32_t *nodes,
+                          const double *points, int32_t rule, int32_t functions,
+                          const double *gradients, const int32_t *dofs, int32_t stride,
+                          const double *u, double *out)
+{
+    for (int64_t e = 0; e < count; ++e) {
+        const int64_t cell = cells[e];
+        const double *x0 = points + 3 * (int64_t)nodes[4 * cell];
+        double m[3][3], k[3][3]; /* m[i][j] = dx_i/dX_j of the affine map, k its inverse */
+        for (int j = 0; j < 3; ++j) {
+            const double *xj = points + 3 * (int64_t)nodes[4 * cell + j + 1];
+            for (int i = 0; i < 3; ++i)
+                m[i][j] = xj[i] - x0[i];
+        }
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) {
+                const int a = (j + 1) % 3, b = (j + 2) % 3, c = (i + 1) % 3, d = (i + 2) % 3;
+                k[i][j] = m[a][c] * m[b][d] - m[a][d] * m[b][c];
+            }
+        const double det = m[0][0] * k[0][0] + m[0][1] * k[1][0] + m[0][2] * k[2][0];
+        for (int q = 0; q < rule; ++q) {
+            double h[3][3] = {{0}}; /* du_i/dxi_j */
+            const double *g = gradients + (int64_t)q * functions * 3;
+            for (int n = 0; n < functions; ++n)
+                for (int i = 0; i < 3; ++i) {
+                    const double un = u[dofs[cell * stride + 3 * n + i]];
+                    for (int j = 0; j < 3; ++j)
+                        h[i][j] += un * g[3 * n + j];
+                }
+            double *f = out + 9 * (e * rule + q);
+            for (int i = 0; i < 3; ++i)
+                for (int j = 0; j < 3; ++j) {
+                    double sum = 0.0;
+                    for (int a = 0; a < 3; ++a)
+                        sum += h[i][a] * k[a][j];
+                    f[3 * i + j] = sum / det + (i == j);
+                }
+        }
+    }
+}

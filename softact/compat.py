@@ -1,0 +1,142 @@
+"""The differences between dolfinx 0.5.2 (Debian 12) and 0.9 (Debian 13), and nothing else.
+
+No other module asks for a version. What differs: how elements are written (UFL's own classes
+before 2023, Basix's later), the names of FFCx's arguments, where a compiled form keeps its
+integrals, and the argument order of mesh creation.
+"""
+
+from __future__ import annotations
+
+import functools
+
+import basix
+import dolfinx
+import numpy as np
+import ufl
+
+_OLD = not hasattr(basix, "ufl") and hasattr(ufl, "FiniteElement")
+if not _OLD:
+    import basix.ufl
+
+CELL = "tetrahedron"
+
+
+def lagrange(degree: int, shape: tuple[int, ...] = (), discontinuous: bool = False):
+    """Lagrange element on tetrahedra, scalar or with values of ``shape``."""
+    family = "DG" if discontinuous else "Lagrange"
+    if _OLD:
+        if shape:
+            return ufl.VectorElement(family, CELL, degree, dim=shape[0])
+        return ufl.FiniteElement(family, CELL, degree)
+    return basix.ufl.element(
+        "Lagrange", CELL, degree, shape=shape or None, discontinuous=discontinuous
+    )
+
+
+def quadrature_element(degree: int, size: int):
+    """Element whose ``size`` values live at the points of the cell rule of ``degree``."""
+    if _OLD:
+        return ufl.VectorElement(
+            "Quadrature", CELL, degree, dim=size, quad_scheme="default"
+        )
+    return basix.ufl.quadrature_element(CELL, value_shape=(size,), degree=degree)
+
+
+def mixed(*elements):
+    """Mixed element of the given ones (the one itself where there is only one)."""
+    if len(elements) == 1:
+        return elements[0]
+    return ufl.MixedElement(*elements) if _OLD else basix.ufl.mixed_element(list(elements))
+
+
+@functools.cache
+def ufl_mesh() -> ufl.Mesh:
+    """The one abstract mesh of affine tetrahedra, to write forms that belong to no particular mesh."""
+    if _OLD:
+        return ufl.Mesh(ufl.VectorElement("Lagrange", CELL, 1))
+    return ufl.Mesh(basix.ufl.element("Lagrange", CELL, 1, shape=(3,)))
+
+
+def quadrature_rule(degree: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 3) and weights (n,) of FFCx's default rule on the reference tetrahedron."""
+    cell = basix.CellType.tetrahedron
+    if _OLD:
+        return basix.make_quadrature(cell, degree)
+    return basix.make_quadrature(cell, degree, rule=basix.QuadratureType.default)
+
+
+def tabulate_gradients(degree: int, points: np.ndarray) -> np.ndarray:
+    """Reference gradients of the Lagrange functions at ``points`` (n, 3): (n, functions, 3)."""
+    return np.ascontiguousarray(_tabulate(degree, points, 1)[1:4].transpose(1, 2, 0))
+
+
+def tabulate_values(degree: int, points: np.ndarray) -> np.ndarray:
+    """Values of the Lagrange functions of ``degree`` at ``points`` (n, 3): (n, functions)."""
+    if degree == 0:
+        return np.ones((len(points), 1))
+    return _tabulate(degree, points, 0)[0]
+
+
+def _tabulate(degree: int, points: np.ndarray, derivatives: int) -> np.ndarray:
+    table = np.asarray(_reference_element(degree).tabulate(derivatives, points))
+    return table.reshape(*table.shape[:3])
+
+
+def reference_nodes(degree: int) -> np.ndarray:
+    """Reference coordinates of the nodes of the Lagrange element, in dof order: (n, 3)."""
+    return np.asarray(_reference_element(degree).points)
+
+
+def _reference_element(degree: int):
+    return basix.create_element(basix.ElementFamily.P, basix.CellType.tetrahedron, degree)
+
+
+def create_mesh(comm, cells: np.ndarray, points: np.ndarray):
+    """Distributed dolfinx mesh of affine tets; rank 0 passes all, the others empty arrays."""
+    ghosts = dolfinx.mesh.GhostMode.none
+    if _OLD:
+        return dolfinx.mesh.create_mesh(comm, cells, points, ufl_mesh(), ghost_mode=ghosts)
+    partitioner = dolfinx.mesh.create_cell_partitioner(ghosts)
+    return dolfinx.mesh.create_mesh(comm, cells, points, ufl_mesh(), partitioner)
+
+
+def function_space(mesh, degree: int, size: int = 1, discontinuous: bool = False):
+    """Lagrange space of ``degree`` with ``size`` components per node on ``mesh``."""
+    element = lagrange(degree, (size,) if size > 1 else (), discontinuous)
+    create = dolfinx.fem.FunctionSpace if _OLD else dolfinx.fem.functionspace
+    return create(mesh, element)
+
+
+def cell_dofs(space) -> np.ndarray:
+    """Node numbers (blocks) of each local cell: (cells, functions)."""
+    table = space.dofmap.list
+    if hasattr(table, "array"):
+        cells = space.mesh.topology.index_map(3)
+        return table.array.reshape(cells.size_local + cells.num_ghosts, -1)
+    return np.asarray(table)
+
+
+def geometry_dofs(mesh) -> np.ndarray:
+    """Geometry nodes of each local cell: (cells, 4)."""
+    table = mesh.geometry.dofmap
+    return table.array.reshape(-1, 4) if hasattr(table, "array") else np.asarray(table)
+
+
+def generate_code(form: ufl.Form, name: str) -> str:
+    """C source of FFCx's kernels for ``form``; it includes ufcx.h."""
+    import ffcx
+    import ffcx.compiler
+
+    if _OLD:
+        options = {"parameters": ffcx.get_parameters({})}
+    else:
+        options = {"options": ffcx.get_options({})}
+    _, source = ffcx.compiler.compile_ufl_objects([form], prefix=name, **options)[:2]
+    return source
+
+
+def code_include_path() -> str:
+    """Folder of ufcx.h."""
+    import ffcx.codegeneration
+
+    return ffcx.codegeneration.get_include_path()

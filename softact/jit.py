@@ -1,0 +1,129 @@
+"""Machine code made at run time: FFCx's element kernels and the assembly loops, both cached.
+
+The cache lives under ``$XDG_CACHE_HOME/softact`` and is keyed by source, compiler flags, versions
+and processor, so that a cache shared between machines never serves wrong code. A library appears
+there by a rename, so that runs at the same time do not disturb each other and no lock is needed.
+With a warm cache neither UFL nor FFCx is run: a form is known by the text of the module that
+writes it, its name and its arguments.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import hashlib
+import os
+import platform
+import re
+import subprocess
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from softact.errors import SoftactError
+
+# -Ofast would let the compiler assume that NaN does not occur; a NaN must reach the solver.
+FLAGS = ("-O3", "-march=native", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=fast")
+
+
+def cache_folder() -> Path:
+    """Folder of all compiled code (created)."""
+    base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    folder = base / "softact" / f"code-{_machine()}"
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+@functools.cache
+def _machine() -> str:
+    """Short key of what decides whether machine code fits: processor and software versions."""
+    import ffcx
+    import ufl
+
+    processor = platform.machine()
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+        processor += next((line for line in lines if line.startswith("flags")), "")
+    except OSError:
+        pass
+    key = (processor, platform.libc_ver(), ffcx.__version__, ufl.__version__, FLAGS)
+    return hashlib.sha256(repr(key).encode()).hexdigest()[:12]
+
+
+def load_library(comm, source: Path) -> ctypes.CDLL:
+    """Compile one C file to a shared library (rank 0, once per machine) and load it."""
+    return _load(comm, source.stem, source.read_text(), lambda: source.read_text())
+
+
+def load_kernels(comm, module, name: str, *arguments) -> tuple[ctypes.c_void_p, ...]:
+    """Addresses of the element kernels of the forms that ``module.name(*arguments)`` returns.
+
+    Each form has one integral. The kernels have the signature ufcx_tabulate_tensor_float64.
+    """
+    from softact import compat
+
+    text = "".join(Path(m.__file__).read_text() for m in (module, compat))
+    key = f"{text}{name}{arguments}"
+    library = _load(comm, name, key, lambda: _generate(getattr(module, name)(*arguments)))
+    count = ctypes.c_int.in_dll(library, "kernel_count").value
+    functions = (ctypes.c_void_p * count).in_dll(library, "kernels")
+    return tuple(ctypes.c_void_p(functions[i]) for i in range(count))
+
+
+def _generate(forms) -> str:
+    """C source of the kernels of ``forms`` and a table of them."""
+    from softact import compat
+
+    sources, names = [], []
+    for number, form in enumerate(forms):
+        source = compat.generate_code(form, f"form{number}")
+        (name,) = re.findall(r"^void (tabulate_tensor_\w+)\(", source, re.MULTILINE)
+        kernel = re.search(rf"^void {name}\(.*?^}}", source, re.MULTILINE | re.DOTALL)
+        # FFCx numbers its kernels per form, so two forms may use one name.
+        names.append(f"kernel_{number}")
+        sources.append("static " + kernel.group().replace(name, names[-1]))
+    table = ", ".join(f"(void *){name}" for name in names)
+    return "\n".join(
+        [
+            "#include <math.h>",
+            "#include <stdint.h>",
+            "#include <string.h>",
+            *sources,
+            f"const int kernel_count = {len(names)};",
+            f"void *const kernels[] = {{{table}}};",
+        ]
+    )
+
+
+def _load(comm, name: str, key: str, generate: Callable[[], str]) -> ctypes.CDLL:
+    digest = hashlib.sha256(key.encode()).hexdigest()[:16]
+    library = cache_folder() / f"{name}-{digest}.so"
+    failure = None
+    if comm.rank == 0 and not library.exists():
+        try:
+            _compile(generate(), library)
+        except SoftactError as error:
+            failure = error
+    failure = comm.bcast(failure)
+    if failure is not None:
+        raise failure
+    return ctypes.CDLL(str(library))
+
+
+def _compile(source: str, library: Path) -> None:
+    compiler = os.environ.get("CC", "cc")
+    with tempfile.TemporaryDirectory(dir=library.parent) as folder:
+        code, made = Path(folder) / f"{library.stem}.c", Path(folder) / library.name
+        code.write_text(source)
+        command = [compiler, *FLAGS, "-std=c17", "-shared", "-fPIC", "-o", made, code, "-lm"]
+        try:
+            done = subprocess.run(command, capture_output=True, text=True, check=False)
+        except FileNotFoundError as error:
+            raise SoftactError(
+                f"no C compiler '{compiler}': install one with 'apt-get install gcc'"
+            ) from error
+        if done.returncode:
+            raise SoftactError(
+                f"'{compiler}' could not compile {code.name}: {done.stderr.strip()[-300:]}"
+            )
+        os.replace(made, library)

@@ -1,0 +1,146 @@
+"""A gmsh file as a distributed dolfinx mesh with named regions and surfaces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from softact import compat
+from softact.errors import MeshError
+from softact.geometry import Layout
+
+# Local facet f of a tetrahedron is the one opposite to its vertex f (UFC numbering).
+FACET_VERTICES = np.array([[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]])
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """The part of a mesh that this process holds. Lengths in mm.
+
+    domain: dolfinx mesh of affine tetrahedra without ghost cells.
+    layout: names and what they mean.
+    region: (cells,) number of the region of each local cell, into ``layout.regions``.
+    facets: surface name -> (k, 2) local cell and local facet. Each facet belongs to exactly one
+        process and one cell, also where it lies between two cells.
+    cell_count: cells of the whole mesh.
+    """
+
+    domain: object
+    layout: Layout
+    region: np.ndarray
+    facets: dict[str, np.ndarray]
+    cell_count: int
+
+    @property
+    def comm(self):
+        """The MPI communicator."""
+        return self.domain.comm
+
+
+@dataclass(frozen=True)
+class Tetrahedra:
+    """A whole mesh as plain arrays: points (n, 3) mm, cells (m, 4), region (m,) and for each
+    surface name its triangles (k, 3)."""
+
+    points: np.ndarray
+    cells: np.ndarray
+    region: np.ndarray
+    surfaces: dict[str, np.ndarray]
+
+
+def read_msh(path: Path, layout: Layout) -> Tetrahedra:
+    """Read a gmsh file (format 4.1, first-order tets, named groups).
+
+    Raises MeshError where a group that the layout promises is missing.
+    """
+    import meshio
+
+    raw = meshio.read(path, file_format="gmsh")
+    blocks = {"tetra": 3, "triangle": 2}
+    sets: dict[tuple[int, str], list[np.ndarray]] = {}
+    for name, per_block in raw.cell_sets.items():
+        if name.startswith("gmsh:"):
+            continue
+        for block, members in zip(raw.cells, per_block, strict=True):
+            if members is not None and block.type in blocks and len(members):
+                sets.setdefault((blocks[block.type], name), []).append(
+                    block.data[np.asarray(members, dtype=np.int64)]
+                )
+    return from_groups(raw.points, sets, layout, str(path))
+
+
+def from_groups(points, sets, layout: Layout, origin: str) -> Tetrahedra:
+    """Tetrahedra from {(dimension, name): [cells, ...]}; unused points are dropped."""
+    cells, region = [], []
+    for number, name in enumerate(layout.regions):
+        if (3, name) not in sets:
+            raise MeshError(f"{origin}: the mesh has no volume group '{name}'")
+        cells.append(np.vstack(sets[3, name]))
+        region.append(np.full(len(cells[-1]), number, dtype=np.int32))
+    cells = np.vstack(cells).astype(np.int64)
+    used, cells = np.unique(cells, return_inverse=True)
+    renumber = np.full(len(points), -1, dtype=np.int64)
+    renumber[used] = np.arange(len(used))
+    surfaces = {}
+    for name in layout.surfaces:
+        if (2, name) not in sets:
+            raise MeshError(f"{origin}: the mesh has no surface group '{name}'")
+        surfaces[name] = renumber[np.unique(np.sort(np.vstack(sets[2, name]), axis=1), axis=0)]
+    return Tetrahedra(
+        np.ascontiguousarray(points[used], dtype=float),
+        cells.reshape(-1, 4),
+        np.concatenate(region),
+        surfaces,
+    )
+
+
+def _facet_keys(triangles: np.ndarray, points: int) -> np.ndarray:
+    corners = np.sort(triangles, axis=-1).astype(np.int64)
+    return (corners[..., 0] * points + corners[..., 1]) * points + corners[..., 2]
+
+
+def _locate_facets(tets: Tetrahedra) -> dict[str, np.ndarray]:
+    """Surface name -> (k, 4): a cell of each triangle and the triangle's three points."""
+    count = len(tets.points)
+    keys = _facet_keys(tets.cells[:, FACET_VERTICES], count)
+    order = np.argsort(keys.ravel(), kind="stable")
+    ordered = keys.ravel()[order]
+    located = {}
+    for name, triangles in tets.surfaces.items():
+        wanted = _facet_keys(triangles, count)
+        place = np.minimum(np.searchsorted(ordered, wanted), len(ordered) - 1)
+        if not np.array_equal(ordered[place], wanted):
+            lost = int(np.sum(ordered[place] != wanted))
+            raise MeshError(f"surface '{name}': {lost} triangles are not faces of the tetrahedra")
+        located[name] = np.column_stack([order[place] // 4, triangles])
+    return located
+
+
+def distribute(comm, tets: Tetrahedra | None, layout: Layout) -> Mesh:
+    """Spread a mesh that rank 0 holds over all processes of ``comm``."""
+    if comm.rank == 0:
+        shared = (tets.region, _locate_facets(tets), len(tets.points))
+        domain = compat.create_mesh(comm, tets.cells, tets.points)
+        comm.bcast(shared)
+    else:
+        domain = compat.create_mesh(comm, np.empty((0, 4), np.int64), np.empty((0, 3)))
+        shared = comm.bcast(None)
+    region, located, _ = shared
+    original = np.asarray(domain.topology.original_cell_index, dtype=np.int64)
+    local_cells = domain.topology.index_map(3).size_local
+    original = original[:local_cells]
+    nodes = np.asarray(domain.geometry.input_global_indices)[compat.geometry_dofs(domain)]
+    local_of = np.full(len(region), -1, dtype=np.int64)
+    local_of[original] = np.arange(local_cells)
+    facets = {name: _local_facets(rows, local_of, nodes) for name, rows in located.items()}
+    return Mesh(domain, layout, region[original], facets, len(region))
+
+
+def _local_facets(rows: np.ndarray, local_of: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+    cells = local_of[rows[:, 0]]
+    here = cells >= 0
+    cells, corners = cells[here], rows[here, 1:]
+    on_facet = (nodes[cells][:, :, None] == corners[:, None, :]).any(axis=2)
+    return np.column_stack([cells, np.argmin(on_facet, axis=1)]).astype(np.int32)

@@ -1,0 +1,246 @@
+"""A meshed actuator with materials, loads and supports: its residual and tangent."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from petsc4py import PETSc
+
+from softact import compat
+from softact.assembly import Assembler, Unknowns
+from softact.errors import SpecError
+from softact.mesh import Mesh
+from softact.terms import (
+    CavityPressure,
+    InvertedElementError,
+    Layer,
+    Solid,
+    State,
+    SurfaceForce,
+    Weight,
+)
+
+# name in the spec -> displacement degree, pressure degree (None: no pressure unknown)
+ELEMENTS: dict[str, tuple[int, int | None]] = {
+    "P2/P1": (2, 1),
+    "P2/P0": (2, 0),
+    "P2": (2, None),
+    "P1": (1, None),
+}
+
+
+@dataclass(frozen=True)
+class BondedLayer:
+    """A thin layer on a surface: its material (see ``softact.terms.Layer``), thickness in mm."""
+
+    surface: str
+    material: object
+    thickness: float
+
+
+@dataclass(frozen=True)
+class Support:
+    """Prescribed displacements (mm) of a surface: component (0, 1, 2) -> value."""
+
+    surface: str
+    values: Mapping[int, float]
+
+
+class Model:
+    """Everything that decides the equilibrium of an actuator.
+
+    mesh: see ``softact.mesh``. materials: region name -> law. layers: thin layers. element: one of
+    ``ELEMENTS``. The residual is the derivative of the potential energy by the unknowns.
+    """
+
+    def __init__(
+        self,
+        mesh: Mesh,
+        materials: Mapping[str, object],
+        layers: Sequence[BondedLayer] = (),
+        element: str = "P2/P1",
+    ):
+        self.mesh, self.comm = mesh, mesh.comm
+        self.degree, pressure_degree = ELEMENTS[element]
+        spaces = [compat.function_space(mesh.domain, self.degree, 3)]
+        if pressure_degree is not None:
+            constant = pressure_degree == 0
+            spaces.append(compat.function_space(mesh.domain, pressure_degree, 1, constant))
+        self.unknowns = Unknowns(self.comm, spaces)
+        self.assembler = Assembler(mesh, self.unknowns)
+        self.displacement_dofs = self.unknowns.space_dofs[0]
+        self._functions = compat.cell_dofs(spaces[0])
+        self.solids = {
+            name: Solid(
+                self.assembler,
+                np.flatnonzero(mesh.region == number),
+                materials[name],
+                self.degree,
+                pressure_degree,
+            )
+            for number, name in enumerate(mesh.layout.regions)
+        }
+        self.cavities = {
+            name: CavityPressure(self.assembler, name, self.facets(*walls), self.degree)
+            for name, walls in mesh.layout.cavities.items()
+        }
+        self.layers = [
+            Layer(self.assembler, self.facets(la.surface), la.material, la.thickness, self.degree)
+            for la in layers
+        ]
+        self.weights = [
+            Weight(self.assembler, s.cells, s.material.density, self.degree)
+            for s in self.solids.values()
+        ] + [
+            Weight(
+                self.assembler,
+                self.facets(la.surface),
+                la.material.density * la.thickness,
+                self.degree,
+            )
+            for la in layers
+            if la.material.density
+        ]
+        self.tractions: dict[str, SurfaceForce] = {}
+        self._ghosted = self.unknowns.create_vector()
+        self.pressure_weights = self._pressure_weights()
+        self.force_floor = self._force_floor()
+
+    def facets(self, *surfaces: str) -> np.ndarray:
+        """Cells and local facets of the named surfaces together."""
+        return np.vstack([self.mesh.facets[name] for name in surfaces])
+
+    @property
+    def terms(self):
+        """All parts of the potential energy."""
+        return [
+            *self.solids.values(),
+            *self.cavities.values(),
+            *self.layers,
+            *self.weights,
+            *self.tractions.values(),
+        ]
+
+    def add_traction(self, surface: str) -> None:
+        """Make room for a dead force on a surface (its value is part of the state)."""
+        if surface not in self.tractions:
+            self.tractions[surface] = SurfaceForce(
+                self.assembler, surface, self.facets(surface), self.degree
+            )
+
+    def initial_state(self) -> State:
+        """The unloaded state."""
+        return State(np.zeros(self.unknowns.local))
+
+    # --- parallel vectors -------------------------------------------------------------------
+
+    def to_local(self, vector: PETSc.Vec) -> np.ndarray:
+        """Values of a PETSc vector with ghosts, as a new local array."""
+        vector.copy(self._ghosted)
+        self._ghosted.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
+        with self._ghosted.localForm() as local:
+            return local.getArray(readonly=True).copy()
+
+    def sum_shared(self, local: np.ndarray) -> np.ndarray:
+        """Add up what all processes hold of each unknown; returns the sums, ghosts included."""
+        with self._ghosted.localForm() as form:
+            form.setArray(local)
+        self._ghosted.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
+        self._ghosted.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
+        with self._ghosted.localForm() as form:
+            return form.getArray(readonly=True).copy()
+
+    def sum(self, value):
+        """Sum over processes of a number or an array."""
+        return self.comm.allreduce(value)
+
+    # --- residual and tangent ---------------------------------------------------------------
+
+    def force(self, state: State) -> tuple[np.ndarray, np.ndarray]:
+        """Out-of-balance and internal force of the free body (local, ghosts included).
+
+        Supports are ignored: at equilibrium the out-of-balance force is zero except where the
+        body is held, and there it is the reaction (N). An inverted element gives NaN.
+        """
+        both = np.zeros((2, self.unknowns.local))
+        try:
+            for term in self.terms:
+                internal = isinstance(term, Solid | Layer)
+                term.add_force(state, both[int(internal)])
+        except InvertedElementError:
+            both[:] = np.nan
+        internal = self.sum_shared(both[1])
+        return internal + self.sum_shared(both[0]), internal
+
+    def tangent(self, state: State, previous: State | None = None) -> PETSc.Mat:
+        """Tangent with the rows and columns of supported unknowns replaced by the identity."""
+        self.assembler.values[:] = 0.0
+        for term in self.terms:
+            term.add_tangent(state, previous)
+        return self.assembler.finish_matrix()
+
+    def energy(self, state: State, terms=None) -> float:
+        """Potential energy of the given terms (all where None), mJ."""
+        return self.sum(sum(t.energy(state) for t in (self.terms if terms is None else terms)))
+
+    def cavity_volume(self, state: State, name: str) -> float:
+        """Volume of a cavity of the meshed part, mm³."""
+        return self.sum(self.cavities[name].volume(state.x))
+
+    def _pressure_weights(self) -> np.ndarray:
+        """Volume that belongs to each pressure unknown (local, zero at displacements), mm³."""
+        out = np.zeros(self.unknowns.local)
+        for solid in self.solids.values():
+            if solid.pressure_values is None:
+                continue
+            dofs = self.unknowns.cell_dofs[solid.cells, 3 * self._functions.shape[1] :]
+            np.add.at(out, dofs, solid.volumes @ np.abs(solid.pressure_values))
+        return self.sum_shared(out)
+
+    def _force_floor(self) -> float:
+        """Force (N) below which nothing is out of balance: a strain of 1e-9 over the body."""
+        volume = self.sum(sum(float(s.volumes.sum()) for s in self.solids.values()))
+        stiffest = max(s.material.shear_modulus for s in self.solids.values())
+        return 1e-9 * stiffest * volume ** (2 / 3)
+
+    # --- supports ---------------------------------------------------------------------------
+
+    def facet_nodes(self, facets: np.ndarray) -> np.ndarray:
+        """Displacement nodes (k, n) of each facet."""
+        nodes = compat.reference_nodes(self.degree)
+        barycentric = np.column_stack([1 - nodes.sum(axis=1), nodes])
+        on_facet = np.array([np.flatnonzero(b < 1e-9) for b in barycentric.T])
+        return self._functions[facets[:, :1], on_facet[facets[:, 1]]]
+
+    def surface_nodes(self, surface: str) -> np.ndarray:
+        """Displacement nodes on a surface that this process holds, also where the facet itself
+        belongs to another process."""
+        mark = np.zeros(self.unknowns.local)
+        mark[self.displacement_dofs[self.facet_nodes(self.mesh.facets[surface]), 0]] = 1.0
+        return np.flatnonzero(self.sum_shared(mark)[self.displacement_dofs[:, 0]])
+
+    def set_supports(self, supports: Sequence[Support]) -> tuple[np.ndarray, np.ndarray]:
+        """Fix the given components and those normal to symmetry planes.
+
+        Returns (dofs, values), local. Raises SpecError where two supports contradict.
+        """
+        values = np.full(self.unknowns.local, np.nan)
+        planes = [Support(name, {c: 0.0}) for name, c in self.mesh.layout.symmetry.items()]
+        for support in (*planes, *supports):
+            nodes = self.surface_nodes(support.surface)
+            for component, value in support.values.items():
+                dofs = self.displacement_dofs[nodes, component]
+                clash = self.sum(int(np.sum(np.abs(values[dofs] - value) > 1e-12)))
+                if clash:
+                    raise SpecError(
+                        f"supports: surface '{support.surface}' moves "
+                        f"{'xyz'[component]} by {value:g} mm, where another support holds it "
+                        f"at a different value ({clash} shared nodes)"
+                    )
+                values[dofs] = value
+        dofs = np.flatnonzero(~np.isnan(values))
+        self.assembler.fixed[:] = 0
+        self.assembler.fixed[dofs] = 1
+        return dofs, values[dofs]

@@ -1,0 +1,151 @@
+"""Newton's method for one load level: PETSc SNES with a sparse direct factorisation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from petsc4py import PETSc
+
+from softact.model import Model, Support
+from softact.terms import State
+
+# A residual that has grown by this factor does not come back.
+DIVERGENCE = 1e6
+
+
+@dataclass(frozen=True)
+class NewtonOutcome:
+    """What a Newton solve did. ``residuals``: relative out-of-balance force per iteration."""
+
+    converged: bool
+    iterations: int
+    residuals: list[float]
+    reason: str
+
+
+@dataclass
+class Counts:
+    """Work done so far."""
+
+    newton_iterations: int = 0
+    factorisations: int = 0
+    residual_evaluations: int = 0
+
+
+class Newton:
+    """Equilibrium of a model at fixed loads.
+
+    tolerance bounds two numbers: the norm of the out-of-balance force by that of the internal
+    force, and the root mean square of the volumetric equation's error (a strain).
+    """
+
+    def __init__(self, model: Model, tolerance: float, max_iterations: int):
+        self.model, self.tolerance = model, tolerance
+        self.counts = Counts()
+        u = model.unknowns
+        displacement = np.zeros(u.local, dtype=bool)
+        displacement[model.displacement_dofs] = True
+        self._is_force = displacement[: u.owned]
+        self._volume_scale = self._norm(model.pressure_weights[: u.owned])
+        self._fixed_dofs = np.empty(0, dtype=int)
+        self._fixed_values = np.empty(0)
+        self._x = u.create_vector()
+        self._snes = self._create_snes(max_iterations)
+
+    def _create_snes(self, max_iterations: int) -> PETSc.SNES:
+        model = self.model
+        options = {
+            "snes_type": "newtonls",
+            "snes_linesearch_type": "basic",
+            "ksp_type": "preonly",
+            "pc_type": "cholesky",
+            "pc_factor_mat_solver_type": "mumps",
+            "mat_mumps_icntl_14": 60,  # percent of working space above the estimate
+        }
+        snes = PETSc.SNES().create(model.comm)
+        prefix = f"softact_{id(self)}_"
+        database = PETSc.Options(prefix)
+        for key, value in options.items():
+            database[key] = value
+        snes.setOptionsPrefix(prefix)
+        snes.setFunction(self._function, model.unknowns.create_vector())
+        snes.setJacobian(self._jacobian, model.assembler.matrix)
+        snes.setFromOptions()
+        snes.getKSP().setFromOptions()
+        for key in options:  # a second run in this process must not see them
+            del database[key]
+        snes.setTolerances(max_it=max_iterations)
+        snes.setConvergenceTest(self._test)
+        return snes
+
+    def set_supports(self, supports: list[Support]) -> None:
+        """Change what is held; values may change between solves at no cost."""
+        self._fixed_dofs, self._fixed_values = self.model.set_supports(supports)
+
+    def fixed(self) -> tuple[np.ndarray, np.ndarray]:
+        """Supported unknowns (local numbers) and their prescribed values."""
+        return self._fixed_dofs, self._fixed_values
+
+    def solve(self, state: State, fixed_values: np.ndarray, previous: State | None = None):
+        """Bring ``state`` to equilibrium under its loads; ``state.x`` is the first guess.
+
+        The state is changed in place, also where the solve fails.
+        """
+        self._state, self._previous = state, previous
+        self._held = fixed_values
+        self._residuals: list[float] = []
+        self._reason = ""
+        state.x[self._fixed_dofs] = fixed_values
+        self._x.setArray(state.x[: self.model.unknowns.owned])
+        with np.errstate(all="ignore"):
+            self._snes.solve(None, self._x)
+        state.x = self.model.to_local(self._x)
+        converged = self._snes.getConvergedReason() > 0
+        iterations = self._snes.getIterationNumber()
+        self.counts.newton_iterations += iterations
+        reason = "" if converged else self._reason or self._explain()
+        return NewtonOutcome(converged, iterations, self._residuals, reason)
+
+    def _function(self, _snes, x, f) -> None:
+        owned = self.model.unknowns.owned
+        self._state.x = self.model.to_local(x)
+        self.counts.residual_evaluations += 1
+        force, internal = self.model.force(self._state)
+        force[self._fixed_dofs] = self._state.x[self._fixed_dofs] - self._held
+        f.setArray(force[:owned])
+        self._internal = self._norm(internal[:owned][self._is_force])
+        self._out_of_balance = self._norm(force[:owned][self._is_force])
+        self._volume_error = self._norm(force[:owned][~self._is_force])
+
+    def _jacobian(self, _snes, x, _matrix, _preconditioner) -> None:
+        self.counts.factorisations += 1
+        self.model.tangent(self._state, self._previous)
+
+    def _test(self, _snes, iteration, _norms):
+        reason = PETSc.SNES.ConvergedReason
+        force = self._out_of_balance / max(self._internal, self.model.force_floor)
+        volume = self._volume_error / self._volume_scale if self._volume_scale else 0.0
+        error = max(force, volume)
+        self._residuals.append(float(error))
+        if not np.isfinite(error):
+            self._reason = "an element turned inside out"
+            return reason.DIVERGED_FNORM_NAN
+        if error <= self.tolerance:
+            return reason.CONVERGED_FNORM_ABS
+        if error > DIVERGENCE * max(1.0, self._residuals[0]):
+            self._reason = "the residual grew without bound"
+            return reason.DIVERGED_DTOL
+        return reason.ITERATING
+
+    def _explain(self) -> str:
+        reason = self._snes.getConvergedReason()
+        names = {
+            PETSc.SNES.ConvergedReason.DIVERGED_MAX_IT: "too many Newton iterations",
+            PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE: "the factorisation failed",
+            PETSc.SNES.ConvergedReason.DIVERGED_FNORM_NAN: "an element turned inside out",
+        }
+        return names.get(reason, f"SNES reason {reason}")
+
+    def _norm(self, values: np.ndarray) -> float:
+        return float(np.sqrt(self.model.sum(float(values @ values))))

@@ -1,0 +1,305 @@
+"""The parts of a model's potential energy: each adds its forces and its tangent to the system.
+
+A term offers ``add_force(state, out)`` (derivative of its potential, N), ``add_tangent(state)``
+(second derivative) and ``energy(state)`` (mJ, this process's share). New physics is a new term.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from softact import compat, forms
+from softact.assembly import Assembler, Coefficient, Kernel
+
+
+FUNCTIONS = {1: 4, 2: 10}  # shape functions of a tetrahedron by degree
+
+
+@dataclass
+class State:
+    """Unknowns and loads at one moment, as this process holds them.
+
+    x: (local,) unknowns, ghosts included. pressure: cavity -> MPa. gravity: (3,) mm/s².
+    traction: surface -> (3,) MPa.
+    """
+
+    x: np.ndarray
+    pressure: dict[str, float] = field(default_factory=dict)
+    gravity: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    traction: dict[str, np.ndarray] = field(default_factory=dict)
+
+
+class InvertedElementError(Exception):
+    """An element has turned inside out: the state is not admissible."""
+
+
+class Term(Protocol):
+    """What a model asks of each of its parts."""
+
+    def add_force(self, state: State, out: np.ndarray) -> None: ...
+
+    def add_tangent(self, state: State, previous: State | None) -> None: ...
+
+    def energy(self, state: State) -> float: ...
+
+
+class Solid:
+    """One region of tetrahedra with one material."""
+
+    def __init__(self, assembler: Assembler, cells, material, degree, pressure_degree):
+        self.assembler = assembler
+        self.cells = np.ascontiguousarray(cells, dtype=np.int32)
+        self.material = material
+        self._mixed = pressure_degree is not None
+        self._size = assembler.unknowns.cell_dofs.shape[1]
+        self._functions = FUNCTIONS[degree]
+        points, self.weights = compat.quadrature_rule(forms.QUADRATURE_DEGREE)
+        self._gradients = compat.tabulate_gradients(degree, points)
+        self.pressure_values = (
+            compat.tabulate_values(pressure_degree, points) if self._mixed else None
+        )
+        kernels = assembler.kernels("solid", degree, pressure_degree)
+        self._residual, self._tangent = (Kernel(assembler, k, self.cells) for k in kernels)
+        self.volumes = self._reference_volumes()
+
+    def _reference_volumes(self) -> np.ndarray:
+        """Undeformed volume that belongs to each quadrature point: (cells, points) mm³."""
+        nodes = self.assembler.geometry_nodes[self.cells]
+        x = self.assembler.points[nodes]
+        determinant = np.abs(np.linalg.det(x[:, 1:] - x[:, :1]))
+        return determinant[:, None] * self.weights
+
+    def deformation_gradient(self, x: np.ndarray, gradients=None) -> np.ndarray:
+        """F (cells, points, 3, 3) at the quadrature points, or where ``gradients`` were taken."""
+        gradients = self._gradients if gradients is None else gradients
+        out = np.empty((len(self.cells), len(gradients), 3, 3))
+        a = self.assembler
+        dofs = a.unknowns.cell_dofs
+
+        def pointer(array):
+            return ctypes.c_void_p(array.ctypes.data)
+
+        a.library.deformation_gradient(
+            ctypes.c_int64(len(self.cells)),
+            pointer(self.cells),
+            pointer(a.geometry_nodes),
+            pointer(a.points),
+            len(gradients),
+            self._functions,
+            pointer(gradients),
+            pointer(dofs),
+            dofs.shape[1],
+            pointer(x),
+            pointer(out),
+        )
+        return out
+
+    def hydrostatic_pressure(self, x: np.ndarray) -> np.ndarray:
+        """p (cells, points) MPa at the quadrature points, positive in tension."""
+        if not self._mixed:
+            jacobian = np.linalg.det(self.deformation_gradient(x))
+            return self._volumetric_stress(jacobian)
+        dofs = self.assembler.unknowns.cell_dofs[self.cells, 3 * self._functions :]
+        return x[dofs] @ self.pressure_values.T
+
+    def _volumetric_stress(self, jacobian):
+        extra = self.material.extra_volumetric(jacobian.ravel())[1].reshape(jacobian.shape)
+        return self.material.bulk_modulus * (jacobian - 1) + extra
+
+    def second_piola(self, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Stress S (n, 6), moduli D (n, 6, 6) and J (n,) at the quadrature points.
+
+        Raises InvertedElementError where J is not positive.
+        """
+        f = self.deformation_gradient(state.x).reshape(-1, 3, 3)
+        jacobian = np.linalg.det(f)
+        if not (jacobian > 0).all():  # also true of NaN
+            raise InvertedElementError
+        c = np.matmul(f.transpose(0, 2, 1), f)
+        stress, moduli = self.material.stress_tangent(c)
+        return *self._add_volumetric(stress, moduli, c, jacobian), jacobian
+
+    def _add_volumetric(self, stress, moduli, c, jacobian):
+        """What the pressure unknown does not carry: all of U(J) without one, else its rest."""
+        _, first, second = self.material.extra_volumetric(jacobian)
+        if not self._mixed:
+            first = first + self.material.bulk_modulus * (jacobian - 1)
+            second = second + self.material.bulk_modulus
+        elif not np.any(first) and not np.any(second):
+            return stress, moduli
+        inverse = np.linalg.inv(c)
+        rows, columns = [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]
+        v = inverse[:, rows, columns]
+        # (C⁻¹ ⊙ C⁻¹)_ijkl = ½ (C⁻¹_ik C⁻¹_jl + C⁻¹_il C⁻¹_jk) in Voigt pairs
+        i, j = np.array(rows)[:, None], np.array(columns)[:, None]
+        k, m = np.array(rows)[None], np.array(columns)[None]
+        product = (
+            inverse[:, i, k] * inverse[:, j, m] + inverse[:, i, m] * inverse[:, j, k]
+        ) / 2
+        stress = stress + (first * jacobian)[:, None] * v
+        moduli = (
+            moduli
+            + (jacobian**2 * second + jacobian * first)[:, None, None] * v[:, :, None] * v[:, None]
+            - (2 * jacobian * first)[:, None, None] * product
+        )
+        return stress, moduli
+
+    def _constants(self):
+        return [1 / self.material.bulk_modulus] if self._mixed else []
+
+    def _unknowns(self, x):
+        return Coefficient(x, self._size, self.assembler.unknowns.cell_dofs)
+
+    def add_force(self, state, out):
+        stress, _, _ = self._evaluate(state)
+        values = Coefficient(np.ascontiguousarray(stress), stress.shape[1] * len(self.weights))
+        self._residual.add_vector(
+            out, self._size, [self._unknowns(state.x), values], self._constants()
+        )
+
+    def add_tangent(self, state, previous):
+        stress, moduli, _ = self._evaluate(state)
+        points = len(self.weights)
+        self._tangent.add_matrix(
+            self._size,
+            [
+                self._unknowns(state.x),
+                Coefficient(np.ascontiguousarray(moduli), 36 * points),
+                Coefficient(np.ascontiguousarray(stress), 6 * points),
+            ],
+            self._constants(),
+        )
+
+    def _evaluate(self, state):
+        """The last evaluated point is kept: Newton asks for force and tangent at the same one."""
+        key = state.x.tobytes()
+        if getattr(self, "_last", (None,))[0] != key:
+            self._last = (key, self.second_piola(state))
+        return self._last[1]
+
+    def energy(self, state):
+        f = self.deformation_gradient(state.x).reshape(-1, 3, 3)
+        jacobian = np.linalg.det(f)
+        c = np.matmul(f.transpose(0, 2, 1), f)
+        density = self.material.energy(c) + self.material.extra_volumetric(jacobian)[0]
+        if self._mixed:
+            p = self.hydrostatic_pressure(state.x).ravel()
+            density = density + p**2 / (2 * self.material.bulk_modulus)
+        else:
+            density = density + self.material.bulk_modulus * (jacobian - 1) ** 2 / 2
+        return float(density @ self.volumes.ravel())
+
+
+class CavityPressure:
+    """Follower pressure on the walls of a closed cavity: potential −p V(u)."""
+
+    def __init__(self, assembler: Assembler, name: str, facets, degree: int):
+        self.name = name
+        self._size = 3 * FUNCTIONS[degree]
+        self._table = assembler.unknowns.cell_dofs
+        self._volume, self._force, self._tangent = (
+            Kernel(assembler, k, facets) for k in assembler.kernels("cavity", degree)
+        )
+
+    def _u(self, x):
+        return [Coefficient(x, self._size, self._table)]
+
+    def volume(self, x) -> float:
+        """This process's share of the enclosed volume, mm³."""
+        return self._volume.scalar(self._u(x))
+
+    def add_force(self, state, out):
+        pressure = state.pressure.get(self.name, 0.0)
+        if pressure:
+            self._force.add_vector(out, self._size, self._u(state.x), [pressure])
+
+    def add_tangent(self, state, previous):
+        pressure = state.pressure.get(self.name, 0.0)
+        if pressure:
+            self._tangent.add_matrix(self._size, self._u(state.x), [pressure])
+
+    def energy(self, state):
+        return -state.pressure.get(self.name, 0.0) * self.volume(state.x)
+
+
+class Layer:
+    """Thin elastic sheet bonded to a surface: membrane energy, no bending stiffness.
+
+    material: St. Venant-Kirchhoff with ``youngs_modulus`` (MPa), ``poissons_ratio``, ``density``
+    (tonne/mm³); thickness in mm.
+    """
+
+    def __init__(self, assembler: Assembler, facets, material, thickness: float, degree: int):
+        self.material, self.thickness = material, thickness
+        self._size = 3 * FUNCTIONS[degree]
+        self._table = assembler.unknowns.cell_dofs
+        stiffness = material.youngs_modulus * thickness / (1 - material.poissons_ratio**2)
+        self._constants = [stiffness, material.poissons_ratio]
+        self._energy, self._force, self._tangent = (
+            Kernel(assembler, k, facets) for k in assembler.kernels("layer", degree)
+        )
+
+    def _u(self, x):
+        return Coefficient(x, self._size, self._table)
+
+    def add_force(self, state, out):
+        self._force.add_vector(out, self._size, [self._u(state.x)], self._constants)
+
+    def add_tangent(self, state, previous):
+        before = state if previous is None else previous
+        self._tangent.add_matrix(
+            self._size, [self._u(state.x), self._u(before.x)], self._constants
+        )
+
+    def energy(self, state):
+        return self._energy.scalar([self._u(state.x)], self._constants)
+
+
+class Weight:
+    """Gravity on a solid region (density per volume) or a layer (density times thickness)."""
+
+    def __init__(self, assembler: Assembler, entities, density: float, degree: int):
+        self._density = density
+        self._size = 3 * FUNCTIONS[degree]
+        form = "body_force" if np.ndim(entities) == 1 else "surface_force"
+        kernel = Kernel(assembler, *assembler.kernels(form, degree), entities)
+        self._unit = np.zeros((3, assembler.unknowns.local))
+        for direction, out in zip(np.eye(3), self._unit, strict=True):
+            kernel.add_vector(out, self._size, [], direction * density)
+
+    def add_force(self, state, out):
+        if np.any(state.gravity):
+            out -= state.gravity @ self._unit
+
+    def add_tangent(self, state, previous):
+        """The weight does not depend on the displacement."""
+
+    def energy(self, state):
+        return -float(state.gravity @ self._unit @ state.x)
+
+
+class SurfaceForce:
+    """Dead force per undeformed area on a surface."""
+
+    def __init__(self, assembler: Assembler, name: str, facets, degree: int):
+        self.name = name
+        kernel = Kernel(assembler, *assembler.kernels("surface_force", degree), facets)
+        self._unit = np.zeros((3, assembler.unknowns.local))
+        for direction, out in zip(np.eye(3), self._unit, strict=True):
+            kernel.add_vector(out, 3 * FUNCTIONS[degree], [], direction)
+
+    def add_force(self, state, out):
+        if self.name in state.traction:
+            out -= state.traction[self.name] @ self._unit
+
+    def add_tangent(self, state, previous):
+        """A dead force does not depend on the displacement."""
+
+    def energy(self, state):
+        if self.name not in state.traction:
+            return 0.0
+        return -float(state.traction[self.name] @ self._unit @ state.x)
