@@ -268,7 +268,8 @@ def positive(x):
     """Return x where it is positive and 0 elsewhere (Macaulay bracket)."""
     if not isinstance(x, _Number):
         return np.maximum(x, 0.0)
-    keep = (x.value > 0.0) * 1.0
+    # Rounding must not decide whether the undeformed state (x = 0) is stiff: it counts as positive.
+    keep = (x.value > -1e-12) * 1.0
     return x._masked(keep, x.value * keep)
 
 
@@ -290,6 +291,7 @@ _ACTIONS = {
     "divide": lambda a, b: b.__rtruediv__(a) if not isinstance(a, _Number) else a / b,
     "power": lambda a, b: a**b,
     "exp": lambda x: x._compose(_exp(x.value, x.order)),
+    "expm1": lambda x: x._compose((np.expm1(x.value), *_exp(x.value, x.order)[1:])),
     "log": lambda x: x.log(),
     "sqrt": lambda x: x._compose(_sqrt(x.value, x.order)),
 }

@@ -1,0 +1,69 @@
+"""Holzapfel-Gasser-Ogden law with dispersion, for fabrics and fibre-reinforced walls."""
+
+from typing import ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from softact.materials.invariants import InvariantLaw
+from softact.materials.jets import positive
+from softact.units import Angle, Dimensionless, Pressure
+
+
+class Holzapfel(InvariantLaw):
+    """W̄ = C10 (Ī1 − 3) + k1/(2 k2) Σα (exp(k2 ⟨Eα⟩²) − 1), Eα = κ(Ī1 − 3) + (1 − 3κ)(Ī4α − 1)."""
+
+    formula: ClassVar[str] = (
+        "W̄ = C10 (Ī1 − 3) + k1/(2 k2) Σα (exp(k2 ⟨Eα⟩²) − 1) with "
+        "Eα = κ (Ī1 − 3) + (1 − 3κ)(Ī4α − 1); k1/2 Σα ⟨Eα⟩² where k2 = 0"
+    )
+    reference: ClassVar[str] = (
+        "Gasser, Ogden and Holzapfel 2006, J. R. Soc. Interface 3:15; as in Abaqus"
+    )
+    use: ClassVar[str] = (
+        "Knitted and coated fabrics, walls with windings. One fibre family along the angle to the "
+        "region's axis, or two at plus and minus the angle. Fibres carry nothing in compression "
+        "(Eα < 0). Volumetric energy K/2 ((J² − 1)/2 − ln J)."
+    )
+    anisotropic: ClassVar[bool] = True
+    logarithmic_volume: ClassVar[bool] = True
+
+    law: Literal["holzapfel"] = "holzapfel"
+    c10: Pressure = Field(gt=0, description="half the shear modulus of the matrix")
+    k1: Pressure = Field(ge=0, description="stiffness of a fibre family")
+    k2: Dimensionless = Field(default=0.0, ge=0, description="stiffening of the fibres")
+    kappa: Dimensionless = Field(
+        default=0.0, ge=0, le=1 / 3, description="dispersion: 0 aligned, 1/3 isotropic"
+    )
+    angle: Angle = Field(default=0.0, description="of the fibres to the region's axis, in degrees")
+    families: Literal[1, 2] = Field(default=2, description="1: at the angle; 2: at ± the angle")
+
+    @staticmethod
+    def strain_energy(k, i1, i2, *fibre_invariants):
+        """See ``InvariantLaw.strain_energy``."""
+        energy = k.c10 * (i1 - 3.0)
+        for i4 in fibre_invariants:
+            strain = (1.0 - 3.0 * k.kappa) * (i4 - 1.0)
+            if k.kappa:
+                strain = strain + k.kappa * (i1 - 3.0)
+            square = positive(strain) ** 2
+            if k.k2 == 0.0:
+                energy = energy + (0.5 * k.k1) * square
+            else:
+                energy = energy + (0.5 * k.k1 / k.k2) * np.expm1(k.k2 * square)
+        return energy
+
+    def fibre_directions(self, axis: np.ndarray, normal: np.ndarray) -> np.ndarray:
+        """Return unit vectors (n, families, 3) in the plane of ``axis`` and normal × axis.
+
+        axis: direction (n,3) from which the angle counts. normal: of the wall (n,3); only its part
+        normal to the axis counts. Raises ValueError where the two are parallel.
+        """
+        axis = axis / np.linalg.norm(axis, axis=1)[:, None]
+        across = np.cross(normal, axis)
+        length = np.linalg.norm(across, axis=1)[:, None]
+        if np.any(length < 1e-9 * np.linalg.norm(normal, axis=1)[:, None]):
+            raise ValueError("the wall's normal is parallel to the fibre axis")
+        across = across / length
+        angles = np.radians([self.angle, -self.angle][: self.families])
+        return np.stack([np.cos(a) * axis + np.sin(a) * across for a in angles], axis=1)
