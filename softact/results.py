@@ -272,6 +272,11 @@ class Results:
         with h5py.File(self.directory / "fields.h5", "r") as file:
             return file["increments"][self.increments[number]][name][()]
 
+    def scalar(self, number: int, name: str) -> np.ndarray:
+        """(n,) the field, or its magnitude where it is a vector field."""
+        values = self.field(number, name)
+        return values if values.ndim == 1 else np.linalg.norm(values, axis=1)
+
 
 def read(directory: str | Path) -> Results:
     """Read a result folder, finished or not.

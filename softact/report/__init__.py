@@ -1,0 +1,38 @@
+"""report.html and the pictures of a result folder, from the files in the folder alone."""
+
+from pathlib import Path
+
+from softact.report import curves, page, pictures, viewer
+from softact.results import read, write_atomic
+
+__all__ = ["write_report"]
+
+
+def write_report(directory: str | Path) -> Path:
+    """(Re)build report.html, curve.png, states.png and shape.png; returns the report's path.
+
+    A picture or 3-D view that cannot be made does not stop the rest: the report says which is
+    missing and why. Raises SpecError where the folder is not a result folder.
+    """
+    directory = Path(directory)
+    results = read(directory)
+    faults = list(results.faults)
+    for name in ("curve.png", "states.png", "shape.png"):
+        (directory / name).unlink(missing_ok=True)
+    try:
+        if curves.charts(results):
+            write_atomic(directory / "curve.png", curves.picture(results))
+    except Exception as error:  # a report without a picture beats no report
+        faults.append(f"curve.png is missing: {error!r}")
+    view = None
+    if results.increments:
+        fault = pictures.draw(directory)
+        if fault:
+            faults.append(f"The pictures of the actuator are missing: {fault}")
+        try:
+            view = viewer.pack(results)
+        except Exception as error:  # as above
+            faults.append(f"The 3-D view is missing: {error!r}")
+    path = directory / "report.html"
+    write_atomic(path, page.html(results, view, faults))
+    return path

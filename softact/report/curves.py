@@ -1,0 +1,180 @@
+"""What the curves and tables of a report show, taken from curve.csv; and ``curve.png``."""
+
+from dataclasses import dataclass
+from io import BytesIO
+
+import numpy as np
+
+from softact.report import labels
+from softact.report.view import load, load_name, rest_state
+from softact.results import Results
+
+#: Title of a chart and the beginnings of the names of the columns in it. Other columns get a
+#: chart of their own.
+_GROUPS = (
+    ("Bending angle", ("bending_angle", "chord_angle")),
+    ("Pressures", ("pressure",)),
+    ("Cavity volume", ("cavity_volume",)),
+    ("Largest stress", ("max_principal_stress", "max_von_mises")),
+    ("Largest stretch", ("max_principal_stretch",)),
+    ("Elongation", ("elongation",)),
+    ("Twist", ("twist_angle",)),
+    ("Reaction force", ("reaction_x", "reaction_y", "reaction_z")),
+    ("Reaction moment", ("reaction_moment",)),
+    ("Energy", ("strain_energy", "pressure_work")),
+)
+_AXES = ("_x_mm", "_y_mm", "_z_mm")
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Lines over one abscissa; ``equal`` asks for the same scale on both axes."""
+
+    title: str
+    x: str
+    y: str
+    series: list[tuple[str, np.ndarray, np.ndarray]]
+    equal: bool = False
+
+
+def is_place(name: str, names) -> bool:
+    """Whether a column is a coordinate of where a largest value lies."""
+    return any(
+        name.endswith(axis) and any(f"{name.removesuffix(axis)}{e}" in names for e in ("", "_MPa"))
+        for axis in _AXES
+    )
+
+
+def measures(results: Results) -> list[str]:
+    """Columns that are results: numbers, not bookkeeping, not places, not zero throughout."""
+    columns = results.curve
+    return [
+        name
+        for name, values in columns.items()
+        if name not in labels.BOOKKEEPING
+        and values.dtype == float
+        and not is_place(name, columns)
+        and np.nanmax(np.abs(values), initial=0.0, where=np.isfinite(values)) > 1e-9
+    ]
+
+
+def charts(results: Results) -> list[Chart]:
+    """All charts, the tip's path included; none where there are no rows."""
+    driver = load_name(results)
+    abscissa = load(results)
+    x_label = str(labels.column(driver)) if driver else "Load (finished steps and fraction)"
+    left = [name for name in measures(results) if name != driver]
+    found = []
+    for title, beginnings in _GROUPS:
+        names = [name for name in left if name.startswith(beginnings)]
+        if title == "Reaction force":
+            names = [name for name in names if name.endswith("_N")]
+        if title == "Pressures" and names and driver:
+            names.insert(0, driver)
+        if names:
+            found.append(_chart(results, title, x_label, abscissa, names))
+            left = [name for name in left if name not in names]
+    tip = [name for name in left if name.startswith("tip_")]
+    if len(tip) > 1:
+        found.insert(1, _tip_path(results, tip))
+        left = [name for name in left if name not in tip]
+    found += [
+        _chart(results, labels.column(name).name, x_label, abscissa, [name]) for name in left
+    ]
+    return found
+
+
+def _chart(results, title, x_label, abscissa, names) -> Chart:
+    shown = [labels.column(name) for name in names]
+    series = [
+        (label.name, abscissa, results.curve[name] * label.factor)
+        for name, label in zip(names, shown, strict=True)
+    ]
+    unit = shown[0].unit
+    return Chart(title, x_label, f"{title} ({unit})" if unit else title, series)
+
+
+def _tip_path(results: Results, names: list[str]) -> Chart:
+    """The two coordinates of the tip that change most, one against the other."""
+    spans = [np.ptp(results.curve[name][np.isfinite(results.curve[name])]) for name in names]
+    first, second = sorted(np.argsort(spans)[-2:])
+    x, y = (str(labels.column(names[n])) for n in (first, second))
+    line = ("Tip", results.curve[names[first]], results.curve[names[second]])
+    return Chart("Path of the tip", x, y, [line], equal=True)
+
+
+def round_loads(low: float, high: float) -> list[float]:
+    """Three to six round values strictly between ``low`` and ``high``, in that order."""
+    span = high - low
+    if span == 0 or not np.isfinite(span):
+        return []
+    power = 10.0 ** np.floor(np.log10(abs(span) / 4))
+    step = min((1, 2, 2.5, 5, 10), key=lambda s: abs(abs(span) / (s * power) - 5)) * power
+    step *= np.sign(span)
+    first = np.floor(low / step + 1e-9) + 1
+    values = step * (first + np.arange(12))
+    return [float(v) for v in values if (high - v) * np.sign(span) > 0.02 * abs(span)]
+
+
+def at_load(results: Results, values: np.ndarray, aim: float) -> float:
+    """``values`` where the load first reaches ``aim``, linear between increments; else NaN."""
+    loads = load(results)
+    for number in range(max(rest_state(results), 0), len(loads) - 1):
+        one, other = loads[number], loads[number + 1]
+        if one != other and (one - aim) * (other - aim) <= 0:
+            part = (aim - one) / (other - one)
+            return float((1 - part) * values[number] + part * values[number + 1])
+    return float("nan")
+
+
+def key_figures(results: Results) -> tuple[list[str], list[tuple[str, str, list[str]]]]:
+    """Heads and rows (name, unit, texts) of the table: at round loads and at the last state."""
+    driver = load_name(results)
+    loads = load(results)
+    if not len(loads):
+        return [], []
+    unit = labels.column(driver).unit if driver else ""
+    start = loads[max(rest_state(results), 0)]
+    aims = round_loads(start, loads[-1])
+    heads = [f"{labels.number(v)} {unit}".strip() for v in [*aims, loads[-1]]]
+    heads[-1] += " (last)"
+    rows = []
+    for name in measures(results):
+        if name == driver:
+            continue
+        label, values = labels.column(name), results.curve[name] * labels.column(name).factor
+        texts = [labels.number(at_load(results, values, aim)) for aim in aims]
+        rows.append((label.name, label.unit, [*texts, labels.number(values[-1])]))
+    return heads, rows
+
+
+def picture(results: Results, most: int = 4) -> bytes:
+    """PNG of the first ``most`` charts."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    chosen = charts(results)[:most]
+    columns = min(len(chosen), 2)
+    rows = -(-len(chosen) // columns)
+    figure = Figure(figsize=(5.2 * columns, 3.9 * rows), dpi=160, layout="constrained")
+    FigureCanvasAgg(figure)
+    for place, chart in enumerate(chosen):
+        axes = figure.add_subplot(rows, columns, place + 1)
+        for colour, (name, x, y) in zip(COLOURS * 3, chart.series, strict=False):
+            axes.plot(x, y, "o-", color=colour, markersize=3.5, linewidth=1.8, label=name)
+        axes.set_xlabel(chart.x)
+        axes.set_ylabel(chart.y)
+        axes.set_title(chart.title, loc="left", fontsize=12, fontweight="bold")
+        axes.grid(color="#e3e7ea", linewidth=0.8)
+        axes.spines[["top", "right"]].set_visible(False)
+        if chart.equal:
+            axes.set_aspect("equal", adjustable="datalim")
+        if len(chart.series) > 1:
+            axes.legend(frameon=False, fontsize=9)
+    out = BytesIO()
+    figure.savefig(out, format="png")
+    return out.getvalue()
+
+
+#: Line colours, told apart by colour-blind readers too (Okabe and Ito 2008).
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")

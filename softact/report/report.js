@@ -1,0 +1,286 @@
+"use strict";
+/* Draws the curves and the 3-D view from the data that stand in the page. */
+
+const FONT = { family: "system-ui, -apple-system, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif",
+  color: "#15202b", size: 12 };
+const GRID = { gridcolor: "#e3e7ea", zerolinecolor: "#c3cbd1", linecolor: "#8a949b",
+  automargin: true };
+const PLAIN = { displaylogo: false, displayModeBar: false, responsive: true };
+
+async function inflated(base64) {
+  const packed = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Response(stream).arrayBuffer();
+}
+
+async function loadPlotly() {
+  const source = new TextDecoder().decode(await inflated(byId("plotly").textContent));
+  const script = document.createElement("script");
+  script.textContent = source;
+  document.head.append(script);
+}
+
+function byId(id) {
+  return document.getElementById(id);
+}
+
+function chartIn(parent, traces, layout) {
+  const box = document.createElement("div");
+  box.className = "chart";
+  parent.append(box);
+  const { title, ...rest } = layout;
+  return Plotly.newPlot(box, traces, {
+    title: { text: `<b>${title}</b>`, x: 0, xanchor: "left", font: { size: 14 } },
+    font: FONT, margin: { l: 56, r: 12, t: 40, b: 46 }, hovermode: "closest",
+    paper_bgcolor: "white", plot_bgcolor: "white", showlegend: traces.length > 1,
+    legend: { x: 0.02, y: 0.98, bgcolor: "rgba(255,255,255,0.75)" }, dragmode: false, ...rest,
+  }, PLAIN);
+}
+
+function drawCharts(charts) {
+  return Promise.all(charts.map((chart) => chartIn(byId("charts"), chart.series.map((line) => ({
+    type: "scatter", mode: "lines+markers", name: line.name, x: line.x, y: line.y,
+    line: { color: line.colour, width: 2 }, marker: { size: 5 },
+    hovertemplate: "%{x:.4~g}, %{y:.4~g}<extra></extra>",
+  })), {
+    title: chart.title,
+    xaxis: { ...GRID, title: { text: chart.x } },
+    yaxis: { ...GRID, title: { text: chart.y }, ...(chart.equal ? { scaleanchor: "x" } : {}) },
+  })));
+}
+
+function drawHistory(history) {
+  if (!history.length) return Promise.resolve();
+  const good = "#0072b2", bad = "#d55e00";
+  const bars = [true, false].map((converged) => {
+    const some = history.map((item, index) => ({ ...item, index })).
+      filter((item) => item.converged === converged);
+    return {
+      type: "bar", name: converged ? "accepted" : "no equilibrium",
+      marker: { color: converged ? good : bad },
+      x: some.map((item) => item.index + 1), y: some.map((item) => item.iterations),
+      text: some.map((item) => `${item.step} ${(100 * (item.fraction ?? 0)).toFixed(1)} %`),
+      textposition: "none", hovertemplate: "%{text}: %{y} iterations<extra></extra>",
+    };
+  });
+  const lines = history.filter((item) => item.residuals.length).map((item) => ({
+    type: "scatter", mode: "lines+markers", showlegend: false,
+    x: item.residuals.map((_, n) => n), y: item.residuals,
+    line: { color: item.converged ? good : bad, width: 1.2 }, marker: { size: 4 }, opacity: 0.6,
+    name: `${item.step} ${(100 * (item.fraction ?? 0)).toFixed(1)} %`,
+    hovertemplate: "%{fullData.name}: %{y:.1e}<extra></extra>",
+  }));
+  const legend = { orientation: "h", x: 0, y: 1.12, yanchor: "top" };
+  return Promise.all([
+    chartIn(byId("historycharts"), bars, {
+      title: "Newton iterations of each increment", barmode: "stack", legend,
+      margin: { l: 56, r: 12, t: 58, b: 46 },
+      xaxis: { ...GRID, title: { text: "Attempted increment" } },
+      yaxis: { ...GRID, title: { text: "Iterations" } },
+    }),
+    lines.length && chartIn(byId("historycharts"), lines, {
+      title: "Residual in each increment", showlegend: false,
+      xaxis: { ...GRID, title: { text: "Iteration" }, dtick: lines.length > 8 ? undefined : 1 },
+      yaxis: { ...GRID, title: { text: "Relative residual" }, type: "log",
+        exponentformat: "power", dtick: 2 },
+    }),
+  ]);
+}
+
+/* ---- the 3-D view ---- */
+
+async function unpack(view) {
+  const raw = await inflated(view.data);
+  const n = view.vertices, count = view.states.length, faces = view.outer + view.inner;
+  const triangles = new Uint32Array(raw, 0, 3 * faces);
+  const steps = new Uint16Array(raw, 12 * faces, 3 * n * count);
+  const shades = new Uint8Array(raw, 12 * faces + 6 * n * count);
+  for (let k = 3 * n; k < steps.length; k++) steps[k] += steps[k - 3 * n];
+  for (let k = 0; k < shades.length; k++) {
+    if (k % (n * count) >= n) shades[k] += shades[k - n];
+  }
+  return { triangles, steps, shades };
+}
+
+class Shape {
+  constructor(view, raw) {
+    this.view = view;
+    this.raw = raw;
+    this.state = view.states.length - 1;
+    this.field = 0;
+    this.cut = false;
+  }
+
+  get mirrors() {
+    return this.cut ? [] : this.view.mirrors;
+  }
+
+  /* Coordinates of all vertices, the mirrored parts after the computed one. */
+  places() {
+    const { vertices: n, low, scale } = this.view, copies = 2 ** this.mirrors.length;
+    const start = 3 * n * this.state;
+    return [0, 1, 2].map((axis) => {
+      const values = new Float32Array(n * copies);
+      for (let k = 0; k < n; k++) {
+        values[k] = low[axis] + scale * this.raw.steps[start + axis * n + k];
+      }
+      this.mirrors.forEach((mirror, nth) => {
+        const sign = mirror === axis ? -1 : 1, size = n * 2 ** nth;
+        for (let k = 0; k < size; k++) values[size + k] = sign * values[k];
+      });
+      return values;
+    });
+  }
+
+  intensity() {
+    const { vertices: n, states, fields } = this.view, copies = 2 ** this.mirrors.length;
+    const { low, high } = fields[this.field];
+    const start = n * (states.length * this.field + this.state);
+    const values = new Float32Array(n * copies);
+    for (let k = 0; k < values.length; k++) {
+      values[k] = low + (high - low) * this.raw.shades[start + k % n] / 255;
+    }
+    return values;
+  }
+
+  triangles() {
+    const n = this.view.vertices, copies = 2 ** this.mirrors.length;
+    const faces = this.cut ? this.view.outer + this.view.inner : this.view.outer;
+    return [0, 1, 2].map((corner) => {
+      const ids = new Int32Array(faces * copies);
+      for (let k = 0; k < ids.length; k++) {
+        const copy = Math.floor(k / faces);
+        ids[k] = copy * n + this.raw.triangles[3 * (k % faces) + corner];
+      }
+      return ids;
+    });
+  }
+
+  trace() {
+    const [x, y, z] = this.places(), [i, j, k] = this.triangles();
+    const { colours, fields } = this.view, field = fields[this.field];
+    const narrow = window.innerWidth < 740;
+    const scale = colours.map((colour, n) => [n / (colours.length - 1), colour]);
+    return {
+      type: "mesh3d", x, y, z, i, j, k, flatshading: false, hoverinfo: "skip",
+      lighting: { ambient: 0.55, diffuse: 0.6, specular: 0.12, roughness: 0.6, fresnel: 0.1,
+        vertexnormalsepsilon: 0, facenormalsepsilon: 0 },
+      lightposition: this.light(),
+      ...(field ? {
+        intensity: this.intensity(), cmin: field.low, cmax: field.high, colorscale: scale,
+        colorbar: {
+          title: { text: field.label, side: narrow ? "top" : "right" }, thickness: 14,
+          outlinewidth: 0, ...(narrow ? { orientation: "h", x: 0.5, y: -0.02, yanchor: "top",
+            len: 0.9, nticks: 5 } : { len: 0.8, x: 1.0 }),
+        },
+      } : { color: "#9fb4c0" }),
+    };
+  }
+
+  light() {
+    const { eye, up } = this.view.camera;
+    const [x, y, z] = eye.map((value, n) => 1e5 * (value + 0.8 * up[n]));
+    return { x, y, z };
+  }
+
+  layout() {
+    const { box, camera } = this.view;
+    const names = ["x", "y", "z"];
+    const axes = names.map((name, n) => ({
+      range: box[n], title: { text: `${name} (mm)` }, showbackground: false,
+      gridcolor: "#dfe4e8", zeroline: false, nticks: 6, showspikes: false,
+    }));
+    const [eye, up] = [camera.eye, camera.up].map(([x, y, z]) => ({ x, y, z }));
+    const upright = Math.abs(up.z) > 0.99;
+    return {
+      font: FONT, margin: { l: 0, r: 0, t: 0, b: 0 }, uirevision: "keep", paper_bgcolor: "white",
+      scene: {
+        aspectmode: "data", dragmode: upright ? "turntable" : "orbit",
+        camera: { eye: { x: 1.6 * eye.x, y: 1.6 * eye.y, z: 1.6 * eye.z }, up,
+          projection: { type: "orthographic" } },
+        xaxis: axes[0], yaxis: axes[1], zaxis: axes[2],
+      },
+    };
+  }
+
+  /* Redraw; at most one drawing at a time, and always ending with the newest state. */
+  async update(change) {
+    Object.assign(this, change);
+    this.stale = true;
+    if (this.drawing) return this.drawing;
+    this.drawing = (async () => {
+      while (this.stale) {
+        this.stale = false;
+        await Plotly.react("shape", [this.trace()], this.layout(), this.config);
+      }
+      this.drawing = null;
+    })();
+    return this.drawing;
+  }
+
+  get config() {
+    return { displaylogo: false, responsive: true,
+      modeBarButtonsToRemove: ["resetCameraLastSave3d", "hoverClosest3d", "tableRotation",
+        "orbitRotation"] };
+  }
+}
+
+async function drawView(view) {
+  if (!view) return;
+  const shape = new Shape(view, await unpack(view));
+  const slider = byId("load"), field = byId("field"), cut = byId("cut"), play = byId("play");
+  slider.max = view.states.length - 1;
+  slider.value = shape.state;
+  view.fields.forEach((item, n) => field.add(new Option(item.label, n)));
+  field.parentElement.hidden = view.fields.length < 2;
+  byId("cutlabel").hidden = !view.mirrors.length || !view.inner;
+  const say = () => {
+    byId("caption").textContent = view.states[shape.state];
+    const item = view.fields[shape.field];
+    byId("range").textContent = item && item.largest > item.high * 1.02
+      ? `Colours end at ${+item.high.toPrecision(3)} ${item.unit}; the largest ${item.name} on ` +
+        `the outside is ${+item.largest.toPrecision(3)} ${item.unit}.` : "";
+  };
+  const show = (change) => {
+    const drawn = shape.update(change);
+    say();
+    return drawn;
+  };
+  slider.addEventListener("input", () => show({ state: +slider.value }));
+  field.addEventListener("change", () => show({ field: +field.value }));
+  cut.addEventListener("change", () => show({ cut: cut.checked }));
+  play.addEventListener("click", async () => {
+    if (shape.playing) {
+      shape.playing = false;
+      return;
+    }
+    shape.playing = true;
+    play.textContent = "\u275a\u275a";
+    const first = +slider.value === +slider.max ? 0 : +slider.value;
+    for (let k = first; k < view.states.length && shape.playing; k++) {
+      slider.value = k;
+      await show({ state: k });
+      await new Promise((done) => setTimeout(done, 120));
+    }
+    shape.playing = false;
+    play.textContent = "\u25b6";
+  });
+  await show({});
+}
+
+async function main() {
+  const data = JSON.parse(byId("data").textContent);
+  await loadPlotly();
+  await Promise.all([drawCharts(data.charts), drawHistory(data.history), drawView(data.view)]);
+}
+
+main().then(() => {
+  document.body.dataset.ready = "yes";
+}, (error) => {
+  const note = document.createElement("p");
+  note.className = "banner bad";
+  note.textContent = `The curves and the 3-D view could not be drawn (${error.message}); ` +
+    "a browser of 2023 or later is needed.";
+  document.querySelector("header").append(note);
+  document.body.dataset.ready = "failed";
+});

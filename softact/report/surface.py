@@ -1,0 +1,131 @@
+"""What of a mesh can be seen: its skin, cut into flat triangles, creases kept sharp."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from softact.results import Results
+
+_TET_FACES = ((0, 2, 1, 6, 5, 4), (0, 1, 3, 4, 8, 7), (1, 2, 3, 5, 9, 8), (2, 0, 3, 6, 7, 9))
+_CREASE_DEG = 35.0
+
+
+@dataclass(frozen=True)
+class Skin:
+    """Triangles to draw, on vertices that are copies of mesh nodes.
+
+    nodes: (v,) node of each vertex; a node on a crease has a vertex for each smooth patch.
+    outer: (a, 3) vertices of the triangles that are seen from outside.
+    inner: (b, 3) of the walls of cavities and the symmetry planes, seen in a cut only.
+    edges: (e, 2) vertices of the outer creases. mirrors: coordinates (0, 1, 2) whose change of
+    sign gives the other parts of the actuator.
+    """
+
+    nodes: np.ndarray
+    outer: np.ndarray
+    inner: np.ndarray
+    edges: np.ndarray
+    mirrors: tuple[int, ...]
+
+
+def exterior(cells: np.ndarray) -> np.ndarray:
+    """Faces that belong to one tet only, (k, 6) or (k, 3), normals outward, VTK's order."""
+    corners = cells.shape[1] == 4
+    faces = np.vstack([cells[:, face[:3] if corners else face] for face in _TET_FACES])
+    _, first, count = np.unique(
+        np.sort(faces[:, :3], axis=1), axis=0, return_index=True, return_counts=True
+    )
+    return faces[first[count == 1]]
+
+
+def flat(triangles: np.ndarray) -> np.ndarray:
+    """Each quadratic triangle (k, 6) as four flat ones (4k, 3); flat ones are left alone."""
+    if triangles.shape[1] == 3:
+        return triangles
+    pieces = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))
+    return np.stack([triangles[:, piece] for piece in pieces], axis=1).reshape(-1, 3)
+
+
+def skin(results: Results, most: int | None = None) -> Skin:
+    """The skin of a result's mesh.
+
+    most: where the outside has more flat triangles than this, the quadratic triangles are drawn
+    by their corners alone.
+    """
+    outside = exterior(results.cells)
+    hidden = _same(outside, [results.surfaces[name] for name in _hidden(results)])
+    if most and 4 * np.count_nonzero(~hidden) > most:
+        outside = outside[:, :3]
+    outer, inner = flat(outside[~hidden]), flat(outside[hidden])
+    patch = _patches(results.points, np.vstack([outer, inner]))
+    # The two sets may share a patch number but never a vertex: their common border is a crease.
+    patch[len(outer) :] += patch.max(initial=0) + 1
+    key = np.stack([np.vstack([outer, inner]), np.repeat(patch[:, None], 3, axis=1)], axis=-1)
+    vertices, where = np.unique(key.reshape(-1, 2), axis=0, return_inverse=True)
+    where = where.reshape(-1, 3)
+    return Skin(
+        nodes=vertices[:, 0],
+        outer=where[: len(outer)],
+        inner=where[len(outer) :],
+        edges=_creases(where[: len(outer)], _planes(results, vertices[:, 0])),
+        mirrors=tuple(results.layout.symmetry.values()),
+    )
+
+
+def _hidden(results: Results) -> list[str]:
+    """Surfaces that cannot be seen from outside, of those the mesh has."""
+    layout = results.layout
+    names = [*layout.symmetry, *(name for walls in layout.cavities.values() for name in walls)]
+    return [name for name in names if name in results.surfaces]
+
+
+def _same(triangles: np.ndarray, groups: Sequence[np.ndarray]) -> np.ndarray:
+    """(k,) whether each of ``triangles`` has its corners in one of the ``groups``."""
+    known = {tuple(t) for group in groups for t in np.sort(group[:, :3], axis=1).tolist()}
+    return np.array([tuple(t) in known for t in np.sort(triangles[:, :3], axis=1).tolist()], bool)
+
+
+def _patches(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """(k,) number of the smooth patch of each flat triangle: neighbours at less than 35 deg."""
+    a, b, c = (points[triangles[:, corner]] for corner in range(3))
+    normal = np.cross(b - a, c - a)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    sides = np.sort(triangles[:, ((0, 1), (1, 2), (2, 0))].reshape(-1, 2), axis=1)
+    order = np.lexsort(sides.T)
+    same = (sides[order[1:]] == sides[order[:-1]]).all(axis=1)
+    one, other = order[:-1][same] // 3, order[1:][same] // 3
+    smooth = (normal[one] * normal[other]).sum(axis=1) > np.cos(np.radians(_CREASE_DEG))
+    count = len(triangles)
+    links = coo_array((np.ones(smooth.sum()), (one[smooth], other[smooth])), shape=(count, count))
+    return connected_components(links, directed=False)[1].astype(np.int64)
+
+
+def _planes(results: Results, nodes: np.ndarray) -> np.ndarray:
+    """(s, v) for each symmetry plane whether a vertex lies in it."""
+    size = np.ptp(results.points, axis=0).max()
+    axes = list(results.layout.symmetry.values())
+    return np.abs(results.points[nodes][:, axes].T) < 1e-6 * size
+
+
+def _creases(triangles: np.ndarray, planes: np.ndarray) -> np.ndarray:
+    """(e, 2) sides of one triangle only, but for those in a symmetry plane, which are cuts."""
+    sides = np.sort(triangles[:, ((0, 1), (1, 2), (2, 0))].reshape(-1, 2), axis=1)
+    unique, count = np.unique(sides, axis=0, return_counts=True)
+    border = unique[count == 1]
+    cut = planes[:, border].all(axis=2).any(axis=0) if len(planes) else np.zeros(len(border), bool)
+    return border[~cut]
+
+
+def mirrored(
+    points: np.ndarray, triangles: np.ndarray, mirrors: Sequence[int]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Points and triangles (or edges) of the whole from those of the part that was meshed."""
+    for axis in mirrors:
+        image = points.copy()
+        image[:, axis] *= -1
+        triangles = np.vstack([triangles, triangles[:, ::-1] + len(points)])
+        points = np.vstack([points, image])
+    return points, triangles

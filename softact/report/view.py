@@ -1,0 +1,136 @@
+"""From where to look at an actuator so that its bending shows, and which colours span what."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from softact.results import Results
+
+#: A little off the bending plane's normal, so that the depth shows (degrees).
+_TURN_DEG, _RISE_DEG = 22.0, 20.0
+
+
+@dataclass(frozen=True)
+class View:
+    """Directions of a parallel projection, unit vectors: to the right, up, and to the eye."""
+
+    right: np.ndarray
+    up: np.ndarray
+    eye: np.ndarray
+
+    def project(self, points: np.ndarray) -> np.ndarray:
+        """(n, 2) mm in the picture's plane: right and up."""
+        return points @ np.column_stack([self.right, self.up])
+
+
+def bending_view(results: Results) -> View:
+    """Look nearly along the normal of the bending plane, the actuator's axis to the right.
+
+    The normal is the layout's bending axis, else that of the plane in which the tip moved, else
+    a symmetry plane's. Up is +z, or the axis itself where the actuator stands upright.
+    """
+    axis = _unit(np.array(results.layout.axis, float))
+    normal = _normal(results, axis)
+    vertical = np.array([0.0, 0.0, 1.0])
+    up = vertical - normal * (vertical @ normal)
+    if np.linalg.norm(up) < 0.3:
+        up = np.cross(normal, axis)
+    up = _unit(up)
+    # Of the two sides, the one from which the axis runs to the right.
+    eye = normal if np.cross(up, normal) @ axis >= 0 else -normal
+    right = np.cross(up, eye)
+    turn, rise = math.radians(_TURN_DEG), math.radians(_RISE_DEG)
+    level = math.cos(turn) * eye + math.sin(turn) * right
+    toward = math.cos(rise) * level + math.sin(rise) * up
+    right = _unit(np.cross(up, toward))
+    return View(right, np.cross(toward, right), toward)
+
+
+def _normal(results: Results, axis: np.ndarray) -> np.ndarray:
+    layout = results.layout
+    if layout.bending_axis is not None:
+        return _unit(np.array(layout.bending_axis, float))
+    tip = results.surfaces.get(layout.tip)
+    if tip is not None and results.increments:
+        moved = results.field(-1, "displacement")[np.unique(tip)].mean(axis=0)
+        for index in layout.symmetry.values():
+            moved[index] = 0.0
+        across = np.cross(axis, moved)
+        if np.linalg.norm(across) > 1e-3 * np.ptp(results.points, axis=0).max():
+            return _unit(across)
+    for index in layout.symmetry.values():
+        if abs(axis[index]) < 0.5:
+            return np.eye(3)[index]
+    return _unit(np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))]))
+
+
+def _unit(vector: np.ndarray) -> np.ndarray:
+    return vector / np.linalg.norm(vector)
+
+
+def states(results: Results, count: int) -> list[int]:
+    """Numbers of at most ``count`` states at even parts of the load, the last one included."""
+    driver = load(results)
+    last = len(results.increments) - 1
+    rest = max(rest_state(results), 0)
+    if last <= rest:
+        return [last]
+    span = np.arange(rest + 1, last + 1)
+    aims = driver[rest] + (driver[last] - driver[rest]) * np.arange(1, count + 1) / count
+    found = {int(span[np.argmin(np.abs(driver[span] - aim))]) for aim in aims} | {last}
+    return sorted(found)
+
+
+def load_name(results: Results) -> str | None:
+    """Column that the curves are drawn against: the pressure that changes most, if any does."""
+    best, span = None, 0.0
+    for name, values in results.curve.items():
+        if name.startswith("pressure_") and name.endswith("_kPa") and values.dtype == float:
+            width = np.ptp(values[np.isfinite(values)]) if np.isfinite(values).any() else 0.0
+            if width > span:
+                best, span = name, width
+    return best
+
+
+def load(results: Results) -> np.ndarray:
+    """(rows,) the load of each state: kPa of ``load_name``, else finished steps and fraction."""
+    name = load_name(results)
+    if name:
+        return results.curve[name]
+    rows = len(next(iter(results.curve.values()), ()))
+    if "step_fraction" not in results.curve:
+        return np.arange(rows, dtype=float)
+    names = results.curve.get("step", np.zeros(rows))
+    begun = np.cumsum([0, *(names[1:] != names[:-1])]) if rows else np.zeros(0)
+    return begun + results.curve["step_fraction"]
+
+
+def rest_state(results: Results) -> int:
+    """Last state before the load begins to grow, -1 where the first row is loaded already."""
+    values = load(results)
+    unloaded = np.flatnonzero(np.abs(values) > 1e-9 * np.abs(values).max(initial=0))
+    return int(unloaded[0]) - 1 if len(unloaded) else len(values) - 1
+
+
+def colour_range(results: Results, name: str, nodes: np.ndarray) -> tuple[float, float, float]:
+    """(low, high, largest) of a field on ``nodes`` over all states.
+
+    high leaves out the half percent of the nodes with the largest values, since a corner's peak
+    would hide all the rest, and is rounded up to two digits; low is 0 for stresses and 1 for
+    stretches unless the field goes below.
+    """
+    low = 1.0 if name.endswith("stretch") else 0.0
+    high = largest = low
+    for number in range(len(results.increments)):
+        values = results.scalar(number, name)[nodes]
+        values = values[np.isfinite(values)]
+        if len(values):
+            high = max(high, float(np.percentile(values, 99.5)))
+            largest = max(largest, float(values.max()))
+            low = min(low, float(np.percentile(values, 0.5)))
+    if high <= low:
+        return low, low + 1.0, largest
+    digit = 10.0 ** (math.floor(math.log10(high - low)) - 1)
+    low = math.floor(low / digit + 1e-6) * digit
+    return low, math.ceil(high / digit - 1e-6) * digit, largest
