@@ -1,7 +1,13 @@
 """The actuators that softact can mesh: one file each, one line each in the registry."""
 
+from softact.geometries.block import Block
 from softact.geometries.pneunet import Pneunet
+from softact.geometries.thick_sphere import ThickSphere
+from softact.geometries.tube import Tube
 
 GEOMETRIES = {
+    "block": Block,
     "pneunet": Pneunet,
+    "thick_sphere": ThickSphere,
+    "tube": Tube,
 }

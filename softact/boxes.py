@@ -7,9 +7,12 @@ as good as the flattest cell allows. The split (one tetrahedron on every second 
 four at the other corners) fits between neighbours, since these corners alternate over the grid.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
+
+from softact.discrete import add_mesh
 
 # Two planes nearer than this (mm) are one plane.
 SAME_PLANE = 1e-7
@@ -65,7 +68,7 @@ class Boxes:
         breaks = np.sort([at for box in everything for at in (box.lower[axis], box.upper[axis])])
         breaks = breaks[np.concatenate([[True], np.diff(breaks) > SAME_PLANE])]
         lines = [breaks[:1]]
-        for start, end in zip(breaks[:-1], breaks[1:], strict=True):
+        for start, end in pairwise(breaks):
             middle = (start + end) / 2
             hollow = any(
                 box.name in self.cavities and box.lower[axis] < middle < box.upper[axis]
@@ -131,7 +134,6 @@ class BoxMesh:
     solid: Boxes
     lines: list[np.ndarray]
     label: np.ndarray
-    surfaces: dict[str, np.ndarray] = field(default_factory=dict)
 
     def __post_init__(self):
         # Counted from the origin, so that a half and a whole are split alike.
@@ -142,7 +144,8 @@ class BoxMesh:
         return np.stack(np.meshgrid(*self.lines, indexing="ij"), axis=-1).reshape(-1, 3)
 
     def tetrahedra(self, region: int) -> np.ndarray:
-        """Corners (m, 4) of the tetrahedra of a region, numbered as ``points``."""
+        """Corners (m, 4) of the tetrahedra of a region, numbered as ``points``, turned
+        either way."""
         cells = np.argwhere(self.label == region + 1)
         parity = (cells.sum(axis=1) + self._odd) % 2
         pieces = []
@@ -153,11 +156,7 @@ class BoxMesh:
             for corner in CORNERS[~inner]:
                 neighbours = corner ^ np.eye(3, dtype=int)
                 pieces.append(start + np.vstack([corner, neighbours]))
-        tets = self._number(np.concatenate(pieces))
-        x = self.points()[tets]
-        flipped = np.linalg.det(x[:, 1:] - x[:, :1]) < 0
-        tets[flipped] = tets[flipped][:, [1, 0, 2, 3]]
-        return tets
+        return self._number(np.concatenate(pieces))
 
     def triangles(self) -> list[tuple[frozenset[str], np.ndarray]]:
         """Triangles (k, 3) of every surface piece with the names of the surfaces it is in."""
@@ -213,22 +212,5 @@ class BoxMesh:
 
     def add_to(self, gmsh) -> None:
         """Puts the mesh and its named groups into a new, discrete gmsh model."""
-        model = gmsh.model
-        model.add("boxes")
-        regions = [self.tetrahedra(number) for number in range(len(self.solid.regions))]
-        used = np.unique(np.concatenate([tets.ravel() for tets in regions]))
-        tag = np.zeros(len(self.points()), dtype=np.int64)
-        tag[used] = np.arange(1, len(used) + 1)
-        surfaces: dict[str, list[int]] = {}
-        volumes = [model.addDiscreteEntity(3) for _ in regions]
-        model.mesh.addNodes(3, volumes[0], tag[used], self.points()[used].ravel())
-        for name, volume, tets in zip(self.solid.regions, volumes, regions, strict=True):
-            model.mesh.addElementsByType(volume, 4, [], tag[tets].ravel())
-            model.setPhysicalName(3, model.addPhysicalGroup(3, [volume]), name)
-        for names, triangles in self.triangles():
-            entity = model.addDiscreteEntity(2)
-            model.mesh.addElementsByType(entity, 2, [], tag[triangles].ravel())
-            for name in names:
-                surfaces.setdefault(name, []).append(entity)
-        for name in sorted(surfaces):
-            model.setPhysicalName(2, model.addPhysicalGroup(2, surfaces[name]), name)
+        regions = {name: self.tetrahedra(i) for i, name in enumerate(self.solid.regions)}
+        add_mesh(gmsh, self.points(), regions, self.triangles())

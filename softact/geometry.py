@@ -10,7 +10,6 @@ import os
 import signal
 import subprocess
 import sys
-import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,13 +17,14 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from softact.errors import MeshError, SoftactError
+from softact.errors import MeshError, SoftactError, SpecError
 from softact.units import LENGTH, dimension_of
 
 # A child started by a process that runs under mpirun would join its MPI job and hang.
 MPI_PREFIXES = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "HYDRA_", "MPI_")
 FAULT = "softact-fault: "
 MOST_TETRAHEDRA = 3e6
+SUFFIXES = (".msh", ".vtu", ".stl", ".step")
 
 
 @dataclass(frozen=True)
@@ -92,9 +92,9 @@ class Geometry(BaseModel):
         """
         return iter(())
 
-    def faceting(self) -> float:
-        """Relative error of volume that flat facets on curved walls may make."""
-        return 0.0
+    def volume_tolerance(self, name: str) -> float:
+        """Relative error of ``volumes()[name]`` that flat facets on curved walls may make."""
+        return 1e-9
 
     def build(self, gmsh) -> None:
         """Adds the solid as OCC entities to the current gmsh model, with named groups and mesh
@@ -104,6 +104,9 @@ class Geometry(BaseModel):
     def mesh(self, gmsh) -> None:
         """Makes the current gmsh model hold a mesh of first-order tetrahedra in named groups."""
         self.build(gmsh)
+        # Only mesh_size counts: gmsh's own defaults differ from version to version.
+        gmsh.option.setNumber("Mesh.MeshSizeFromPoints", 0)
+        gmsh.option.setNumber("Mesh.MeshSizeMax", self.mesh_size)
         gmsh.model.mesh.generate(3)
         gmsh.model.mesh.optimize("")
 
@@ -156,31 +159,42 @@ def make_mesh(geometry: Geometry, path: Path, timeout: float = 300.0) -> None:
     same parameters give the same mesh. Raises MeshError where gmsh fails, crashes or runs out of
     time, or where the mesh does not have the parts and volumes that the geometry promises.
     """
-    export(geometry, Path(path), timeout, suffix=".msh")
+    _write(geometry, Path(path), timeout, ".msh")
 
 
-def export(geometry: Geometry, path: Path, timeout: float = 300.0, suffix: str = "") -> None:
-    """Writes a geometry to ``path`` in the format of its suffix: .msh, .vtu, .stl or .step."""
+def export(geometry: Geometry, path: Path, timeout: float = 300.0) -> None:
+    """Writes a geometry to ``path`` in the format of its suffix.
+
+    .msh: gmsh 4.1 with named groups; .vtu: the same mesh for ParaView; .stl: the closed skin of the
+    whole solid, outside and cavities; .step: the whole solid for CAD. Raises SpecError for another
+    suffix or a missing folder, MeshError as ``make_mesh``.
+    """
     path = Path(path)
-    handle, temporary = tempfile.mkstemp(
-        suffix=suffix or path.suffix, prefix=f".{path.name}.", dir=path.parent
-    )
-    os.close(handle)
+    if path.suffix.lower() not in SUFFIXES:
+        raise SpecError(f"{path}: no format for '{path.suffix}'; use one of {', '.join(SUFFIXES)}")
+    _write(geometry, path, timeout, path.suffix.lower())
+
+
+def _write(geometry: Geometry, path: Path, timeout: float, suffix: str) -> None:
+    if not path.parent.is_dir():
+        raise SpecError(f"{path}: there is no folder '{path.parent}'")
+    temporary = path.with_name(f".{path.name}.{os.getpid()}{suffix}")
     try:
-        _run_gmsh(geometry, temporary, timeout)
+        _run_gmsh(geometry, temporary.resolve(), timeout)
         os.replace(temporary, path)
     finally:
-        Path(temporary).unlink(missing_ok=True)
+        temporary.unlink(missing_ok=True)
 
 
-def _run_gmsh(geometry: Geometry, path: str, timeout: float) -> None:
+def _run_gmsh(geometry: Geometry, path: Path, timeout: float) -> None:
     kind = type(geometry)
     job = {
         "module": kind.__module__,
         "file": getattr(sys.modules[kind.__module__], "__file__", None),
         "class": kind.__qualname__,
         "parameters": {name: getattr(geometry, name) for name in kind.model_fields},
-        "path": path,
+        "path": str(path),
+        "timeout": timeout,
     }
     environment = {k: v for k, v in os.environ.items() if not k.startswith(MPI_PREFIXES)}
     environment["OMP_NUM_THREADS"] = "1"

@@ -1,0 +1,59 @@
+"""A solid box with named faces: the specimen for material tests and beams.
+
+Run by itself it writes a mesh: ``python geometries/block.py --length "100 mm" -o block.msh``.
+"""
+
+from typing import Literal
+
+from pydantic import Field
+
+from softact.boxes import Box, Boxes, Plane
+from softact.geometry import Geometry, Layout, main
+from softact.units import Length
+
+
+class Block(Geometry):
+    """A solid box with one corner in the origin; x_min is the clamp, x_max the tip."""
+
+    type: Literal["block"] = "block"
+    length: Length = Field(10.0, description="extent along x")
+    width: Length = Field(10.0, description="extent along y")
+    height: Length = Field(10.0, description="extent along z")
+    mesh_size: Length = Field(5.0, description="longest edge along the axes")
+
+    def layout(self) -> Layout:
+        names = tuple(f"{axis}_{end}" for axis in "xyz" for end in ("min", "max"))
+        return Layout(
+            regions=("body",),
+            surfaces=names,
+            cavities={},
+            clamp="x_min",
+            tip="x_max",
+            length=self.length,
+        )
+
+    def volumes(self) -> dict[str, float]:
+        a, b, c = self.length, self.width, self.height
+        faces = {"x": b * c, "y": a * c, "z": a * b}
+        areas = {f"{axis}_{end}": area for axis, area in faces.items() for end in ("min", "max")}
+        return {"body": a * b * c, **areas}
+
+    def solid(self) -> Boxes:
+        """The box with its six named planes."""
+        extent = (self.length, self.width, self.height)
+        planes = [
+            Plane(f"{'xyz'[axis]}_{end}", axis, at)
+            for axis in range(3)
+            for end, at in (("min", 0.0), ("max", extent[axis]))
+        ]
+        return Boxes((Box("body", (0.0, 0.0, 0.0), extent),), ("body",), planes=tuple(planes))
+
+    def build(self, gmsh) -> None:
+        self.solid().build(gmsh)
+
+    def mesh(self, gmsh) -> None:
+        self.solid().mesh(self.mesh_size, self.mesh_size).add_to(gmsh)
+
+
+if __name__ == "__main__":
+    main(Block)

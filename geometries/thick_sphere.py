@@ -1,0 +1,101 @@
+"""One eighth of a hollow sphere: the balloon with an exact solution.
+
+Run by itself it writes a mesh: ``python geometries/thick_sphere.py -o sphere.msh``.
+"""
+
+from math import ceil, pi
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+
+from softact.discrete import add_mesh, prism_sides, prism_tetrahedra
+from softact.geometry import Geometry, Layout, main
+from softact.units import Length
+
+
+class ThickSphere(Geometry):
+    """One eighth of a hollow sphere around the origin, symmetric to the three planes.
+
+    It has no clamp: the symmetry planes hold it.
+    """
+
+    type: Literal["thick_sphere"] = "thick_sphere"
+    inner_radius: Length = Field(10.0, description="radius of the cavity")
+    outer_radius: Length = Field(11.0, description="radius of the outside")
+    mesh_size: Length = Field(2.0, description="edge length of the tetrahedra")
+
+    def layout(self) -> Layout:
+        planes = {f"symmetry_{axis}": i for i, axis in enumerate("xyz")}
+        return Layout(
+            regions=("body",),
+            surfaces=("cavity", "outer", *planes),
+            cavities={"cavity": ("cavity",)},
+            clamp="",
+            tip="",
+            symmetry=planes,
+            length=self.outer_radius,
+        )
+
+    def volumes(self) -> dict[str, float]:
+        a, b = self.inner_radius, self.outer_radius
+        return {"body": pi / 6 * (b**3 - a**3), "cavity": pi / 6 * a**3, "outer": pi / 2 * b**2}
+
+    def faults(self):
+        if self.inner_radius >= self.outer_radius:
+            yield (
+                "inner_radius",
+                f"{self.inner_radius:g} mm is not less than outer_radius "
+                f"({self.outer_radius:g} mm): the wall would vanish",
+            )
+
+    def volume_tolerance(self, name: str) -> float:
+        # Both spheres become alike polyhedra with edges of this angle, so all volumes shrink by
+        # one factor: 0.58 angle^2 for small ones.
+        angle = pi / 2 / self._divisions()
+        return 0.7 * angle**2
+
+    def _divisions(self) -> int:
+        return max(2, ceil(self.outer_radius * pi / 2 / self.mesh_size - 1e-9))
+
+    def build(self, gmsh) -> None:
+        occ = gmsh.model.occ
+        octant = (0.0, pi / 2, pi / 2)
+        outer = occ.addSphere(0, 0, 0, self.outer_radius, -1, *octant)
+        inner = occ.addSphere(0, 0, 0, self.inner_radius, -1, *octant)
+        occ.cut([(3, outer)], [(3, inner)])
+        occ.synchronize()
+
+    def mesh(self, gmsh) -> None:
+        """Layers of prisms over a triangle that is bulged to the sphere: halving the mesh size
+        halves all edges, which makes orders of convergence plain."""
+        n = self._divisions()
+        layers = max(1, ceil((self.outer_radius - self.inner_radius) / self.mesh_size - 1e-9))
+        steps = [(i, j, n - i - j) for i in range(n + 1) for j in range(n + 1 - i)]
+        number = {step: k for k, step in enumerate(steps)}
+        directions = np.sin(np.array(steps) * pi / 2 / n)
+        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+        triangles = [
+            [number[i, j, k], number[i + 1, j, k - 1], number[i, j + 1, k - 1]]
+            for i, j, k in steps
+            if k
+        ] + [
+            [number[i, j, k], number[i - 1, j, k + 1], number[i, j - 1, k + 1]]
+            for i, j, k in steps
+            if i and j
+        ]
+        triangles, count = np.array(triangles), len(steps)
+        radii = np.linspace(self.inner_radius, self.outer_radius, layers + 1)
+        points = (radii[:, None, None] * directions).reshape(-1, 3)
+        surfaces = [(frozenset({"cavity"}), triangles)]
+        surfaces.append((frozenset({"outer"}), triangles + layers * count))
+        for axis, name in enumerate(self.layout().symmetry):
+            rim = [number[step] for step in steps if step[axis] == 0]
+            edges = np.column_stack([rim[:-1], rim[1:]])
+            surfaces.append((frozenset({name}), prism_sides(edges, layers, count)))
+        tets = prism_tetrahedra(triangles, layers, count)
+        add_mesh(gmsh, points, {"body": tets}, surfaces)
+
+
+if __name__ == "__main__":
+    main(ThickSphere)

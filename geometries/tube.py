@@ -1,0 +1,90 @@
+"""A quarter of a hollow cylinder between two end planes: the pressurised pipe.
+
+Run by itself it writes a mesh: ``python geometries/tube.py --length "30 mm" -o tube.msh``.
+"""
+
+from math import pi
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+
+from softact.geometry import Geometry, Layout, main
+from softact.units import Length
+
+
+class Tube(Geometry):
+    """A quarter (y, z >= 0) of a hollow cylinder along x, open at both ends.
+
+    The cavity is closed by nothing at its ends: hold their x-displacement.
+    """
+
+    type: Literal["tube"] = "tube"
+    inner_radius: Length = Field(5.0, description="radius of the cavity")
+    outer_radius: Length = Field(7.0, description="radius of the outside")
+    length: Length = Field(10.0, description="extent along x")
+    mesh_size: Length = Field(1.5, description="edge length of the tetrahedra")
+
+    def layout(self) -> Layout:
+        return Layout(
+            regions=("body",),
+            surfaces=("cavity", "outer", "clamp", "tip", "symmetry_y", "symmetry_z"),
+            cavities={"cavity": ("cavity",)},
+            symmetry={"symmetry_y": 1, "symmetry_z": 2},
+            length=self.length,
+        )
+
+    def volumes(self) -> dict[str, float]:
+        a, b, length = self.inner_radius, self.outer_radius, self.length
+        return {
+            "body": pi / 4 * (b**2 - a**2) * length,
+            "cavity": pi / 4 * a**2 * length,
+            "outer": pi / 2 * b * length,
+            "symmetry_y": (b - a) * length,
+        }
+
+    def faults(self):
+        if self.inner_radius >= self.outer_radius:
+            yield (
+                "inner_radius",
+                f"{self.inner_radius:g} mm is not less than outer_radius "
+                f"({self.outer_radius:g} mm): the wall would vanish",
+            )
+
+    def volume_tolerance(self, name: str) -> float:
+        # A chord h lies at most h^2/(8 R) under its circle; chords may be longer than mesh_size.
+        a, b = self.inner_radius, self.outer_radius
+        depth = (1.5 * min(self.mesh_size, b)) ** 2 / (8 * a)
+        return {"body": 2 * b * depth / (b**2 - a**2), "symmetry_y": 1e-9}.get(name, 2 * depth / a)
+
+    def build(self, gmsh) -> None:
+        occ = gmsh.model.occ
+        along = (0, 0, 0, self.length, 0, 0)
+        outer = occ.addCylinder(*along, self.outer_radius, angle=pi / 2)
+        inner = occ.addCylinder(*along, self.inner_radius, angle=pi / 2)
+        occ.cut([(3, outer)], [(3, inner)])
+        occ.synchronize()
+        names = self._names(gmsh)
+        for name in self.layout().surfaces:
+            tags = [tag for tag, found in names.items() if found == name]
+            gmsh.model.setPhysicalName(2, gmsh.model.addPhysicalGroup(2, tags), name)
+        body = [tag for _, tag in gmsh.model.getEntities(3)]
+        gmsh.model.setPhysicalName(3, gmsh.model.addPhysicalGroup(3, body), "body")
+
+    def _names(self, gmsh) -> dict[int, str]:
+        names = {}
+        for _, tag in gmsh.model.getEntities(2):
+            lower, upper = np.reshape(gmsh.model.getBoundingBox(2, tag), (2, 3))
+            flat = upper - lower < 1e-4
+            if flat[0]:
+                names[tag] = "clamp" if upper[0] < self.length / 2 else "tip"
+            elif flat.any():
+                names[tag] = "symmetry_y" if flat[1] else "symmetry_z"
+            else:
+                middle = (self.inner_radius + self.outer_radius) / 2
+                names[tag] = "cavity" if upper[1:].max() < middle else "outer"
+        return names
+
+
+if __name__ == "__main__":
+    main(Tube)
