@@ -108,7 +108,10 @@ class Law(BaseModel):
     @classmethod
     def of(cls, **values: Any) -> Self:
         """Make a law from floats in internal units (MPa, 1/MPa, tonne/mm³); text has its unit."""
-        return cls(**{key: _with_unit(cls.model_fields.get(key), v) for key, v in values.items()})
+        fields = cls.model_fields
+        return cls(
+            **{k: _with_unit(fields.get(k) or fields.get(f"{k}1"), v) for k, v in values.items()}
+        )
 
     @classmethod
     def constants(cls) -> list[Constant]:
@@ -208,6 +211,8 @@ def _unit(entry: FieldInfo) -> str:
 
 def _with_unit(entry: FieldInfo | None, value: Any) -> Any:
     dimension = dimension_of(entry) if entry is not None else None
+    if isinstance(value, list):
+        return [_with_unit(entry, part) for part in value]
     if dimension is None or isinstance(value, str) or value is None:
         return value
     return f"{float(value)!r} {dimension.internal}"

@@ -1,6 +1,6 @@
 """Ogden law of order 1 to 6."""
 
-from typing import Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -41,8 +41,8 @@ class Ogden(StretchLaw):
 
     @model_validator(mode="before")
     @classmethod
-    def _spread_lists(cls, data: Any) -> Any:
-        """Accept ``mu: [..]`` and ``alpha: [..]`` for mu1.. and alpha1.."""
+    def _read_terms(cls, data: Any) -> Any:
+        """Accept ``mu: [..]`` and ``alpha: [..]`` for mu1.. and alpha1..; check that terms are whole."""
         if not isinstance(data, dict):
             return data
         data = dict(data)
@@ -56,18 +56,14 @@ class Ogden(StretchLaw):
                 if f"{key}{i}" in data:
                     raise ValueError(f"{key}{i} is given twice, by itself and in the list {key}")
                 data[f"{key}{i}"] = value
-        return data
-
-    @model_validator(mode="after")
-    def _check_terms(self) -> Self:
         for i in range(1, ORDER + 1):
-            mu, alpha = getattr(self, f"mu{i}"), getattr(self, f"alpha{i}")
+            mu, alpha = data.get(f"mu{i}"), data.get(f"alpha{i}")
             if (mu is None) != (alpha is None):
                 have, lack = ("mu", "alpha") if alpha is None else ("alpha", "mu")
                 raise ValueError(f"{have}{i} is given without {lack}{i}")
             if alpha == 0.0:
                 raise ValueError(f"alpha{i} must not be 0")
-        return self
+        return data
 
     @staticmethod
     def stretch_energy(k, stretch):
