@@ -20,6 +20,7 @@ _VALUE = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*", re.DOTALL)
 _NOT_FINITE = re.compile(r"\s*[+-]?\.?(?:nan|inf|infinity)\b.*", re.IGNORECASE | re.DOTALL)
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d+\s*[^\d,]*")
 _SHOWN_LENGTH = 40
+SCHEMA_KEY = "x-dimension"  # where a field's JSON schema names its dimension
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,7 @@ class Dimension:
     """A kind of value: its name, the internal unit, and the units in which it is shown.
 
     internal: the unit in which softact computes.
-    shown: units in which ``format`` writes, the most usual one first.
+    shown: units in which ``format`` writes, the first that gives a handy exact number.
     other: more units worth naming to somebody who gave one that does not fit.
     example: a value as one would write it in a spec.
     """
@@ -71,11 +72,10 @@ class Dimension:
         """Return ``value`` (internal units) as text that ``parse`` reads back to the same float."""
         texts = [self._text(value, unit) for unit in self.shown]
         exact = [text for text in texts if text and self.parse(text) == value]
-        if not exact:
-            return f"{_number(value)} {self.internal}"
-        shortest = min(exact, key=len)
-        usual = exact[0] == texts[0] and len(texts[0]) <= len(shortest) + 2
-        return texts[0] if usual else shortest
+        handy = [text for text in exact if 0.1 <= abs(float(text.split()[0])) < 1000]
+        if handy:
+            return handy[0]
+        return min(exact, key=len) if exact else f"{_number(value)} {self.internal}"
 
     @property
     def wanted(self) -> str:
@@ -221,6 +221,7 @@ def _quantity(dimension: Dimension) -> tuple[Any, ...]:
         "type": ["string", "number"] if dimension is ANGLE else "string",
         "description": f"{dimension.name} with unit, such as '{dimension.example}'",
         "examples": [dimension.example],
+        SCHEMA_KEY: dimension.name,
     }
     if dimension is not ANGLE:
         schema["pattern"] = rf"^\s*{_NUMBER}\s*\S"

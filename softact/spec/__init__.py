@@ -1,0 +1,41 @@
+"""The spec: a YAML file as frozen models in internal units, every fault told at once."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from softact.errors import SpecError
+from softact.spec import document, overrides
+from softact.spec.faults import fault_lines
+from softact.spec.models import Layer, Solver, Spec, Step, Support, Traction
+from softact.spec.schema import json_schema
+
+__all__ = ["Layer", "Solver", "Spec", "Step", "Support", "Traction", "json_schema", "load", "loads"]
+
+
+def load(path: str | Path, overrides: Sequence[str] = ()) -> Spec:
+    """Read the spec in a YAML file; ``overrides`` are ``path=value`` and win over the file.
+
+    Raises SpecError with one line per fault, ``file:line: path: what is wrong; what is right``.
+    """
+    return _spec(document.read(Path(path)), overrides)
+
+
+def loads(text: str, name: str = "spec", overrides: Sequence[str] = ()) -> Spec:
+    """Return the spec in YAML text; ``name`` stands for the file in messages. See ``load``."""
+    return _spec(document.parse(text, name), overrides)
+
+
+def _spec(source: document.Document, changes: Sequence[str]) -> Spec:
+    overrides.apply(source, list(changes))
+    source.data.setdefault("name", _name(source.name))
+    try:
+        return Spec.model_validate(source.data)
+    except ValidationError as error:
+        raise SpecError(*fault_lines(error, source, Spec)) from None
+
+
+def _name(file: str) -> str:
+    return re.sub(r"[^a-z0-9_-]+", "_", Path(file).stem.lower()).strip("_-")[:64] or "actuator"

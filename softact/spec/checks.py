@@ -1,0 +1,132 @@
+"""Faults between the parts of a spec, seen on the plain data so that all are told at once."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from softact.geometry import Geometry, Layout
+from softact.spec.choice import nearest
+from softact.spec.document import Place
+from softact.units import show
+
+Fault = tuple[Place, str]
+
+
+def cross_faults(data: Any, geometry: Geometry | None) -> Iterator[Fault]:
+    """Yield (place, what is wrong) for what no part of the spec can see by itself.
+
+    data: the plain data of a spec, of which any part may be malformed. geometry: None where it
+    is wrong itself; then the names of surfaces, regions and cavities are not checked.
+    """
+    if not isinstance(data, dict):
+        return
+    steps = _mappings(data.get("steps"))
+    if data.get("steps") == []:
+        yield ("steps",), "no step is given; write for example - {name: inflate, pressure: 50 kPa}"
+    yield from _same_names(steps)
+    yield from _measures(data.get("measures"))
+    if geometry is None:
+        return
+    layout = geometry.layout()
+    yield from _materials(data.get("materials"), layout)
+    for index, layer in _mappings(data.get("layers")):
+        yield from _surface(layer, ("layers", index), layout)
+    if data.get("supports") is not None:
+        yield from _supports(data["supports"], ("supports",), layout)
+    for index, step in steps:
+        yield from _step(step, ("steps", index), layout)
+
+
+def _mappings(value: Any) -> list[tuple[int, dict]]:
+    if not isinstance(value, list | tuple):
+        return []
+    return [(i, entry) for i, entry in enumerate(value) if isinstance(entry, dict)]
+
+
+def _same_names(steps: list[tuple[int, dict]]) -> Iterator[Fault]:
+    first: dict[str, int] = {}
+    for index, step in steps:
+        name = step.get("name")
+        if not isinstance(name, str):
+            continue
+        if name in first:
+            other = f"steps.{first[name]}"
+            yield ("steps", index, "name"), f"{show(name)} is the name of {other} too; rename one"
+        first.setdefault(name, index)
+
+
+def _measures(value: Any) -> Iterator[Fault]:
+    if not isinstance(value, list | tuple):
+        return
+    from softact.measures import MEASURES
+
+    for index, name in enumerate(value):
+        if isinstance(name, str) and name not in MEASURES:
+            hint = nearest(name, MEASURES)
+            yield ("measures", index), f"there is no measure {show(name)}; {hint}"
+
+
+def _materials(value: Any, layout: Layout) -> Iterator[Fault]:
+    if not isinstance(value, dict):
+        return
+    for region in value:
+        if region not in layout.regions:
+            hint = nearest(region, layout.regions)
+            yield ("materials", region), f"the geometry has no region {show(region)}; {hint}"
+    for region in layout.regions:
+        if region not in value:
+            yield ("materials", region), "missing; write the material of this region"
+
+
+def _surface(part: dict, place: Place, layout: Layout) -> Iterator[Fault]:
+    name = part.get("surface")
+    if isinstance(name, str) and name not in layout.surfaces:
+        hint = nearest(name, layout.surfaces)
+        yield (*place, "surface"), f"the geometry has no surface {show(name)}; {hint}"
+
+
+def _step(step: dict, place: Place, layout: Layout) -> Iterator[Fault]:
+    pressure = step.get("pressure")
+    if isinstance(pressure, dict):
+        for cavity in pressure:
+            if cavity not in layout.cavities:
+                hint = nearest(cavity, layout.cavities)
+                yield (
+                    (*place, "pressure", cavity),
+                    f"the geometry has no cavity {show(cavity)}; {hint}",
+                )
+        if not pressure:
+            yield (*place, "pressure"), "no cavity is named; write {cavity: 50 kPa} or 50 kPa"
+    if pressure is not None and not layout.cavities:
+        yield (*place, "pressure"), "the geometry has no cavity that could hold a pressure"
+    if isinstance(step.get("traction"), dict):
+        yield from _surface(step["traction"], (*place, "traction"), layout)
+    if step.get("supports") is not None:
+        yield from _supports(step["supports"], (*place, "supports"), layout)
+
+
+def _supports(value: Any, place: Place, layout: Layout) -> Iterator[Fault]:
+    supports = _mappings(value)
+    if not isinstance(value, list | tuple) or len(supports) != len(value):
+        return
+    held = {"xyz"[index] for index in layout.symmetry.values()}
+    seen: set[tuple[str, str]] = set()
+    for index, support in supports:
+        yield from _surface(support, (*place, index), layout)
+        components = _components(support)
+        held |= components
+        for component in sorted(components):
+            entry = (str(support.get("surface")), component)
+            if entry in seen:
+                fault = f"'{component}' of {show(entry[0])} is held by another support already"
+                yield (*place, index), fault
+            seen.add(entry)
+    for component in sorted(set("xyz") - held):
+        yield place, f"nothing holds the actuator along {component}; fix it on some surface"
+
+
+def _components(support: dict) -> set[str]:
+    names: set[str] = set()
+    for key in ("fix", "move"):
+        if isinstance(support.get(key), list | tuple | dict):
+            names |= {entry for entry in support[key] if isinstance(entry, str)}
+    return names & set("xyz")

@@ -1,0 +1,35 @@
+"""Plain data as YAML that reads well and reads back equal."""
+
+from typing import Any
+
+import yaml
+
+from softact.spec.document import Loader
+
+
+class _Dumper(yaml.SafeDumper):
+    """Short lists of scalars stand in one line; what any YAML could misread is quoted."""
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
+
+
+# Text is quoted where YAML 1.1 or our own loader would take it for something else.
+_Dumper.yaml_implicit_resolvers = {
+    first: list(resolvers) for first, resolvers in yaml.SafeDumper.yaml_implicit_resolvers.items()
+}
+_Dumper.yaml_implicit_resolvers[None] = list(Loader.yaml_implicit_resolvers[None])
+
+
+def _sequence(dumper: _Dumper, data: list[Any]) -> yaml.Node:
+    flat = all(not isinstance(entry, dict | list) for entry in data)
+    short = flat and sum(len(str(entry)) for entry in data) < 60
+    return dumper.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=short)
+
+
+_Dumper.add_representer(list, _sequence)
+
+
+def to_text(data: dict[str, Any]) -> str:
+    """Return plain data as YAML text, keys in their order."""
+    return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=90)
