@@ -1,2 +1,143 @@
-"""Entry point."""
-def main(): ...
+"""`softact`: finds the commands, one file each beside this one, and turns errors into plain lines.
+
+Exit codes: 0 done; 1 a check deviates; 2 the spec or another input is wrong; 3 the mesh failed;
+4 no equilibrium was found; 70 a fault in softact itself; 130 stopped by the user.
+"""
+
+import importlib
+import os
+import pkgutil
+import sys
+import traceback
+from collections.abc import Sequence
+from difflib import get_close_matches
+
+import click
+
+from softact.errors import SoftactError
+
+WRONG_INPUT, BUG, INTERRUPTED, BROKEN_PIPE = 2, 70, 130, 141
+FIRST = ("run", "validate", "mesh", "list", "report", "schema", "doctor", "fit")
+
+
+class Commands(click.Group):
+    """The commands that are files beside this one; each is imported only when it is asked for."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names of the commands, the usual ones first."""
+        package = importlib.import_module("softact.cli")
+        names = {module.name for module in pkgutil.iter_modules(package.__path__)}
+        names = {name for name in names if name != "main" and not name.startswith("_")}
+        return [n for n in FIRST if n in names] + sorted(names - set(FIRST))
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Return the click command in the file ``cmd_name``."""
+        if cmd_name not in self.list_commands(ctx):
+            return None
+        module = importlib.import_module(f"softact.cli.{cmd_name}")
+        return next(v for v in vars(module).values() if isinstance(v, click.Command))
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Like click's, but an unknown command is answered with the nearest one."""
+        known = self.list_commands(ctx)
+        if args and args[0] not in known and not args[0].startswith("-"):
+            close = get_close_matches(args[0], known, n=1)
+            hint = f"did you mean '{close[0]}'?" if close else f"there are: {', '.join(known)}"
+            if not close and args[0].endswith((".yaml", ".yml")):
+                hint = f"to solve a spec write: softact run {args[0]}"
+            ctx.fail(f"There is no command '{args[0]}'; {hint}")
+        return super().resolve_command(ctx, args)
+
+
+def _version(ctx: click.Context, parameter: click.Parameter, wanted: bool) -> None:
+    if not wanted or ctx.resilient_parsing:
+        return
+    # importlib.metadata is slow to import for a line that is seldom asked for.
+    from importlib.metadata import version
+
+    click.echo(f"softact {version('softact')}")
+    ctx.exit()
+
+
+@click.group(
+    cls=Commands,
+    invoke_without_command=True,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    epilog="'softact COMMAND --help' shows an example for each command.",
+)
+@click.option(
+    "--version",
+    is_flag=True,
+    expose_value=False,
+    is_eager=True,
+    callback=_version,
+    help="Print the version.",
+)
+@click.option(
+    "--debug",
+    is_flag=True,
+    expose_value=False,
+    help="Show Python's traceback of an error; works after any command too.",
+)
+@click.pass_context
+def softact(ctx: click.Context) -> None:
+    """From a YAML spec of a soft pneumatic actuator to its data sheet.
+
+    How far it bends, how hard it pushes, how much air it takes. Start with
+
+      softact run configs/pneunet_glove.yaml
+    """
+    if ctx.invoked_subcommand is None:
+        click.echo(ctx.get_help())
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line and leave with its exit code."""
+    arguments = list(sys.argv[1:] if arguments is None else arguments)
+    debug = "--debug" in arguments
+    sys.exit(_run([a for a in arguments if a != "--debug"], debug))
+
+
+def _run(arguments: list[str], debug: bool) -> int:
+    try:
+        code = softact.main(arguments, prog_name="softact", standalone_mode=False)
+        sys.stdout.flush()
+        return code if isinstance(code, int) else 0
+    except BrokenPipeError:
+        # The reader of a pipe (head, less) has left; nothing is to be told to anybody.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return BROKEN_PIPE
+    except (KeyboardInterrupt, click.Abort):
+        click.echo("softact: stopped", err=True)
+        return INTERRUPTED
+    except Exception as error:
+        if debug and not isinstance(error, click.ClickException):
+            traceback.print_exc()
+        return _tell(error)
+
+
+def _tell(error: Exception) -> int:
+    """Print what went wrong in plain lines; return the exit code."""
+    if isinstance(error, SoftactError):
+        for line in error.lines:
+            click.echo(line, err=True)
+        return error.exit_code
+    if isinstance(error, click.ClickException):
+        error.show()
+        return WRONG_INPUT
+    if isinstance(error, OSError) and error.filename is not None:
+        click.echo(f"{error.filename}: {error.strerror}", err=True)
+        return WRONG_INPUT
+    what = " ".join(str(error).split())[:200] or "no message"
+    click.echo(
+        f"softact: this is a fault in softact, not in your input: {type(error).__name__}: {what} "
+        "(run the same command with --debug to see where, and report it)",
+        err=True,
+    )
+    return BUG
+
+
+if __name__ == "__main__":
+    main()

@@ -72,7 +72,7 @@ class Dimension:
         """Return ``value`` (internal units) as text that ``parse`` reads back to the same float."""
         texts = [self._text(value, unit) for unit in self.shown]
         exact = [text for text in texts if text and self.parse(text) == value]
-        handy = [text for text in exact if 0.1 <= abs(float(text.split()[0])) < 1000]
+        handy = [text for text in exact if not value or 0.1 <= abs(float(text.split()[0])) < 1000]
         if handy:
             return handy[0]
         return min(exact, key=len) if exact else f"{_number(value)} {self.internal}"

@@ -1,0 +1,125 @@
+"""`softact list`: what a spec may name, with parameters, units and defaults."""
+
+import json
+import sys
+from typing import Any
+
+import click
+
+KINDS = ("laws", "materials", "geometries", "measures", "loads")
+PLAIN_WIDTH = 120
+
+
+@click.command(name="list", short_help="List laws, materials, geometries, measures or loads.")
+@click.argument("kind", type=click.Choice(KINDS), metavar="|".join(KINDS))
+@click.argument("names", nargs=-1, metavar="[NAME]...")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON for a program to read.")
+def list_kind(kind: str, names: tuple[str, ...], as_json: bool) -> None:
+    """List what a spec may name, with parameters, units and defaults.
+
+    Names after the kind show only these.
+
+    \b
+    Examples:
+      softact list materials
+      softact list geometries pneunet
+    """
+    from softact.catalogue import KINDS as CATALOGUE
+
+    records = _chosen(CATALOGUE[kind](), kind, names)
+    if as_json:
+        click.echo(json.dumps(records, indent=2, ensure_ascii=False))
+        return
+    from rich.console import Console
+
+    console = Console(width=None if sys.stdout.isatty() else PLAIN_WIDTH, highlight=False)
+    for block in _blocks(kind, records):
+        console.print(block, markup=False) if isinstance(block, str) else console.print(block)
+
+
+def _chosen(records: list[dict[str, Any]], kind: str, names: tuple[str, ...]) -> list[dict]:
+    from softact.errors import SpecError
+    from softact.spec.choice import nearest
+
+    known = [record["name"] for record in records]
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        raise SpecError(*(f"{kind}: there is no '{n}'; {nearest(n, known)}" for n in unknown))
+    return [record for record in records if not names or record["name"] in names]
+
+
+def _blocks(kind: str, records: list[dict[str, Any]]) -> list[Any]:
+    if kind == "materials":
+        return [_materials(records)]
+    if kind == "measures":
+        return [_measures(records)]
+    if kind == "loads":
+        return [_loads(records), *(b for r in records if r["parameters"] for b in _record(r))]
+    blocks = [block for record in records for block in _record(record)]
+    if kind == "laws":
+        from softact.catalogue import shared_constants
+
+        blocks += ["every law takes these too", _parameters(shared_constants())]
+    return blocks
+
+
+def _record(record: dict[str, Any]) -> list[Any]:
+    """A heading, what is to be known, and the table of the parameters."""
+    blocks: list[Any] = [record["name"]]
+    for key in ("formula", "use", "source"):
+        if text := record.get(key):
+            blocks.append(f"  {text}" if key != "source" else f"  Source: {text}")
+    for key in ("regions", "cavities", "surfaces"):
+        if record.get(key):
+            blocks.append(f"  {key}: {', '.join(record[key])}")
+    return [*blocks, _parameters(record["parameters"])]
+
+
+def _table(*titles: str) -> Any:
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=True, header_style="bold")
+    for number, title in enumerate(titles):
+        table.add_column(title, overflow="fold", no_wrap=number == 0)
+    return table
+
+
+def _parameters(entries: list[dict[str, Any]]) -> Any:
+    table = _table("key", "value", "unit", "default", "meaning")
+    for entry in entries:
+        default = "needed" if entry["needed"] else _text(entry["default"])
+        table.add_row(entry["name"], entry["value"], entry["unit"], default, entry["meaning"])
+    return table
+
+
+def _materials(records: list[dict[str, Any]]) -> Any:
+    table = _table("card", "law", "constants", "density", "strength", "source")
+    for record in records:
+        constants = ", ".join(f"{key} {value}" for key, value in record["constants"].items())
+        rest = (_text(record[key]) for key in ("density", "strength", "source"))
+        table.add_row(record["name"], record["law"], constants, *rest)
+    return table
+
+
+def _loads(records: list[dict[str, Any]]) -> Any:
+    table = _table("key of a step", "load", "value", "unit", "meaning")
+    for record in records:
+        keys = ("name", "use", "value", "unit", "meaning")
+        table.add_row(*(_text(record[key]) for key in keys))
+    return table
+
+
+def _measures(records: list[dict[str, Any]]) -> Any:
+    table = _table("measure", "columns", "meaning")
+    for record in records:
+        table.add_row(record["name"], ", ".join(record["columns"]), record["meaning"])
+    return table
+
+
+def _text(value: Any) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"{value:g}" if isinstance(value, float) else str(value)

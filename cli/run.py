@@ -1,0 +1,89 @@
+"""`softact run`: solve one spec."""
+
+import json
+import sys
+from pathlib import Path
+
+import click
+
+from softact.errors import SpecError
+
+
+@click.command(short_help="Solve a spec; the results and a report go into a folder.")
+@click.argument("spec")
+@click.option(
+    "-o",
+    "--output",
+    metavar="DIR",
+    help="Folder for the results.  [default: results/<name of the spec>]",
+)
+@click.option(
+    "-n",
+    "--processes",
+    type=click.IntRange(1, 1024),
+    default=1,
+    show_default=True,
+    metavar="PROCS",
+    help="MPI processes; as many as there are cores is the fastest.",
+)
+@click.option(
+    "--set",
+    "overrides",
+    multiple=True,
+    metavar="PATH=VALUE",
+    help="Replace a value of the spec, such as steps.1.pressure='30 kPa'. May be repeated.",
+)
+@click.option(
+    "--force", is_flag=True, help="Write into DIR even if it holds files that are no results."
+)
+def run(
+    spec: str, output: str | None, processes: int, overrides: tuple[str, ...], force: bool
+) -> None:
+    """Solve a spec and write its data sheet: curves, measures, fields and a report.
+
+    The spec is checked before anything is written. Results that are in DIR already are
+    replaced. Exits with 2 for a wrong spec, 3 where the mesh failed, 4 where no equilibrium
+    was found; what was reached until then is kept.
+
+    \b
+    Examples:
+      softact run configs/pneunet_glove.yaml -n 2
+      softact run finger.yaml -o results/thin --set geometry.roof='0.8 mm'
+    """
+    from softact.cli._progress import Progress
+    from softact.spec import load
+
+    loaded = load(spec, overrides)
+    directory = Path(output) if output else Path("results") / loaded.name
+    check_folder(directory, force)
+
+    from softact.run import run as solve
+
+    with Progress() as progress:
+        outcome = solve(loaded, directory, processes=processes, progress=progress)
+    click.echo(f"{outcome.status.replace('_', ' ')}: {directory / 'report.html'}")
+    sys.exit(outcome.exit_code)
+
+
+def check_folder(directory: Path, force: bool) -> None:
+    """Refuse a folder in which results would mix with something else.
+
+    A folder that is not there, is empty or holds results of softact will do. Raises SpecError.
+    """
+    if directory.exists() and not directory.is_dir():
+        raise SpecError(f"{directory}: this is a file; name another folder with -o DIR")
+    if force or not directory.is_dir() or not any(directory.iterdir()):
+        return
+    if not _holds_results(directory):
+        raise SpecError(
+            f"{directory}: the folder holds other files than results of softact; "
+            "name another with -o DIR, or add --force to write into it all the same"
+        )
+
+
+def _holds_results(directory: Path) -> bool:
+    try:
+        found = json.loads((directory / "run.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False
+    return isinstance(found, dict) and "status" in found

@@ -1,0 +1,32 @@
+"""`softact schema`: the JSON schema of a spec."""
+
+import click
+
+
+@click.command(short_help="Print the JSON schema of a spec, for editors.")
+@click.option(
+    "-o", "--output", type=click.Path(dir_okay=False), metavar="FILE", help="Write it to a file."
+)
+def schema(output: str | None) -> None:
+    """Print the JSON schema of a spec, so that an editor completes and checks the YAML.
+
+    In VS Code and other editors with the YAML language server, put the second line below at the
+    top of a spec.
+
+    \b
+    Example:
+      softact schema -o softact.schema.json
+      # yaml-language-server: $schema=softact.schema.json
+    """
+    import json
+    from pathlib import Path
+
+    from softact.results import write_atomic
+    from softact.spec import json_schema
+
+    text = json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
+    if output is None:
+        click.echo(text, nl=False)
+    else:
+        write_atomic(Path(output), text)
+        click.echo(f"wrote {output}")

@@ -1,0 +1,168 @@
+"""What there is to write in a spec: laws, materials, geometries, measures, loads, as plain data.
+
+Read from the models themselves, so that it cannot say anything else than they accept.
+"""
+
+import types
+from collections.abc import Callable, Iterable
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from softact.geometries import GEOMETRIES
+from softact.geometry import Geometry
+from softact.materials import CARDS, LAWS, Law, card_data
+from softact.spec import Step, Support, Traction
+from softact.units import dimension_of
+
+CARD_TEXTS = ("name", "source", "test", "stretch_range", "strength", "notes")
+LOADS = {
+    "gravity": "weight of all parts",
+    "pressure": "follower pressure in the cavities",
+    "traction": "dead force per area on a surface",
+    "supports": "held or prescribed displacements of surfaces",
+}
+
+
+def kind(annotation: Any) -> str:
+    """Return in words what to write for a value of a type."""
+    if dimension := dimension_of(annotation):
+        name = dimension.name
+        return f"{name} of each" if get_origin(annotation) is dict else name
+    origin, arguments = get_origin(annotation), get_args(annotation)
+    if origin is Annotated:
+        return kind(arguments[0])
+    if origin is Literal:
+        return ", ".join(str(choice) for choice in arguments)
+    if origin in (Union, types.UnionType):
+        return " or ".join(kind(part) for part in arguments if part is not type(None))
+    if origin in (tuple, list):
+        inner = dict.fromkeys(kind(part) for part in arguments if part is not Ellipsis)
+        return "list of " + ", ".join(inner)
+    if origin is dict:
+        return "mapping to " + kind(arguments[1])
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        bases = {Geometry: "geometry", Law: "material"}
+        named = (word for base, word in bases.items() if issubclass(annotation, base))
+        return next(named, annotation.__name__.lower())
+    names = {str: "text", float: "number", int: "whole number", bool: "true or false"}
+    return names.get(annotation, str(annotation))
+
+
+def parameters(model: type[BaseModel], leave_out: Iterable[str] = ()) -> list[dict[str, Any]]:
+    """Return a record for each field of a model: what it takes, unit, default and meaning.
+
+    Keys: name, value, unit (empty where there is none), default (as written in a spec, None where
+    nothing is set), needed, meaning.
+    """
+    left_out = set(leave_out)
+    return [
+        {
+            "name": name,
+            "value": _value(entry),
+            "unit": dimension.shown[0] if (dimension := dimension_of(entry)) else "",
+            "default": _default(entry),
+            "needed": entry.is_required(),
+            "meaning": entry.description or "",
+        }
+        for name, entry in model.model_fields.items()
+        if name not in left_out
+    ]
+
+
+def _value(entry: FieldInfo) -> str:
+    # pydantic keeps the dimension of a plain field beside the annotation.
+    dimension = dimension_of(entry)
+    bare = entry.annotation in (float, float | None)
+    return dimension.name if dimension and bare else kind(entry.annotation)
+
+
+def _default(entry: FieldInfo) -> Any:
+    value = None if entry.is_required() else entry.get_default(call_default_factory=False)
+    if isinstance(value, BaseModel) or value in ((), {}, ""):
+        return None
+    dimension = dimension_of(entry)
+    return dimension.format(value) if dimension and isinstance(value, float) else value
+
+
+def laws() -> list[dict[str, Any]]:
+    """Return every law: its energy, when to use it, its source and its constants."""
+    return [
+        {
+            "name": name,
+            "formula": law.formula,
+            "use": law.use,
+            "source": law.reference,
+            "parameters": parameters(law, leave_out=("law", *Law.model_fields)),
+        }
+        for name, law in LAWS.items()
+    ]
+
+
+def shared_constants() -> list[dict[str, Any]]:
+    """Return what every law takes beside its own constants: density and compressibility."""
+    return parameters(Law, leave_out=CARD_TEXTS)
+
+
+def materials() -> list[dict[str, Any]]:
+    """Return every material card: its law, constants with units, density and source."""
+    records = []
+    for name in CARDS:
+        data = card_data(name)
+        other = ("law", "density", *CARD_TEXTS)
+        constants = {key: value for key, value in data.items() if key not in other}
+        texts = {key: data.get(key) for key in ("density", "strength", "stretch_range", "source")}
+        records.append({"name": name, "law": data["law"], "constants": constants, **texts})
+    return records
+
+
+def geometries() -> list[dict[str, Any]]:
+    """Return every geometry: its parameters and the names that a spec may use with it."""
+    records = []
+    for name, geometry in GEOMETRIES.items():
+        layout = geometry().layout()
+        records.append(
+            {
+                "name": name,
+                "use": " ".join((geometry.__doc__ or "").split("\n\n")[0].split()),
+                "regions": list(layout.regions),
+                "cavities": list(layout.cavities),
+                "surfaces": list(layout.surfaces),
+                "parameters": parameters(geometry, leave_out=("type",)),
+            }
+        )
+    return records
+
+
+def loads() -> list[dict[str, Any]]:
+    """Return every load that a step may change."""
+    inner = {"traction": Traction, "supports": Support}
+    return [
+        {
+            "name": entry["name"],
+            "use": LOADS[entry["name"]],
+            "value": entry["value"],
+            "unit": entry["unit"],
+            "meaning": entry["meaning"],
+            "parameters": parameters(inner[entry["name"]]) if entry["name"] in inner else [],
+        }
+        for entry in parameters(Step)
+        if entry["name"] in LOADS
+    ]
+
+
+def measures() -> list[dict[str, Any]]:
+    """Return every measure: its columns with their units and what it means."""
+    from softact.measures import MEASURES
+
+    return [{"name": name} for name in MEASURES]
+
+
+KINDS: dict[str, Callable[[], list[dict[str, Any]]]] = {
+    "laws": laws,
+    "materials": materials,
+    "geometries": geometries,
+    "measures": measures,
+    "loads": loads,
+}
