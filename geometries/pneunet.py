@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from softact.boxes import OUTSIDE, Box, Boxes, Plane
-from softact.geometry import Geometry, Layout, main
+from softact.geometry import THINNEST, Geometry, Layout, main
 from softact.units import Length
 
 # Two lengths that should be the same are taken to be so within this, relative.
@@ -37,7 +37,7 @@ class Pneunet(Geometry):
     """
 
     type: Literal["pneunet"] = "pneunet"
-    chambers: Annotated[int, Field(ge=1, le=200, strict=True)] = Field(
+    chambers: Annotated[int, Field(ge=1, le=200)] = Field(
         8, description="number of chambers"
     )
     chamber_height: Length = Field(16.0, description="height of the air space of a chamber")
@@ -71,17 +71,30 @@ class Pneunet(Geometry):
     )
 
     def faults(self):
+        yield from self._row_faults()
+        yield from self._channel_faults()
+        if self.base - self.layer_height < THINNEST:
+            yield (
+                "layer_height",
+                f"{self.layer_height:g} mm is not inside the base ({self.base:g} mm): the base "
+                "above the layer would vanish",
+            )
+
+    def _row_faults(self):
         row, n = self.row, self.chambers
-        if row.chamber_length <= 0:
+        if row.chamber_length < THINNEST:
             yield (
                 self._given("length", "pitch"),
-                f"leaves no room for the chambers: {row.chamber_length:g} mm for the length of one",
+                f"leaves {row.chamber_length:g} mm for the length of a chamber: the chambers would "
+                "vanish between their walls, the gaps and the ends",
             )
-        if n > 1 and row.gap <= 0:
+            return
+        if n > 1 and row.gap < THINNEST:
             yield (
                 self._given("pitch", "length"),
                 f"leaves {row.gap:g} mm between the chambers: the gap would vanish",
             )
+            return
         derived = {"pitch": row.pitch} if n > 1 else {}
         for name, value in (derived | {"length": row.length}).items():
             given = getattr(self, name)
@@ -91,13 +104,6 @@ class Pneunet(Geometry):
                     f"{given:g} mm contradicts the other lengths, which make it {value:g} mm; "
                     f"leave out one of chamber_length, gap, pitch and length",
                 )
-        yield from self._channel_faults()
-        if self.layer_height >= self.base:
-            yield (
-                "layer_height",
-                f"{self.layer_height:g} mm is not inside the base ({self.base:g} mm): the base "
-                "above the layer would vanish",
-            )
 
     def _channel_faults(self):
         bridge = self.channel_height + self.channel_roof
@@ -107,7 +113,7 @@ class Pneunet(Geometry):
                 f"{self.channel_height:g} mm is taller than the chamber "
                 f"({self.chamber_height:g} mm): the roof would vanish",
             )
-        elif self.chambers > 1 and bridge >= self.chamber_height + self.roof:
+        elif self.chambers > 1 and self.chamber_height + self.roof - bridge < THINNEST:
             yield (
                 "channel_roof",
                 f"{self.channel_roof:g} mm above a channel of {self.channel_height:g} mm is as "

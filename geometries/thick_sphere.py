@@ -67,8 +67,8 @@ class ThickSphere(Geometry):
         occ.synchronize()
 
     def mesh(self, gmsh) -> None:
-        """Layers of prisms over a triangle that is bulged to the sphere: halving the mesh size
-        halves all edges, which makes orders of convergence plain."""
+        """Layers of prisms over a triangle that is bulged to the sphere: similar at all mesh
+        sizes, which makes orders of convergence plain."""
         n = self._divisions()
         layers = max(1, ceil((self.outer_radius - self.inner_radius) / self.mesh_size - 1e-9))
         steps = [(i, j, n - i - j) for i in range(n + 1) for j in range(n + 1 - i)]

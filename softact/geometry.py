@@ -24,6 +24,7 @@ from softact.units import LENGTH, dimension_of
 MPI_PREFIXES = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "HYDRA_", "MPI_")
 FAULT = "softact-fault: "
 MOST_TETRAHEDRA = 3e6
+THINNEST, LONGEST = 1e-4, 1e5  # mm
 SUFFIXES = (".msh", ".vtu", ".stl", ".step")
 
 
@@ -72,7 +73,7 @@ class Geometry(BaseModel):
     built.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
     def layout(self) -> Layout:
         """Names of the parts of the mesh and what they mean."""
@@ -88,7 +89,7 @@ class Geometry(BaseModel):
     def faults(self) -> Iterator[tuple[str, str]]:
         """Field and reason of everything that cannot be built: say which wall would vanish.
 
-        All lengths are positive when this is called.
+        All lengths are at least THINNEST when this is called.
         """
         return iter(())
 
@@ -122,19 +123,28 @@ class Geometry(BaseModel):
     def _vanishing(self):
         for name, field_info in type(self).model_fields.items():
             value = getattr(self, name)
-            if value is not None and dimension_of(field_info) is LENGTH and value <= 0:
+            if value is None or dimension_of(field_info) is not LENGTH:
+                continue
+            if value < THINNEST:
                 what = name.replace("_", " ")
-                yield name, f"is {value:g} mm, the {what} would vanish; write a length above 0 mm"
+                yield name, f"at {value:g} mm the {what} would vanish; write a length above 0 mm"
+            elif value > LONGEST:
+                yield (
+                    name,
+                    f"{value:g} mm is longer than any actuator; write at most {LONGEST:g} mm",
+                )
 
     def _too_many(self):
         volume = sum(self.volumes()[region] for region in self.layout().regions)
-        count = 6 * volume / self.mesh_size**3
-        if count > MOST_TETRAHEDRA:
-            yield (
-                "mesh_size",
-                f"{self.mesh_size:g} mm would make about {count:.0e} tetrahedra, more than "
-                f"{MOST_TETRAHEDRA:.0e} are not meshed; write a larger length",
-            )
+        sizes = {name: getattr(self, name, None) for name in ("mesh_size", "cavity_mesh_size")}
+        for name, size in sizes.items():
+            count = 6 * volume / size**3 if size else 0
+            if count > MOST_TETRAHEDRA:
+                yield (
+                    name,
+                    f"{size:g} mm would make about {count:.0e} tetrahedra, and "
+                    f"{MOST_TETRAHEDRA:.0e} are the most; write a larger length",
+                )
 
 
 def _line_error(geometry: Geometry, name: str, fault: str) -> InitErrorDetails:
@@ -249,11 +259,9 @@ def _last_words(log: str) -> str:
 def main(kind: type[Geometry]) -> None:
     """Lets a geometry file run by itself: its fields become options, it writes one file."""
     import click
-    import yaml
 
     def write(output, timeout, **texts):
-        # Read as in a spec, so that 6 is a number and '16 mm' a text.
-        values = {k: yaml.safe_load(v) for k, v in texts.items() if v is not None}
+        values = {name: _as_in_spec(text) for name, text in texts.items() if text is not None}
         try:
             export(kind.model_validate(values), output, timeout)
         except ValidationError as error:
@@ -280,3 +288,13 @@ def main(kind: type[Geometry]) -> None:
             flag = "--" + name.replace("_", "-")
             command.params.append(click.Option([flag, name], help=info.description))
     command()
+
+
+def _as_in_spec(text: str):
+    """6 is a number, true a truth, and '16 mm' a text, as YAML reads them."""
+    import yaml
+
+    try:
+        return yaml.safe_load(text)
+    except yaml.YAMLError:
+        return text

@@ -158,7 +158,10 @@ def check(geometry: Geometry, parts: Parts) -> list[str]:
     points, cells, layout = parts.points, parts.cells, geometry.layout()
     flat = int(np.sum(quality(points, cells) < WORST_QUALITY))
     if flat:
-        return [f"{flat} of {len(cells)} tetrahedra are flat or inside out"]
+        return [
+            f"{flat} of {len(cells)} tetrahedra are flat or inside out; "
+            "a smaller mesh_size or thicker walls make better ones"
+        ]
     stray = {name: outward(tris, cells)[1] for name, tris in parts.surfaces.items()}
     faults = [
         f"{int(np.sum(count == 0))} triangles of '{name}' are not faces of the tetrahedra"

@@ -1,0 +1,140 @@
+"""What must hold for the mesh of every geometry, for its defaults and for other parameters."""
+
+import numpy as np
+import pytest
+
+from softact.geometry import GEOMETRIES
+
+
+def mm(value: float) -> str:
+    return f"{value} mm"
+
+
+def random_pneunet(seed: int) -> dict:
+    """Parameters drawn so that each wall stays: built up from thicknesses, never cut down."""
+    draw = np.random.default_rng(seed).uniform
+    base, chamber_height, chamber_width = draw(1, 4), draw(6, 20), draw(5, 20)
+    lengths = {
+        "base": base,
+        "layer_height": base * draw(0.2, 0.8),
+        "chamber_height": chamber_height,
+        "chamber_width": chamber_width,
+        "chamber_length": draw(2, 10),
+        "gap": draw(0.5, 3),
+        "outer_wall": draw(0.5, 3),
+        "inner_wall": draw(0.5, 3),
+        "roof": draw(0.5, 3),
+        "channel_width": chamber_width * draw(0.2, 0.9),
+        "channel_height": chamber_height * draw(0.1, 0.4),
+        "channel_roof": chamber_height * draw(0.1, 0.4),
+        "clamp_plug": draw(1, 8),
+        "tip_plug": draw(1, 8),
+        "mesh_size": draw(2, 5),
+    }
+    values = {name: mm(length) for name, length in lengths.items()}
+    return {"chambers": 1 + seed % 4, "symmetry": seed % 2 == 0, **values}
+
+
+CASES = [
+    ("block", {}),
+    ("block", {"length": "7 mm", "width": "0.3 mm", "height": "11 mm", "mesh_size": "2 mm"}),
+    ("thick_sphere", {}),
+    ("thick_sphere", {"inner_radius": "3 mm", "outer_radius": "9 mm", "mesh_size": "1 mm"}),
+    ("tube", {}),
+    ("tube", {"inner_radius": "5 mm", "outer_radius": "5.5 mm", "mesh_size": "1 mm"}),
+    ("pneunet", {}),
+    ("pneunet", {"chambers": 2, "symmetry": False, "cavity_mesh_size": "1 mm"}),
+    ("pneunet", {"chambers": 2, "channel_width": "14 mm", "channel_height": "16 mm",
+                 "channel_roof": "0.5 mm"}),
+    *[("pneunet", random_pneunet(seed)) for seed in range(8)],
+]  # fmt: skip
+
+
+@pytest.fixture(params=CASES, ids=[f"{name}-{i}" for i, (name, _) in enumerate(CASES)])
+def geometry(request):
+    name, parameters = request.param
+    return GEOMETRIES[name].model_validate(parameters)
+
+
+def test_occ_solid_has_the_closed_form_volume(geometry, occ_volume):
+    assert occ_volume(geometry) == pytest.approx(geometry.volumes()["body"], rel=1e-9)
+
+
+def test_mesh_fills_the_solid_once(geometry, meshed):
+    solid = meshed(geometry)
+    assert solid.volumes.min() > 0
+    wanted = geometry.volumes()["body"]
+    assert solid.volumes.sum() == pytest.approx(wanted, rel=geometry.volume_tolerance("body"))
+    assert max(len(cells) for cells in solid.faces.values()) == 2
+
+
+def test_surfaces_are_the_skin_and_the_layers(geometry, meshed):
+    """Each outer face is in exactly one surface, but for ``base``, which is a part of ``outer``;
+    each triangle of a layer is a face of two cells."""
+    solid = meshed(geometry)
+    skin = sorted(face for face, cells in solid.faces.items() if len(cells) == 1)
+    inside = sorted(face for face, cells in solid.faces.items() if len(cells) == 2)
+    within = {"base": "outer"}
+    named = [
+        tuple(triangle)
+        for name, triangles in solid.surfaces.items()
+        if name not in solid.layout.layers and name not in within
+        for triangle in triangles.tolist()
+    ]
+    assert sorted(named) == skin
+    for name in solid.layout.layers:
+        layer = set(map(tuple, solid.surfaces[name].tolist()))
+        assert layer and layer <= set(inside)
+    for part, whole in within.items():
+        if part in solid.surfaces:
+            parts = set(map(tuple, solid.surfaces[part].tolist()))
+            assert parts and parts < set(map(tuple, solid.surfaces[whole].tolist()))
+
+
+def test_surfaces_have_the_closed_form_areas(geometry, meshed):
+    solid = meshed(geometry)
+    for name in set(solid.surfaces) & set(geometry.volumes()) - set(solid.layout.cavities):
+        area = np.linalg.norm(solid.outward_areas(name)[1], axis=1).sum()
+        tolerance = geometry.volume_tolerance(name)
+        assert area == pytest.approx(geometry.volumes()[name], rel=tolerance)
+
+
+def test_cavity_closes_and_holds_the_closed_form_volume(geometry, meshed):
+    if not geometry.layout().cavities:
+        pytest.skip("this geometry is solid")
+    solid = meshed(geometry)
+    middles, areas = solid.outward_areas("cavity")
+    open_axes = list(solid.layout.symmetry.values())
+    leak = np.delete(areas.sum(axis=0), open_axes)
+    assert np.abs(leak).max(initial=0) < 1e-9 * np.linalg.norm(areas, axis=1).sum()
+    # Divergence theorem with the field (0, y, 0): a plane y = 0 and all planes normal to x or z
+    # that close the cavity have no flux.
+    volume = -(middles[:, 1] * areas[:, 1]).sum()
+    tolerance = geometry.volume_tolerance("cavity")
+    assert volume == pytest.approx(geometry.volumes()["cavity"], rel=tolerance)
+
+
+def test_ends_and_symmetry_lie_where_the_layout_says(geometry, meshed):
+    solid = meshed(geometry)
+    layout = solid.layout
+    for name, axis in layout.symmetry.items():
+        assert np.abs(solid.points[solid.surfaces[name]][..., axis]).max() < 1e-9
+    assert layout.copies == 2 ** len(layout.symmetry)
+    for name, at in ((layout.clamp, 0.0), (layout.tip, layout.length)):
+        if name:
+            along = (solid.points[solid.surfaces[name]] - layout.origin) @ layout.axis
+            assert along == pytest.approx(at, abs=1e-9)
+
+
+def test_no_slivers(geometry, meshed):
+    """Mean ratio: 1 for a regular tetrahedron, 0.84 for the corner of a cube, 0.32 for that of a
+    cell 10 x 10 x 1; gmsh's own Delaunay mesh of the PneuNet's walls has some at 0.04."""
+    solid = meshed(geometry)
+    edges = [
+        solid.points[solid.cells[:, i]] - solid.points[solid.cells[:, j]]
+        for i in range(4)
+        for j in range(i)
+    ]
+    squares = sum((edge**2).sum(axis=1) for edge in edges)
+    quality = 12 * np.cbrt(3 * solid.volumes) ** 2 / squares
+    assert quality.min() > 0.15
