@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, ValidationError, field_validator, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from softact.errors import MeshError, SoftactError, SpecError
@@ -111,28 +111,28 @@ class Geometry(BaseModel):
         gmsh.model.mesh.generate(3)
         gmsh.model.mesh.optimize("")
 
+    @field_validator("*")
+    @classmethod
+    def _lengths_of_this_world(cls, value, info):
+        if value is None or dimension_of(cls.model_fields[info.field_name]) is not LENGTH:
+            return value
+        what, fault = info.field_name.replace("_", " "), ""
+        if value < THINNEST:
+            fault = f"at {value:g} mm the {what} would vanish; write a length above 0 mm"
+        elif value > LONGEST:
+            fault = f"{value:g} mm is longer than any actuator; write at most {LONGEST:g} mm"
+        if fault:
+            raise PydanticCustomError("geometry", "{fault}", {"fault": fault})
+        return value
+
     @model_validator(mode="after")
     def _refuse_what_cannot_be_built(self):
-        found = list(self._vanishing()) or list(self.faults()) or list(self._too_many())
+        found = list(self.faults()) or list(self._too_many())
         if found:
             raise ValidationError.from_exception_data(
                 type(self).__name__, [_line_error(self, *fault) for fault in found]
             )
         return self
-
-    def _vanishing(self):
-        for name, field_info in type(self).model_fields.items():
-            value = getattr(self, name)
-            if value is None or dimension_of(field_info) is not LENGTH:
-                continue
-            if value < THINNEST:
-                what = name.replace("_", " ")
-                yield name, f"at {value:g} mm the {what} would vanish; write a length above 0 mm"
-            elif value > LONGEST:
-                yield (
-                    name,
-                    f"{value:g} mm is longer than any actuator; write at most {LONGEST:g} mm",
-                )
 
     def _too_many(self):
         volume = sum(self.volumes()[region] for region in self.layout().regions)
