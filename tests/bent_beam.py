@@ -93,7 +93,7 @@ def _surfaces(points, cells):
         cells[:, face] for face in
         ((0, 2, 1, 6, 5, 4), (0, 1, 3, 4, 8, 7), (1, 2, 3, 5, 9, 8), (2, 0, 3, 6, 7, 9))
     ])  # fmt: skip
-    key, first, count = np.unique(
+    _, first, count = np.unique(
         np.sort(faces[:, :3], axis=1), axis=0, return_index=True, return_counts=True
     )
     outside = faces[first[count == 1]]

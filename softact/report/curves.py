@@ -78,9 +78,7 @@ def charts(results: Results) -> list[Chart]:
     if len(tip) > 1:
         found.insert(1, _tip_path(results, tip))
         left = [name for name in left if name not in tip]
-    found += [
-        _chart(results, labels.column(name).name, x_label, abscissa, [name]) for name in left
-    ]
+    found += [_chart(results, labels.column(name).name, x_label, abscissa, [name]) for name in left]
     return found
 
 
@@ -143,8 +141,10 @@ def key_figures(results: Results) -> tuple[list[str], list[tuple[str, str, list[
         if name == driver:
             continue
         label, values = labels.column(name), results.curve[name] * labels.column(name).factor
-        texts = [labels.number(at_load(results, values, aim)) for aim in aims]
-        rows.append((label.name, label.unit, [*texts, labels.number(values[-1])]))
+        shown = np.array([*(at_load(results, values, aim) for aim in aims), values[-1]])
+        largest = np.abs(shown).max(initial=0.0, where=np.isfinite(shown))
+        texts = [labels.number(value, largest=largest) for value in shown]
+        rows.append((label.name, label.unit, texts))
     return heads, rows
 
 
@@ -171,6 +171,7 @@ def picture(results: Results, most: int = 4) -> bytes:
             axes.set_aspect("equal", adjustable="datalim")
         if len(chart.series) > 1:
             axes.legend(frameon=False, fontsize=9)
+    figure.get_layout_engine().set(w_pad=0.12, h_pad=0.12)
     out = BytesIO()
     figure.savefig(out, format="png")
     return out.getvalue()

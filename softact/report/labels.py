@@ -1,5 +1,6 @@
 """How columns and fields are called in a report, and in which unit they are shown."""
 
+import math
 from dataclasses import dataclass
 
 #: Endings of column names: (unit as shown, factor from the stored unit to the shown one).
@@ -56,13 +57,18 @@ def column(name: str) -> Label:
     return Label(words[:1].upper() + words[1:] if words[:3] != "von" else words, unit, factor)
 
 
-def number(value: float) -> str:
-    """A number with four significant digits, without an exponent where it can be avoided."""
-    if value != value:
+def number(value: float, digits: int = 4, largest: float | None = None) -> str:
+    """A number with ``digits`` significant digits, or with as many decimals as ``largest``, the
+    largest of its row, has then; without an exponent where that can be avoided."""
+    if not math.isfinite(value):
         return "–"
-    if value == 0:
+    size = abs(value if largest is None else largest)
+    if value == 0 or size == 0:
         return "0"
-    if not 1e-4 <= abs(value) < 1e6:
-        return f"{value:.3g}"
-    digits = max(0, 3 - len(str(int(abs(value)))) + 1) if abs(value) >= 1 else 4
-    return f"{value:.{digits}f}".rstrip("0").rstrip(".") if digits else f"{value:.0f}"
+    if not 1e-4 <= size < 1e7:
+        return f"{value:.{digits - 1}g}".replace("-", "−")
+    decimals = max(0, digits - 1 - math.floor(math.log10(size)))
+    text = f"{value:.{decimals}f}"
+    if largest is None and decimals:
+        text = text.rstrip("0").rstrip(".")
+    return text.replace("-", "−")

@@ -122,7 +122,8 @@ def _cards(results: Results) -> str:
 
 def _card(name: str, value: float, note: str) -> str:
     label = labels.column(name)
-    unit = f" <span class='unit'>{escape(label.unit)}</span>" if label.unit else ""
+    unit = f"&nbsp;<span class='unit'>{escape(label.unit)}</span>" if label.unit else ""
+    unit = "°" if label.unit == "°" else unit
     note = f"<div class='note'>{escape(note)}</div>" if note else ""
     return (
         f"<div class='card'><div class='name'>{escape(label.name)}</div>"
@@ -171,9 +172,10 @@ def _states(results: Results) -> str:
     if not image:
         return "<p>There are no pictures; the note at the top of this page says why.</p>"
     return (
-        f"<figure>{image}<figcaption>Deformed actuator at four loads, to scale, one colour range "
-        "for all; the grey outline is the undeformed actuator. The mirrored part is drawn too. "
-        "Values above the top of the scale have its last colour.</figcaption></figure>"
+        f"<figure><div class='scroll wide'>{image}</div><figcaption>Deformed actuator at four "
+        "loads, to scale, one colour range for all; the grey outline is the undeformed "
+        "actuator. The mirrored part is drawn too. Values above the top of the scale have its "
+        "last colour.</figcaption></figure>"
     )
 
 

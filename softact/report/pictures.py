@@ -31,7 +31,7 @@ def colours() -> list[str]:
     from matplotlib import colormaps
     from matplotlib.colors import to_hex
 
-    return [to_hex(colormaps["turbo"](value)) for value in np.linspace(0.07, 0.94, 32)]
+    return [to_hex(colormaps["turbo"](value)) for value in np.linspace(0.07, 0.92, 32)]
 
 
 def _colour_map():

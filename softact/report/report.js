@@ -102,6 +102,10 @@ async function unpack(view) {
   return { triangles, steps, shades };
 }
 
+function narrow() {
+  return window.innerWidth < 740;
+}
+
 class Shape {
   constructor(view, raw) {
     this.view = view;
@@ -159,51 +163,82 @@ class Shape {
   trace() {
     const [x, y, z] = this.places(), [i, j, k] = this.triangles();
     const { colours, fields } = this.view, field = fields[this.field];
-    const narrow = window.innerWidth < 740;
     const scale = colours.map((colour, n) => [n / (colours.length - 1), colour]);
     return {
       type: "mesh3d", x, y, z, i, j, k, flatshading: false, hoverinfo: "skip",
       lighting: { ambient: 0.55, diffuse: 0.6, specular: 0.12, roughness: 0.6, fresnel: 0.1,
         vertexnormalsepsilon: 0, facenormalsepsilon: 0 },
-      lightposition: this.light(),
+      // In the eye's frame (right, up, away from the eye): the light turns with the reader.
+      lightposition: { x: 3e4, y: 6e4, z: -1e5 },
       ...(field ? {
         intensity: this.intensity(), cmin: field.low, cmax: field.high, colorscale: scale,
         colorbar: {
-          title: { text: field.label, side: narrow ? "top" : "right" }, thickness: 14,
-          outlinewidth: 0, ...(narrow ? { orientation: "h", x: 0.5, y: -0.02, yanchor: "top",
+          title: { text: field.label, side: narrow() ? "top" : "right" }, thickness: 14,
+          outlinewidth: 0, ...(narrow() ? { orientation: "h", x: 0.5, y: -0.02, yanchor: "top",
             len: 0.9, nticks: 5 } : { len: 0.8, x: 1.0 }),
         },
       } : { color: "#9fb4c0" }),
     };
   }
 
-  light() {
-    const { eye, up } = this.view.camera;
-    const [x, y, z] = eye.map((value, n) => 1e5 * (value + 0.8 * up[n]));
-    return { x, y, z };
-  }
-
   layout() {
     const { box, camera } = this.view;
-    const names = ["x", "y", "z"];
-    const axes = names.map((name, n) => ({
-      range: box[n], title: { text: `${name} (mm)` }, showbackground: false,
-      gridcolor: "#dfe4e8", zeroline: false, nticks: 6, showspikes: false,
+    const coarse = Math.max(...box.map(([low, high]) => high - low)) / 6;
+    const power = 10 ** Math.floor(Math.log10(coarse));
+    const dtick = power * [1, 2, 5, 10].find((step) => step * power >= coarse);
+    const axes = ["x", "y", "z"].map((name, n) => ({
+      range: box[n], title: { text: name }, showbackground: false, gridcolor: "#dfe4e8",
+      zeroline: false, dtick, tick0: 0, showspikes: false,
     }));
-    const [eye, up] = [camera.eye, camera.up].map(([x, y, z]) => ({ x, y, z }));
-    const upright = Math.abs(up.z) > 0.99;
+    const xyz = ([x, y, z]) => ({ x, y, z });
+    const eye = xyz(camera.eye.map((part) => 2 * part)), up = xyz(camera.up);
     return {
-      font: FONT, margin: { l: 0, r: 0, t: 0, b: 0 }, uirevision: "keep", paper_bgcolor: "white",
+      font: FONT, margin: { l: 0, r: 0, t: 0, b: 0 }, paper_bgcolor: "white",
       scene: {
-        aspectmode: "data", dragmode: upright ? "turntable" : "orbit",
-        camera: { eye: { x: 1.6 * eye.x, y: 1.6 * eye.y, z: 1.6 * eye.z }, up,
-          projection: { type: "orthographic" } },
+        aspectmode: "manual", aspectratio: xyz(this.sides()),
+        dragmode: Math.abs(up.z) > 0.99 ? "turntable" : "orbit",
+        camera: { eye, up, projection: { type: "orthographic" } },
         xaxis: axes[0], yaxis: axes[1], zaxis: axes[2],
       },
     };
   }
 
-  /* Redraw; at most one drawing at a time, and always ending with the newest state. */
+  /* Sides of the axes' box such that it fills the view: with a parallel projection plotly shows
+     a height of two, however far the eye is. */
+  sides() {
+    const { box, camera: { eye, up } } = this.view, area = byId("shape").getBoundingClientRect();
+    const cross = (a, b) => [0, 1, 2].map((n) =>
+      a[(n + 1) % 3] * b[(n + 2) % 3] - a[(n + 2) % 3] * b[(n + 1) % 3]);
+    const unit = (a) => a.map((part) => part / Math.hypot(...a));
+    const right = unit(cross(up, eye)), above = cross(eye, right);
+    const sides = box.map(([low, high]) => high - low);
+    const seen = (direction) => sides.reduce((sum, side, n) =>
+      sum + side * Math.abs(direction[n]), 0);
+    const [across, high] = narrow() ? [0.9, 0.7] : [0.75, 0.85];
+    const zoom = Math.min(2 * high / seen(above),
+      2 * across * area.width / area.height / seen(right));
+    return sides.map((side) => side * zoom);
+  }
+
+  /* Corners of a cube about the axes' box, not drawn: plotly scales each axis by the extent of
+     what is drawn, and its shading is right only where the three scales are the same. */
+  cube() {
+    const { box } = this.view, half = Math.max(...box.map(([low, high]) => high - low)) / 2;
+    const [x, y, z] = box.map(([low, high]) =>
+      [(low + high) / 2 - half, (low + high) / 2 + half]);
+    return { type: "scatter3d", mode: "markers", x, y, z, marker: { size: 0.1, opacity: 0 },
+      hoverinfo: "skip", showlegend: false };
+  }
+
+  draw() {
+    return Plotly.newPlot("shape", [this.trace(), this.cube()], this.layout(), {
+      displaylogo: false, responsive: true,
+      modeBarButtons: [["toImage", "zoom3d", "pan3d", "resetCameraDefault3d"]],
+    });
+  }
+
+  /* Redraw the surface and leave the camera alone; one drawing at a time, the last of which
+     shows the newest state. */
   async update(change) {
     Object.assign(this, change);
     this.stale = true;
@@ -211,17 +246,17 @@ class Shape {
     this.drawing = (async () => {
       while (this.stale) {
         this.stale = false;
-        await Plotly.react("shape", [this.trace()], this.layout(), this.config);
+        const { x, y, z, i, j, k, intensity, cmin, cmax, colorbar } = this.trace();
+        const arrays = { x, y, z, i, j, k, ...(intensity ? { intensity } : {}) };
+        const change = Object.fromEntries(Object.entries(arrays).map(([n, v]) => [n, [v]]));
+        if (colorbar) {
+          Object.assign(change, { cmin, cmax, "colorbar.title.text": colorbar.title.text });
+        }
+        await Plotly.restyle("shape", change, [0]);
       }
       this.drawing = null;
     })();
     return this.drawing;
-  }
-
-  get config() {
-    return { displaylogo: false, responsive: true,
-      modeBarButtonsToRemove: ["resetCameraLastSave3d", "hoverClosest3d", "tableRotation",
-        "orbitRotation"] };
   }
 }
 
@@ -265,7 +300,8 @@ async function drawView(view) {
     shape.playing = false;
     play.textContent = "\u25b6";
   });
-  await show({});
+  await shape.draw();
+  say();
 }
 
 async function main() {
