@@ -42,10 +42,13 @@ class BondedLayer:
 
 @dataclass(frozen=True)
 class Support:
-    """Prescribed displacements (mm) of a surface: component (0, 1, 2) -> value."""
+    """Prescribed displacements (mm) of a surface: component (0, 1, 2) -> value.
+
+    None holds each point where it is when the support begins.
+    """
 
     surface: str
-    values: Mapping[int, float]
+    values: Mapping[int, float | None]
 
 
 class Model:
@@ -71,7 +74,7 @@ class Model:
         self.unknowns = Unknowns(self.comm, spaces)
         self.assembler = Assembler(mesh, self.unknowns)
         self.displacement_dofs = self.unknowns.space_dofs[0]
-        self._functions = compat.cell_dofs(spaces[0])
+        self.cell_nodes = compat.cell_dofs(spaces[0])
         self.solids = {
             name: Solid(
                 self.assembler,
@@ -195,7 +198,7 @@ class Model:
         for solid in self.solids.values():
             if solid.pressure_values is None:
                 continue
-            dofs = self.unknowns.cell_dofs[solid.cells, 3 * self._functions.shape[1] :]
+            dofs = self.unknowns.cell_dofs[solid.cells, 3 * self.cell_nodes.shape[1] :]
             np.add.at(out, dofs, solid.volumes @ np.abs(solid.pressure_values))
         return self.sum_shared(out)
 
@@ -212,7 +215,7 @@ class Model:
         nodes = compat.reference_nodes(self.degree)
         barycentric = np.column_stack([1 - nodes.sum(axis=1), nodes])
         on_facet = np.array([np.flatnonzero(b < 1e-9) for b in barycentric.T])
-        return self._functions[facets[:, :1], on_facet[facets[:, 1]]]
+        return self.cell_nodes[facets[:, :1], on_facet[facets[:, 1]]]
 
     def surface_nodes(self, surface: str) -> np.ndarray:
         """Displacement nodes on a surface that this process holds, also where the facet itself
@@ -221,23 +224,24 @@ class Model:
         mark[self.displacement_dofs[self.facet_nodes(self.mesh.facets[surface]), 0]] = 1.0
         return np.flatnonzero(self.sum_shared(mark)[self.displacement_dofs[:, 0]])
 
-    def set_supports(self, supports: Sequence[Support]) -> tuple[np.ndarray, np.ndarray]:
+    def set_supports(self, supports: Sequence[Support], state: State):
         """Fix the given components and those normal to symmetry planes.
 
-        Returns (dofs, values), local. Raises SpecError where two supports contradict.
+        Returns (dofs, values): local unknowns and their prescribed displacements, mm.
+        Raises SpecError where two supports contradict.
         """
         values = np.full(self.unknowns.local, np.nan)
         planes = [Support(name, {c: 0.0}) for name, c in self.mesh.layout.symmetry.items()]
         for support in (*planes, *supports):
             nodes = self.surface_nodes(support.surface)
-            for component, value in support.values.items():
+            for component, prescribed in support.values.items():
                 dofs = self.displacement_dofs[nodes, component]
-                clash = self.sum(int(np.sum(np.abs(values[dofs] - value) > 1e-12)))
+                value = state.x[dofs] if prescribed is None else prescribed
+                clash = self.sum(int(np.sum(np.abs(values[dofs] - value) > 1e-9)))
                 if clash:
                     raise SpecError(
-                        f"supports: surface '{support.surface}' moves "
-                        f"{'xyz'[component]} by {value:g} mm, where another support holds it "
-                        f"at a different value ({clash} shared nodes)"
+                        f"supports: '{support.surface}' prescribes {'xyz'[component]} on "
+                        f"{clash} points where another support prescribes a different value"
                     )
                 values[dofs] = value
         dofs = np.flatnonzero(~np.isnan(values))

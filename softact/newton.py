@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,6 +63,8 @@ class Newton:
             "pc_type": "cholesky",
             "pc_factor_mat_solver_type": "mumps",
             "mat_mumps_icntl_14": 60,  # percent of working space above the estimate
+            "mat_mumps_icntl_13": 1,  # no ScaLAPACK on the root: it would hide its inertia
+            "mat_mumps_icntl_24": 1,  # null pivots are found; PETSc asks for it with the inertia
         }
         snes = PETSc.SNES().create(model.comm)
         prefix = f"softact_{id(self)}_"
@@ -79,20 +82,20 @@ class Newton:
         snes.setConvergenceTest(self._test)
         return snes
 
-    def set_supports(self, supports: list[Support]) -> None:
-        """Change what is held; values may change between solves at no cost."""
-        self._fixed_dofs, self._fixed_values = self.model.set_supports(supports)
+    def set_supports(self, supports: Sequence[Support], state: State) -> None:
+        """Change what is held from here on."""
+        self._fixed_dofs, self._fixed_values = self.model.set_supports(supports, state)
 
-    def fixed(self) -> tuple[np.ndarray, np.ndarray]:
-        """Supported unknowns (local numbers) and their prescribed values."""
-        return self._fixed_dofs, self._fixed_values
+    def held(self, state: State) -> tuple[np.ndarray, np.ndarray]:
+        """Displacements of the supported unknowns: now, and as the supports prescribe."""
+        return state.x[self._fixed_dofs], self._fixed_values
 
-    def solve(self, state: State, fixed_values: np.ndarray, previous: State | None = None):
+    def solve(self, state: State, fixed_values: np.ndarray) -> NewtonOutcome:
         """Bring ``state`` to equilibrium under its loads; ``state.x`` is the first guess.
 
         The state is changed in place, also where the solve fails.
         """
-        self._state, self._previous = state, previous
+        self._state, self._before = state, None
         self._held = fixed_values
         self._residuals: list[float] = []
         self._reason = ""
@@ -120,7 +123,8 @@ class Newton:
 
     def _jacobian(self, _snes, x, _matrix, _preconditioner) -> None:
         self.counts.factorisations += 1
-        self.model.tangent(self._state, self._previous)
+        self.model.tangent(self._state, self._before)
+        self._before = State(self._state.x.copy())
 
     def _test(self, _snes, iteration, _norms):
         reason = PETSc.SNES.ConvergedReason

@@ -181,6 +181,16 @@ class Solid:
             self._last = (key, self.second_piola(state))
         return self._last[1]
 
+    def cauchy(self, state: State) -> np.ndarray:
+        """Cauchy stress (cells, points, 3, 3) MPa at the quadrature points: F S Fᵀ/J + p I."""
+        f = self.deformation_gradient(state.x)
+        s = self._evaluate(state)[0].reshape(*f.shape[:2], 6)
+        tensor = s[..., [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(f.shape)
+        pushed = f @ tensor @ np.swapaxes(f, -1, -2) / np.linalg.det(f)[..., None, None]
+        if self._mixed:
+            pushed += self.hydrostatic_pressure(state.x)[..., None, None] * np.eye(3)
+        return pushed
+
     def energy(self, state):
         f = self.deformation_gradient(state.x).reshape(-1, 3, 3)
         jacobian = np.linalg.det(f)

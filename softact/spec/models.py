@@ -131,7 +131,7 @@ class Support(Model):
 
     surface: str = Field(description="surface of the geometry")
     fix: tuple[Component, ...] = Field(
-        (), strict=False, description="components held where they are without load"
+        (), strict=False, description="components held where they are when the support begins"
     )
     move: dict[Component, Length] = Field(
         {}, description="components moved, counted from the undeformed state: {x: 2 mm}"
@@ -149,9 +149,9 @@ class Support(Model):
         return self
 
     @property
-    def values(self) -> dict[int, float]:
-        """Component (0, 1, 2) -> prescribed displacement in mm."""
-        fixed = {"xyz".index(component): 0.0 for component in self.fix}
+    def values(self) -> dict[int, float | None]:
+        """Component (0, 1, 2) -> prescribed displacement in mm, None: held where it is."""
+        fixed: dict[int, float | None] = {"xyz".index(component): None for component in self.fix}
         return fixed | {"xyz".index(component): value for component, value in self.move.items()}
 
 
@@ -178,6 +178,13 @@ class Step(Model):
     supports: tuple[Support, ...] | None = Field(
         None, strict=False, description="replace the supports from this step on"
     )
+    max_increment: Dimensionless | None = Field(
+        None,
+        gt=0,
+        le=1,
+        description="largest increment of this step, and its first; default: the solver's, and "
+        "1 where only gravity changes",
+    )
 
     @model_validator(mode="after")
     def _changes_something(self) -> Self:
@@ -186,6 +193,12 @@ class Step(Model):
                 "this step changes nothing; give it gravity, pressure, traction or supports"
             )
         return self
+
+    @property
+    def largest_increment(self) -> float | None:
+        """``max_increment`` with its default for gravity, which is seldom hard; None: solver's."""
+        only_gravity = (self.pressure, self.traction, self.supports) == (None,) * 3
+        return 1.0 if self.max_increment is None and only_gravity else self.max_increment
 
 
 class Solver(Model):

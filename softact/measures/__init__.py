@@ -1,0 +1,34 @@
+"""Numbers per equilibrium: one measure a file, each a function from a snapshot to CSV columns.
+
+A new measure is one file with a ``Measure`` and one line in ``MEASURES``.
+"""
+
+from softact.measures.base import Measure
+from softact.measures.bending import BENDING
+from softact.measures.elongation import ELONGATION
+from softact.measures.energy import ENERGY
+from softact.measures.pressure import PRESSURE
+from softact.measures.reaction import REACTION
+from softact.measures.strain import STRAIN
+from softact.measures.stress import STRESS
+from softact.measures.tip import TIP
+from softact.measures.twist import TWIST
+from softact.measures.volume import VOLUME
+
+MEASURES: dict[str, Measure] = {
+    measure.name: measure
+    for measure in (
+        PRESSURE,
+        BENDING,
+        TIP,
+        ELONGATION,
+        TWIST,
+        VOLUME,
+        REACTION,
+        STRESS,
+        STRAIN,
+        ENERGY,
+    )
+}
+
+__all__ = ["MEASURES", "Measure"]

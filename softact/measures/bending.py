@@ -1,0 +1,59 @@
+"""How far the actuator bends, past a full turn without wrapping."""
+
+import numpy as np
+
+from softact.measures.base import Measure, continued
+
+# Below this the plane of bending is not known well enough to give the angle a sign.
+SMALL = 1.0
+
+
+def bending_axis(snapshot) -> np.ndarray:
+    """Unit vector about which the tip has turned: the layout's, or the one that is seen."""
+    if snapshot.layout.bending_axis is not None:
+        return np.asarray(snapshot.layout.bending_axis)
+    axis = np.asarray(snapshot.layout.axis)
+    normal = np.cross(axis, snapshot.tip_rotation @ axis)
+    length = np.linalg.norm(normal)
+    if length > 1e-12:
+        normal = normal / length
+        before = np.array([snapshot.previous.get(f"bending_axis_{c}", 0.0) for c in "xyz"])
+        # Past half a turn the cross product flips; the axis of the last state says so.
+        turned = snapshot.previous.get("bending_angle_deg", 0.0) > SMALL
+        return -normal if turned and before @ normal < 0 else normal
+    return np.cross(axis, np.roll(axis, 1))
+
+
+def _angle(snapshot, direction, column) -> float:
+    axis = np.asarray(snapshot.layout.axis)
+    across = np.cross(bending_axis(snapshot), axis)
+    angle = np.rad2deg(np.arctan2(direction @ across, direction @ axis))
+    return float(continued(angle, snapshot.previous.get(column)))
+
+
+def _evaluate(snapshot):
+    axis = np.asarray(snapshot.layout.axis)
+    _, tip = snapshot.tip
+    clamp, _ = snapshot.motion(snapshot.layout.clamp)
+    chord = tip.mean(axis=0) - clamp.mean(axis=0)
+    columns = {
+        "bending_angle_deg": _angle(
+            snapshot, snapshot.tip_rotation @ axis, "bending_angle_deg"
+        ),
+        "chord_angle_deg": _angle(snapshot, chord, "chord_angle_deg"),
+    }
+    if snapshot.layout.bending_axis is None:
+        names = ("bending_axis_x", "bending_axis_y", "bending_axis_z")
+        columns |= dict(zip(names, map(float, bending_axis(snapshot)), strict=True))
+    return columns
+
+
+BENDING = Measure(
+    "bending",
+    "rotation of the tip's end face, and direction of the chord",
+    {
+        "bending_angle_deg": "rotation of the tip's end face in the plane of bending, unwrapped",
+        "chord_angle_deg": "angle of the line from clamp to tip, unwrapped",
+    },
+    _evaluate,
+)

@@ -1,0 +1,16 @@
+"""How far the tip moves along the axis."""
+
+from softact.measures.base import Measure
+
+
+def _evaluate(snapshot):
+    before, after = snapshot.tip
+    return {"elongation_mm": float((after - before).mean(axis=0) @ snapshot.layout.axis)}
+
+
+ELONGATION = Measure(
+    "elongation",
+    "displacement of the tip along the undeformed axis",
+    {"elongation_mm": "displacement of the tip's centre along the undeformed axis"},
+    _evaluate,
+)

@@ -1,0 +1,33 @@
+"""Stored energy and the work of the pressure."""
+
+from softact.measures.base import Measure, per_cavity
+from softact.measures.pressure import PRESSURE
+from softact.measures.volume import VOLUME
+
+
+def _evaluate(snapshot):
+    model, previous = snapshot.model, snapshot.previous
+    stored = [*model.solids.values(), *model.layers]
+    columns = {"strain_energy_mJ": snapshot.layout.copies * model.energy(snapshot.state, stored)}
+    if snapshot.layout.cavities:
+        now = PRESSURE.evaluate(snapshot) | VOLUME.evaluate(snapshot)
+        names = dict.fromkeys(snapshot.layout.cavities, 0.0)
+        pressures = per_cavity("pressure_<cavity>_kPa", names)
+        volumes = per_cavity("cavity_volume_<cavity>_mm3", names)
+        work = previous.get("pressure_work_mJ", 0.0)
+        for p, v in zip(pressures, volumes, strict=True):
+            mean = (now[p] + previous.get(p, now[p])) / 2e3
+            work += mean * (now[v] - previous.get(v, now[v]))
+        columns["pressure_work_mJ"] = work
+    return columns
+
+
+ENERGY = Measure(
+    "energy",
+    "stored elastic energy and work of the pressure, of the whole actuator",
+    {
+        "strain_energy_mJ": "elastic energy of solids and layers",
+        "pressure_work_mJ": "∫ p dV from the start, by the trapezoidal rule over the increments",
+    },
+    _evaluate,
+)

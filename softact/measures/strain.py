@@ -1,0 +1,33 @@
+"""Largest stretch, where it is, and how much the material's volume changes."""
+
+import numpy as np
+
+from softact.measures.base import Measure, vector_columns
+
+
+def _evaluate(snapshot):
+    value, place = snapshot.largest(snapshot.principal_stretch[:, 2])
+    columns = {"max_principal_stretch": value}
+    columns |= vector_columns("max_principal_stretch_<xyz>_mm", place)
+    largest, grown, whole = 0.0, 0.0, 0.0
+    for solid in snapshot.model.solids.values():
+        change = np.linalg.det(solid.deformation_gradient(snapshot.state.x)) - 1
+        largest = max(largest, float(np.abs(change).max(initial=0.0)))
+        grown += float((change * solid.volumes).sum())
+        whole += float(solid.volumes.sum())
+    columns["volume_change_max"] = max(snapshot.model.comm.allgather(largest))
+    columns["volume_change_mean"] = snapshot.model.sum(grown) / snapshot.model.sum(whole)
+    return columns
+
+
+STRAIN = Measure(
+    "strain",
+    "largest stretch and its place in the undeformed actuator, volume change of the material",
+    {"max_principal_stretch": "largest principal stretch"}
+    | {f"max_principal_stretch_{c}_mm": f"its undeformed {c} coordinate" for c in "xyz"}
+    | {
+        "volume_change_max": "largest |J − 1| at a quadrature point",
+        "volume_change_mean": "relative change of the material's whole volume",
+    },
+    _evaluate,
+)

@@ -1,0 +1,15 @@
+"""Where the tip is."""
+
+from softact.measures.base import Measure, vector_columns
+
+
+def _evaluate(snapshot):
+    return vector_columns("tip_<xyz>_mm", snapshot.tip[1].mean(axis=0))
+
+
+TIP = Measure(
+    "tip",
+    "position of the centre of the tip's end face",
+    {f"tip_{c}_mm": f"{c} coordinate of the centre of the tip's end face" for c in "xyz"},
+    _evaluate,
+)

@@ -1,0 +1,20 @@
+"""How much room the cavities enclose."""
+
+from softact.measures.base import Measure, per_cavity
+
+
+def _evaluate(snapshot):
+    copies = snapshot.layout.copies
+    volumes = {
+        name: copies * snapshot.model.cavity_volume(snapshot.state, name)
+        for name in snapshot.layout.cavities
+    }
+    return per_cavity("cavity_volume_<cavity>_mm3", volumes) if volumes else {}
+
+
+VOLUME = Measure(
+    "volume",
+    "volume of the cavities of the whole actuator",
+    {"cavity_volume_<cavity>_mm3": "volume that the cavity encloses"},
+    _evaluate,
+)

@@ -1,0 +1,169 @@
+"""From a spec to a result folder: mesh, solve in processes of their own, report."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from softact.errors import NoEquilibriumError, SoftactError
+from softact.geometry import make_mesh
+
+# Events that ``progress`` receives: {"stage": "mesh"}; {"stage": "solve", "cells", "unknowns"};
+# {"stage": "increment", "step", "fraction", "iterations", ... and the row of curve.csv};
+# {"stage": "cutback", "step", "fraction", "reason"}; {"stage": "done", "status", "message"};
+# {"stage": "report"}.
+Progress = Callable[[Mapping], None]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run ended. status: "complete" or "no_equilibrium"; message: why it stopped early."""
+
+    status: str
+    directory: Path
+    message: str | None
+
+    @property
+    def exit_code(self) -> int:
+        """0 when all steps were solved, 4 when no further equilibrium was found."""
+        return 0 if self.status == "complete" else NoEquilibriumError.exit_code
+
+
+def run(spec, directory: Path, processes: int = 1, progress: Progress | None = None) -> Outcome:
+    """Solve ``spec`` and write its result folder.
+
+    processes: MPI processes of the solver. Raises MeshError before anything is written, and
+    SoftactError where the solver's process ends in a way that it could not tell of itself.
+    """
+    progress = progress or (lambda event: None)
+    directory = Path(directory)
+    started = time.perf_counter()
+    with tempfile.TemporaryDirectory(prefix="softact-") as scratch:
+        mesh_file, spec_file = Path(scratch) / "mesh.msh", Path(scratch) / "spec.yaml"
+        progress({"stage": "mesh"})
+        make_mesh(spec.geometry, mesh_file)
+        times = {"mesh": time.perf_counter() - started}
+        spec_file.write_text(spec.to_yaml())
+        job_file = Path(scratch) / "job.json"
+        job = {
+            "spec": str(spec_file),
+            "mesh": str(mesh_file),
+            "directory": str(directory.absolute()),
+            "times_s": times,
+        }
+        job_file.write_text(json.dumps(job))
+        last = _solve(job_file, directory, processes, progress)
+    progress({"stage": "report"})
+    from softact.report import write_report
+
+    write_report(directory)
+    return Outcome(last["status"], directory, last.get("message"))
+
+
+def _solve(job_file: Path, directory: Path, processes: int, progress: Progress) -> Mapping:
+    """Start the worker, pass its events on and write its log; returns its last event."""
+    last: dict = {}
+    lines: list[str] = []
+    errors = job_file.with_name("stderr")
+    with errors.open("w") as stderr:
+        process = subprocess.Popen(
+            _command(job_file, processes),
+            stdout=subprocess.PIPE,
+            stderr=stderr,
+            text=True,
+            env=_environment(processes),
+            start_new_session=True,
+        )
+        try:
+            for line in process.stdout:
+                try:
+                    last = json.loads(line)
+                except ValueError:
+                    continue
+                lines.append(log_line(last))
+                progress(last)
+            code = process.wait()
+        except BaseException:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGTERM)
+            process.wait()
+            raise
+    if directory.is_dir():
+        noise = errors.read_text(errors="replace")
+        (directory / "log.txt").write_text("\n".join(lines) + "\n" + noise)
+    if last.get("stage") == "error":
+        error = SoftactError(*last["lines"])
+        error.exit_code = last["exit_code"]
+        raise error
+    if last.get("stage") != "done":
+        raise SolverCrashError(_crash(code, errors))
+    return last
+
+
+class SolverCrashError(SoftactError):
+    """The solver's process ended without a word: killed, out of memory, or a fault of ours."""
+
+    exit_code = 70
+
+
+def _crash(code: int, errors: Path) -> str:
+    words = [line for line in errors.read_text(errors="replace").splitlines() if line.strip()]
+    cause = f"was killed by signal {-code}" if code < 0 else f"ended with exit code {code}"
+    if code in (-signal.SIGKILL, 128 + signal.SIGKILL):
+        cause += " (out of memory?)"
+    return f"the solver {cause}; its last words: {words[-1] if words else 'none'}"
+
+
+def _command(job_file: Path, processes: int) -> list[str]:
+    worker = [sys.executable, "-m", "softact.worker", str(job_file)]
+    if processes == 1:
+        return worker
+    # Unbound, or two runs side by side would share one core.
+    return ["mpirun", "-n", str(processes), "--oversubscribe", "--bind-to", "none", *worker]
+
+
+def _environment(processes: int) -> dict[str, str]:
+    """Threads: all cores for one process, one for each of several (MUMPS uses them in BLAS)."""
+    threads = str(len(os.sched_getaffinity(0)) if processes == 1 else 1)
+    environment = {"OPENBLAS_NUM_THREADS": threads, **os.environ, "OMP_NUM_THREADS": "1"}
+    if processes > 1:
+        environment["OPENBLAS_NUM_THREADS"] = "1"
+    if os.geteuid() == 0:
+        environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+    return environment
+
+
+def log_line(event: Mapping) -> str:
+    """One plain line for an event."""
+    match event["stage"]:
+        case "solve":
+            return f"mesh of {event['cells']} tetrahedra, {event['unknowns']} unknowns"
+        case "increment":
+            loads = ", ".join(
+                f"{name} {value:.4g}" for name, value in event.items() if name.startswith("pressure_")
+                and name.endswith("_kPa")
+            )
+            return (
+                f"{event['step']} {event['fraction']:7.2%}  {event['iterations']:2d} iterations  "
+                f"{loads}"
+            )
+        case "cutback":
+            return (
+                f"{event['step']} {event['fraction']:7.2%}  cut back after "
+                f"{event['iterations']} iterations: {event['reason']}"
+            )
+        case "done":
+            return event["message"] or "all steps solved"
+        case "error":
+            return "\n".join(event["lines"])
+        case stage:
+            return str(stage)

@@ -1,0 +1,249 @@
+"""One equilibrium, seen by the measures: nodal fields, the tip's motion, reactions.
+
+Everything here is collective: all processes ask for the same things in the same order.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from softact import compat
+from softact.model import Model
+from softact.terms import State
+
+# VTK orders the edges of a quadratic tetrahedron 01 12 20 03 13 23, those of a triangle 01 12 20.
+TET_EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
+TRIANGLE_EDGES = ((0, 1), (1, 2), (0, 2))
+
+
+@dataclass
+class Snapshot:
+    """A model in one state. Lengths in mm, stresses in MPa.
+
+    previous: the columns of the last accepted row, for what is counted on (angles past 180°,
+    work).
+    """
+
+    model: Model
+    state: State
+    previous: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def layout(self):
+        """Names of the parts and what they mean."""
+        return self.model.mesh.layout
+
+    @functools.cached_property
+    def positions(self) -> np.ndarray:
+        """Undeformed positions (nodes, 3) of the displacement nodes that this process holds."""
+        return self.model.unknowns.spaces[0].tabulate_dof_coordinates()
+
+    @functools.cached_property
+    def displacement(self) -> np.ndarray:
+        """Displacements (nodes, 3) of the nodes that this process holds."""
+        return self.state.x[self.model.displacement_dofs]
+
+    def motion(self, surface: str) -> tuple[np.ndarray, np.ndarray]:
+        """Undeformed and deformed nodes (k, 3) of a surface of the whole actuator.
+
+        All processes get the same; halves are completed by their mirror images.
+        """
+        owned = self.model.unknowns.spaces[0].dofmap.index_map.size_local
+        nodes = self.model.surface_nodes(surface)
+        nodes = nodes[nodes < owned]
+        both = np.stack([self.positions[nodes], self.positions[nodes] + self.displacement[nodes]])
+        before, after = np.concatenate(self.model.comm.allgather(both), axis=1)
+        for plane in self.layout.symmetry.values():
+            mirror = np.ones(3)
+            mirror[plane] = -1
+            before, after = np.vstack([before, mirror * before]), np.vstack([after, mirror * after])
+        return before, after
+
+    @functools.cached_property
+    def tip(self) -> tuple[np.ndarray, np.ndarray]:
+        """Motion of the tip's end face, see ``motion``."""
+        return self.motion(self.layout.tip)
+
+    @functools.cached_property
+    def tip_rotation(self) -> np.ndarray:
+        """Rotation matrix that best maps the tip's end face onto its deformed self.
+
+        Least squares over its nodes (Kabsch 1976, Acta Cryst. A32:922).
+        """
+        before, after = self.tip
+        spread = (before - before.mean(axis=0)).T @ (after - after.mean(axis=0))
+        u, _, vt = np.linalg.svd(spread)
+        sign = np.sign(np.linalg.det(vt.T @ u.T))
+        return vt.T @ np.diag([1.0, 1.0, sign]) @ u.T
+
+    # --- fields -----------------------------------------------------------------------------
+
+    def average_at_nodes(self, per_solid: list[np.ndarray]) -> np.ndarray:
+        """Volume-weighted mean at the nodes of what the cells say there.
+
+        per_solid: for each solid (cells, nodes per cell, k); returns (nodes, k).
+        """
+        dofs = self.model.displacement_dofs
+        size = per_solid[0].shape[-1]
+        sums = np.zeros((len(dofs), size + 1))
+        for solid, values in zip(self.model.solids.values(), per_solid, strict=True):
+            nodes = self.model.cell_nodes[solid.cells]
+            weight = solid.volumes.sum(axis=1)[:, None, None]
+            np.add.at(sums[:, :size], nodes, values * weight)
+            np.add.at(sums[:, size], nodes, np.broadcast_to(weight[..., 0], nodes.shape))
+        whole = np.empty_like(sums)
+        for start in range(0, size + 1, 3):  # three values a node travel as a displacement does
+            columns = sums[:, start : start + 3]
+            local = np.zeros(self.model.unknowns.local)
+            local[dofs[:, : columns.shape[1]]] = columns
+            summed = self.model.sum_shared(local)
+            whole[:, start : start + 3] = summed[dofs[:, : columns.shape[1]]]
+        return whole[:, :size] / whole[:, size:]
+
+    @functools.cached_property
+    def cauchy(self) -> np.ndarray:
+        """Cauchy stress (nodes, 3, 3): extrapolated from the quadrature points, averaged."""
+        values = []
+        for solid in self.model.solids.values():
+            sigma = solid.cauchy(self.state)
+            extrapolated = np.einsum("nq,cqij->cnij", _extrapolation(self.model.degree), sigma)
+            values.append(extrapolated.reshape(*extrapolated.shape[:2], 9))
+        return self.average_at_nodes(values).reshape(-1, 3, 3)
+
+    @functools.cached_property
+    def principal_stress(self) -> np.ndarray:
+        """Principal Cauchy stresses (nodes, 3), ascending."""
+        return np.linalg.eigvalsh(self.cauchy)
+
+    @functools.cached_property
+    def von_mises(self) -> np.ndarray:
+        """Von Mises stress (nodes,)."""
+        s = self.principal_stress
+        gaps = (s[:, 0] - s[:, 1], s[:, 1] - s[:, 2], s[:, 2] - s[:, 0])
+        return np.sqrt(sum(g**2 for g in gaps) / 2)
+
+    @functools.cached_property
+    def principal_stretch(self) -> np.ndarray:
+        """Principal stretches (nodes, 3), ascending, from the averaged C = FᵀF."""
+        gradients = compat.tabulate_gradients(
+            self.model.degree, compat.reference_nodes(self.model.degree)
+        )
+        values = []
+        for solid in self.model.solids.values():
+            f = solid.deformation_gradient(self.state.x, gradients)
+            c = np.matmul(f.transpose(0, 1, 3, 2), f)
+            values.append(c.reshape(*c.shape[:2], 9))
+        c = self.average_at_nodes(values).reshape(-1, 3, 3)
+        return np.sqrt(np.maximum(np.linalg.eigvalsh(c), 0.0))
+
+    def largest(self, values: np.ndarray) -> tuple[float, np.ndarray]:
+        """Largest nodal value over all processes and its undeformed place (3,) in mm."""
+        here = int(np.argmax(values))
+        found = self.model.comm.allgather((float(values[here]), self.positions[here]))
+        return max(found, key=lambda pair: pair[0])
+
+    def nodal_fields(self) -> dict[str, np.ndarray]:
+        """The fields of ``fields.h5`` at this process's nodes."""
+        return {
+            "displacement": self.displacement,
+            "hydrostatic_pressure": np.trace(self.cauchy, axis1=1, axis2=2) / 3,
+            "von_mises": self.von_mises,
+            "max_principal_stress": self.principal_stress[:, 2],
+            "max_principal_stretch": self.principal_stretch[:, 2],
+        }
+
+    @functools.cached_property
+    def reaction(self) -> tuple[np.ndarray, np.ndarray]:
+        """Force (3,) N and moment (3,) N·mm about the layout's origin that the clamp exerts on
+        the whole actuator."""
+        force, _ = self.model.force(self.state)
+        owned = self.model.unknowns.spaces[0].dofmap.index_map.size_local
+        nodes = self.model.surface_nodes(self.layout.clamp)
+        nodes = nodes[nodes < owned]
+        forces = force[self.model.displacement_dofs[nodes]]
+        arms = self.positions[nodes] + self.displacement[nodes] - self.layout.origin
+        total = self.model.sum(forces.sum(axis=0)), self.model.sum(
+            np.cross(arms, forces).sum(axis=0)
+        )
+        for plane in self.layout.symmetry.values():
+            normal = np.arange(3) == plane
+            # A mirror image turns round a force along the normal, a moment across it.
+            total = (np.where(normal, 0, 2) * total[0], np.where(normal, 2, 0) * total[1])
+        return total
+
+
+@functools.cache
+def _extrapolation(degree: int) -> np.ndarray:
+    """Matrix (nodes, points): linear field through the four quadrature points, at the nodes."""
+    from softact.forms import QUADRATURE_DEGREE
+
+    points, _ = compat.quadrature_rule(QUADRATURE_DEGREE)
+    nodes = compat.reference_nodes(degree)
+
+    def barycentric(x):
+        return np.column_stack([1 - x.sum(axis=1), x])
+
+    return barycentric(nodes) @ np.linalg.inv(barycentric(points))
+
+
+def gather_nodes(model: Model, values: np.ndarray) -> np.ndarray | None:
+    """Nodal values (nodes, ...) of all processes in global order, on rank 0 (None elsewhere)."""
+    owned = model.unknowns.spaces[0].dofmap.index_map.size_local
+    parts = model.comm.gather(np.ascontiguousarray(values[:owned]))
+    return np.concatenate(parts) if parts is not None else None
+
+
+def gather_mesh(model: Model):
+    """The whole mesh for output, on rank 0 (None elsewhere).
+
+    Returns (points (n, 3), cells (m, 10) or (m, 4) in VTK order, region (m,), surfaces: name ->
+    (k, 6) or (k, 3)); nodes are numbered as ``gather_nodes`` orders them.
+    """
+    index_map = model.unknowns.spaces[0].dofmap.index_map
+    number = index_map.local_to_global(
+        np.arange(index_map.size_local + index_map.num_ghosts, dtype=np.int32)
+    )
+    points = gather_nodes(model, model.unknowns.spaces[0].tabulate_dof_coordinates())
+    reference = compat.reference_nodes(model.degree)
+    cells = number[model.cell_nodes][:, _vtk_order(reference, TET_EDGES)]
+    surfaces = {
+        name: _stack(model.comm.gather(number[_surface_triangles(model, facets)]))
+        for name, facets in model.mesh.facets.items()
+    }
+    gathered = _stack(model.comm.gather(cells)), _stack(model.comm.gather(model.mesh.region))
+    return (points, *gathered, surfaces) if points is not None else None
+
+
+def _stack(parts):
+    return np.concatenate(parts) if parts is not None else None
+
+
+def _vtk_order(reference: np.ndarray, edges, corners: int = 4) -> np.ndarray:
+    """Places of the corners, then of the middles of ``edges``, among ``reference`` nodes."""
+    wanted = list(reference[:corners])
+    if len(reference) > corners:
+        wanted += [(reference[a] + reference[b]) / 2 for a, b in edges]
+    gaps = np.linalg.norm(reference[None] - np.array(wanted)[:, None], axis=2)
+    return np.argmin(gaps, axis=1)
+
+
+def _surface_triangles(model: Model, facets: np.ndarray) -> np.ndarray:
+    """Nodes of facets in VTK order, oriented so that the normal points out of the cell."""
+    reference = compat.reference_nodes(model.degree)
+    barycentric = np.column_stack([1 - reference.sum(axis=1), reference])
+    tables = []
+    for f in range(4):
+        on_facet = np.flatnonzero(barycentric[:, f] < 1e-9)
+        order = on_facet[_vtk_order(reference[on_facet], TRIANGLE_EDGES, 3)]
+        tables.append(order)
+    triangles = model.cell_nodes[facets[:, :1], np.array(tables)[facets[:, 1]]]
+    x = model.unknowns.spaces[0].tabulate_dof_coordinates()
+    a, b, c = (x[triangles[:, i]] for i in range(3))
+    inward = x[model.cell_nodes[facets[:, 0], facets[:, 1]]]
+    flipped = np.einsum("ki,ki->k", np.cross(b - a, c - a), inward - a) > 0
+    swap = [0, 2, 1, 5, 4, 3] if triangles.shape[1] == 6 else [0, 2, 1]
+    triangles[flipped] = triangles[flipped][:, swap]
+    return triangles

@@ -1,0 +1,196 @@
+"""The process (or MPI processes) that solves one spec and fills its result folder.
+
+``python -m softact.worker JOB`` is started by ``softact.run``; it tells what it does in lines of
+JSON on standard output.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+
+from softact.errors import SoftactError
+
+Tell = Callable[[dict], None]
+
+
+def solve(comm, spec, mesh_file: Path, directory: Path, times: dict, tell: Tell) -> str:
+    """Solve ``spec`` on the mesh in ``mesh_file`` and write the result folder.
+
+    Returns the status, "complete" or "no_equilibrium". times: seconds of the stages so far.
+    tell: receives events, see ``softact.run``.
+    """
+    from softact.mesh import distribute, read_msh
+    from softact.model import BondedLayer, Model
+    from softact.results import ResultsWriter
+
+    started = time.perf_counter()
+    layout = spec.geometry.layout()
+    mesh = distribute(comm, read_msh(mesh_file, layout) if comm.rank == 0 else None, layout)
+    model = Model(
+        mesh,
+        {name: law.material() for name, law in spec.materials.items()},
+        [BondedLayer(la.surface, la.material, la.thickness) for la in spec.layers],
+        spec.solver.element,
+    )
+    unknowns = comm.allreduce(model.unknowns.owned)
+    writer = None
+    if comm.rank == 0:
+        from softact.provenance import provenance
+
+        known = {"spec_hash": spec.hash, "processes": comm.size, **provenance()}
+        known["mesh"] = {"cells": mesh.cell_count, "unknowns": unknowns}
+        writer = ResultsWriter(directory, spec.to_yaml(), known)
+    recorder = _Recorder(spec, model, writer, tell)
+    times["set_up"] = time.perf_counter() - started
+    tell({"stage": "solve", "cells": mesh.cell_count, "unknowns": unknowns})
+    return recorder.run(times)
+
+
+class _Recorder:
+    """Runs the steps of a spec and writes down each accepted state."""
+
+    def __init__(self, spec, model, writer, tell: Tell):
+        from softact.measures import MEASURES
+        from softact.stepping import Settings, Stepper
+
+        self.spec, self.model, self.writer, self.tell = spec, model, writer, tell
+        wanted = MEASURES if spec.measures == "all" else dict.fromkeys(spec.measures)
+        self.measures = [MEASURES[name] for name in wanted]
+        settings = spec.solver.model_dump()
+        settings.pop("element")
+        self.stepper = Stepper(model, Settings(**settings), self._accept, self._reject)
+        self.row: dict = {}
+        self.write_time = 0.0
+        self._write_mesh()
+
+    def _write_mesh(self) -> None:
+        from softact.snapshot import gather_mesh
+
+        gathered = gather_mesh(self.model)
+        if gathered is not None:
+            points, cells, region, surfaces = gathered
+            layout = self.model.mesh.layout
+            self.writer.mesh(points, cells, region, layout.regions, surfaces, layout)
+
+    def run(self, times: dict) -> str:
+        started = time.perf_counter()
+        progress = self.stepper.run(_load_steps(self.spec), _supports(self.spec.supports))
+        times["solve"] = time.perf_counter() - started - self.write_time
+        times["measure_and_write"] = self.write_time
+        status = "no_equilibrium" if progress.stopped else "complete"
+        if self.writer is not None:
+            summary = _parameters(self.spec) | self.row
+            counts = {
+                "increments": len(progress.attempts) - progress.cutbacks - 1,
+                "cutbacks": progress.cutbacks,
+                **asdict(self.stepper.newton.counts),
+            }
+            self.writer.finish(
+                status,
+                summary,
+                {
+                    "times_s": {name: round(t, 4) for name, t in times.items()},
+                    "counts": counts,
+                    "messages": [progress.stopped] if progress.stopped else [],
+                    "history": [asdict(a) for a in progress.attempts],
+                },
+            )
+        self.tell({"stage": "done", "status": status, "message": progress.stopped})
+        return status
+
+    def _accept(self, state, attempt, number) -> None:
+        from softact.snapshot import Snapshot, gather_nodes
+
+        started = time.perf_counter()
+        snapshot = Snapshot(self.model, state, self.row)
+        row = {"step": attempt.step, "increment": number, "step_fraction": attempt.fraction}
+        for measure in self.measures:
+            row |= measure.evaluate(snapshot)
+        row["newton_iterations"] = attempt.iterations
+        row["residual"] = attempt.residuals[-1] if attempt.residuals else 0.0
+        self.row = row
+        fields = {
+            name: gather_nodes(self.model, values)
+            for name, values in snapshot.nodal_fields().items()
+        }
+        if self.writer is not None:
+            self.writer.increment(row, fields)
+        self.write_time += time.perf_counter() - started
+        self.tell({"stage": "increment", "steps": len(self.spec.steps), **asdict(attempt), **row})
+
+    def _reject(self, attempt) -> None:
+        self.tell({"stage": "cutback", **asdict(attempt)})
+
+
+def _supports(supports):
+    from softact.model import Support
+
+    return [Support(s.surface, s.values) for s in supports]
+
+
+def _load_steps(spec):
+    from softact.stepping import LoadStep
+
+    return [
+        LoadStep(
+            name=step.name,
+            pressure=step.pressure,
+            gravity=step.gravity,
+            traction={step.traction.surface: step.traction.value} if step.traction else None,
+            supports=_supports(step.supports) if step.supports is not None else None,
+            max_increment=step.largest_increment,
+        )
+        for step in spec.steps
+    ]
+
+
+def _parameters(spec) -> dict[str, str]:
+    """The spec's values as columns: 'geometry.wall' -> '1 mm'."""
+    dumped = spec.model_dump(mode="json", exclude_none=True)
+    columns = {"name": spec.name}
+
+    def walk(prefix, value):
+        if isinstance(value, dict):
+            for key, entry in value.items():
+                walk(f"{prefix}.{key}", entry)
+        else:
+            columns[prefix] = value
+
+    for part in ("geometry", "materials", "solver"):
+        walk(part, dumped[part])
+    for number, layer in enumerate(dumped["layers"]):
+        walk(f"layers.{number}", layer)
+    return columns
+
+
+def main(job_file: str) -> int:
+    """Run the job; returns an exit code of the command line."""
+    from mpi4py import MPI
+
+    from softact import spec as specs
+
+    comm = MPI.COMM_WORLD
+    job = json.loads(Path(job_file).read_text())
+
+    def tell(event: dict) -> None:
+        if comm.rank == 0:
+            print(json.dumps(event, default=float), flush=True)
+
+    try:
+        spec = specs.load(job["spec"])
+        status = solve(
+            comm, spec, Path(job["mesh"]), Path(job["directory"]), job["times_s"], tell
+        )
+    except SoftactError as error:
+        tell({"stage": "error", "exit_code": error.exit_code, "lines": error.lines})
+        return error.exit_code
+    return 0 if status == "complete" else 4
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1]))
