@@ -14,8 +14,9 @@ help:  ## list the targets
 run: setup  ## solve SPEC (configs/pneunet_glove.yaml) and say where the report is
 	.venv/bin/softact run $(SPEC) -n $(PROCS)
 
+# A file of tests stays in one process, so that what its fixtures solve is solved once.
 test: setup  ## run the test suite; ARGS="-k sphere" goes to pytest
-	.venv/bin/python -m pytest $(ARGS)
+	.venv/bin/python -m pytest -n $(PROCS) --dist loadfile $(ARGS)
 
 lint: setup  ## check style and format
 	.venv/bin/ruff check .
