@@ -111,9 +111,11 @@ def _loads(records: list[dict[str, Any]]) -> Any:
 
 
 def _measures(records: list[dict[str, Any]]) -> Any:
-    table = _table("measure", "columns", "meaning")
+    table = _table("measure", "column of curve.csv", "meaning")
     for record in records:
-        table.add_row(record["name"], ", ".join(record["columns"]), record["meaning"])
+        table.add_row(record["name"], "", record["use"])
+        for column, meaning in record["columns"].items():
+            table.add_row("", column, meaning)
     return table
 
 

@@ -13,6 +13,7 @@ from pydantic.fields import FieldInfo
 from softact.geometries import GEOMETRIES
 from softact.geometry import Geometry
 from softact.materials import CARDS, LAWS, Law, card_data
+from softact.measures import MEASURES
 from softact.spec import Step, Support, Traction
 from softact.units import dimension_of
 
@@ -154,9 +155,10 @@ def loads() -> list[dict[str, Any]]:
 
 def measures() -> list[dict[str, Any]]:
     """Return every measure: its columns with their units and what it means."""
-    from softact.measures import MEASURES
-
-    return [{"name": name} for name in MEASURES]
+    return [
+        {"name": name, "use": measure.description, "columns": dict(measure.columns)}
+        for name, measure in MEASURES.items()
+    ]
 
 
 KINDS: dict[str, Callable[[], list[dict[str, Any]]]] = {

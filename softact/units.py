@@ -56,7 +56,7 @@ class Dimension:
         match = _VALUE.fullmatch(text)
         if not match:
             raise ValueError(f"{show(value)} is not {self.wanted}")
-        number, unit = match.groups()
+        number, unit = match[1], re.sub(r"^/", "1/", match[2])
         if not unit and self.internal != "degree":
             raise ValueError(f"{show(value)} has no unit; {self.hint}")
         magnitude = float(number)

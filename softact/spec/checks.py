@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from softact.geometry import Geometry, Layout
+from softact.measures import MEASURES
 from softact.spec.choice import nearest
 from softact.spec.document import Place
 from softact.units import show
@@ -57,8 +58,6 @@ def _same_names(steps: list[tuple[int, dict]]) -> Iterator[Fault]:
 def _measures(value: Any) -> Iterator[Fault]:
     if not isinstance(value, list | tuple):
         return
-    from softact.measures import MEASURES
-
     for index, name in enumerate(value):
         if isinstance(name, str) and name not in MEASURES:
             hint = nearest(name, MEASURES)

@@ -18,7 +18,7 @@ def fault_lines(error: ValidationError, document: Document, model: type[BaseMode
     """Return a line for each fault in ``error``, in the order of the document's lines."""
     lines = {}
     for entry in error.errors(include_url=False):
-        place = _place(entry, document)
+        place = _place(entry, document, model)
         for text in _text(entry, place, document, model).splitlines():
             at = f"{dotted(place)}: " if place else ""
             lines[f"{document.where(place)}: {at}{text}"] = _order(place, document)
@@ -36,16 +36,20 @@ def _order(place: Place, document: Document) -> int:
     return 0
 
 
-def _place(entry: dict[str, Any], document: Document) -> Place:
+def _place(entry: dict[str, Any], document: Document, model: type[BaseModel]) -> Place:
     """Return where the fault stands in the document, without what only pydantic knows of."""
     place: list[str | int] = []
     for position, key in enumerate(entry["loc"]):
         last = position == len(entry["loc"]) - 1
-        inside = document.has((*place, key))
-        absent = last and (entry["type"] == "missing" or entry["msg"].startswith("missing"))
-        if inside or absent:
+        # A key that is not there can be at fault: it is missing, or its default does not fit.
+        if document.has((*place, key)) or (last and _may_hold(tuple(place), key, document, model)):
             place.append(key)
     return tuple(place)
+
+
+def _may_hold(place: Place, key: Any, document: Document, model: type[BaseModel]) -> bool:
+    known = _known_keys(place, document, model)
+    return key in known or place == ("materials",) or key in ("type", "law")
 
 
 def _text(entry: dict[str, Any], place: Place, document: Document, model: type[BaseModel]) -> str:

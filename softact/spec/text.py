@@ -27,7 +27,14 @@ def _sequence(dumper: _Dumper, data: list[Any]) -> yaml.Node:
     return dumper.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=short)
 
 
+def _string(dumper: _Dumper, data: str) -> yaml.Node:
+    # PyYAML loses the line breaks of Unicode in any style that does not escape them.
+    style = '"' if any(line_break in data for line_break in "\x85\u2028\u2029") else None
+    return dumper.represent_scalar("tag:yaml.org,2002:str", data, style=style)
+
+
 _Dumper.add_representer(list, _sequence)
+_Dumper.add_representer(str, _string)
 
 
 def to_text(data: dict[str, Any]) -> str:
