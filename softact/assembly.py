@@ -9,6 +9,7 @@ once (MatSetValuesCOO), which also sends the rows of other processes to them.
 from __future__ import annotations
 
 import ctypes
+import functools
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -199,6 +200,8 @@ class Assembler:
         self.points = np.ascontiguousarray(mesh.domain.geometry.x)
         self.fixed = np.zeros(unknowns.local, dtype=np.uint8)
         self._build_pattern()
+        self._extra: list[tuple[np.ndarray, np.ndarray]] = []
+        self.extra_values = np.empty(0)
 
     def _build_pattern(self) -> None:
         u = self.unknowns
@@ -240,10 +243,23 @@ class Assembler:
         for c in range(int(u.width.max())):
             has = u.width > c
             self._diagonal[u.first[has] + c] = diagonal[has] + c * row_length[has] + c
-        self.matrix = self._create_matrix(indptr, indices)
+        self._graph = indptr, indices
 
-    def _create_matrix(self, indptr, indices) -> PETSc.Mat:
+    def couple(self, rows: np.ndarray, columns: np.ndarray) -> slice:
+        """Make room for entries beyond those of the elements (global numbers, any process's).
+
+        Returns their place in ``extra_values``. To be called before ``matrix`` is used.
+        """
+        start = len(self.extra_values)
+        self._extra.append((rows, columns))
+        self.extra_values = np.zeros(start + len(rows))
+        return slice(start, len(self.extra_values))
+
+    @functools.cached_property
+    def matrix(self) -> PETSc.Mat:
+        """The PETSc matrix of all unknowns."""
         u = self.unknowns
+        indptr, indices = self._graph
         rows = np.empty(len(self.values), dtype=np.int32)
         columns = np.empty_like(rows)
         number = u.number.astype(np.int32)  # a name of its own: the C code reads it in place
@@ -257,7 +273,10 @@ class Assembler:
             _pointer(rows),
             _pointer(columns),
         )
-        rows, columns = rows.astype(_INT), columns.astype(_INT)
+        rows, columns = (
+            np.concatenate([part, *(extra[k] for extra in self._extra)]).astype(_INT)
+            for k, part in enumerate((rows, columns))
+        )
         matrix = PETSc.Mat().create(u.comm)
         matrix.setSizes(((u.owned, None), (u.owned, None)))
         matrix.setType(PETSc.Mat.Type.AIJ)
@@ -295,14 +314,20 @@ class Assembler:
             _pointer(self.values),
         )
 
+    def clear(self) -> None:
+        """Start a new matrix."""
+        self.values[:] = 0.0
+        self.extra_values[:] = 0.0
+
     def finish_matrix(self) -> PETSc.Mat:
         """Put 1 on the diagonal of fixed unknowns and hand the values to PETSc."""
         owned_fixed = np.flatnonzero(self.fixed[: self.unknowns.owned])
         self.values[self._diagonal[owned_fixed]] = 1.0
+        values = np.concatenate([self.values, self.extra_values])
         _check(
             _petsc.MatSetValuesCOO(
                 ctypes.c_void_p(self.matrix.handle),
-                _pointer(self.values),
+                _pointer(values),
                 ctypes.c_int(int(PETSc.InsertMode.INSERT)),
             )
         )

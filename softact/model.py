@@ -10,6 +10,8 @@ from petsc4py import PETSc
 
 from softact import compat
 from softact.assembly import Assembler, Unknowns
+from softact.bending import LayerBending, is_flat
+from softact.elements import facet_tables
 from softact.errors import SpecError
 from softact.mesh import Mesh
 from softact.terms import (
@@ -93,6 +95,7 @@ class Model:
             Layer(self.assembler, self.facets(la.surface), la.material, la.thickness, self.degree)
             for la in layers
         ]
+        self.bending = [LayerBending(*b) for la in layers if (b := self._bending(la)) is not None]
         self.weights = [
             Weight(self.assembler, s.cells, s.material.density, self.degree)
             for s in self.solids.values()
@@ -115,6 +118,18 @@ class Model:
         """Cells and local facets of the named surfaces together."""
         return np.vstack([self.mesh.facets[name] for name in surfaces])
 
+    def _bending(self, layer: BondedLayer):
+        """Arguments of the layer's bending term, None where it has none (see the docs)."""
+        nodes = self.facet_nodes(self.mesh.facets[layer.surface])
+        places = self.unknowns.spaces[0].tabulate_dof_coordinates()
+        everywhere = np.concatenate(self.comm.allgather(places[nodes].reshape(-1, 3)))
+        if self.degree != 2 or not is_flat(everywhere):
+            return None
+        young, poisson = layer.material.youngs_modulus, layer.material.poissons_ratio
+        rigidity = young * layer.thickness**3 / (12 * (1 - poisson**2))
+        planes = tuple(self.mesh.layout.symmetry.values())
+        return self.assembler, nodes, rigidity, poisson, planes
+
     @property
     def terms(self):
         """All parts of the potential energy."""
@@ -122,6 +137,7 @@ class Model:
             *self.solids.values(),
             *self.cavities.values(),
             *self.layers,
+            *self.bending,
             *self.weights,
             *self.tractions.values(),
         ]
@@ -170,7 +186,7 @@ class Model:
         both = np.zeros((2, self.unknowns.local))
         try:
             for term in self.terms:
-                internal = isinstance(term, Solid | Layer)
+                internal = isinstance(term, Solid | Layer | LayerBending)
                 term.add_force(state, both[int(internal)])
         except InvertedElementError:
             both[:] = np.nan
@@ -179,7 +195,7 @@ class Model:
 
     def tangent(self, state: State, previous: State | None = None) -> PETSc.Mat:
         """Tangent with the rows and columns of supported unknowns replaced by the identity."""
-        self.assembler.values[:] = 0.0
+        self.assembler.clear()
         for term in self.terms:
             term.add_tangent(state, previous)
         return self.assembler.finish_matrix()
@@ -211,11 +227,17 @@ class Model:
     # --- supports ---------------------------------------------------------------------------
 
     def facet_nodes(self, facets: np.ndarray) -> np.ndarray:
-        """Displacement nodes (k, n) of each facet."""
-        nodes = compat.reference_nodes(self.degree)
-        barycentric = np.column_stack([1 - nodes.sum(axis=1), nodes])
-        on_facet = np.array([np.flatnonzero(b < 1e-9) for b in barycentric.T])
-        return self.cell_nodes[facets[:, :1], on_facet[facets[:, 1]]]
+        """Displacement nodes (k, n) of each facet in VTK's order, turned so that the normal
+        points out of the facet's cell."""
+        tables = facet_tables(compat.reference_nodes(self.degree))
+        nodes = self.cell_nodes[facets[:, :1], tables[facets[:, 1]]]
+        x = self.unknowns.spaces[0].tabulate_dof_coordinates()
+        a, b, c = (x[nodes[:, i]] for i in range(3))
+        inside = x[self.cell_nodes[facets[:, 0], facets[:, 1]]]  # the vertex opposite the facet
+        inward = np.einsum("ki,ki->k", np.cross(b - a, c - a), inside - a) > 0
+        swap = [0, 2, 1, 5, 4, 3] if nodes.shape[1] == 6 else [0, 2, 1]
+        nodes[inward] = nodes[inward][:, swap]
+        return nodes
 
     def surface_nodes(self, surface: str) -> np.ndarray:
         """Displacement nodes on a surface that this process holds, also where the facet itself

@@ -14,6 +14,12 @@ from softact.terms import State
 # A residual that has grown by this factor does not come back.
 DIVERGENCE = 1e6
 
+MUMPS_CONTROLS = {
+    13: 1,  # no ScaLAPACK on the root: it would hide its inertia
+    14: 60,  # percent of working space above the estimate
+    24: 1,  # find null pivots; PETSc asks for it before it tells the inertia
+}
+
 
 @dataclass(frozen=True)
 class NewtonOutcome:
@@ -56,31 +62,33 @@ class Newton:
 
     def _create_snes(self, max_iterations: int) -> PETSc.SNES:
         model = self.model
-        options = {
-            "snes_type": "newtonls",
-            "snes_linesearch_type": "basic",
-            "ksp_type": "preonly",
-            "pc_type": "cholesky",
-            "pc_factor_mat_solver_type": "mumps",
-            "mat_mumps_icntl_14": 60,  # percent of working space above the estimate
-            "mat_mumps_icntl_13": 1,  # no ScaLAPACK on the root: it would hide its inertia
-            "mat_mumps_icntl_24": 1,  # null pivots are found; PETSc asks for it with the inertia
-        }
         snes = PETSc.SNES().create(model.comm)
-        prefix = f"softact_{id(self)}_"
-        database = PETSc.Options(prefix)
-        for key, value in options.items():
-            database[key] = value
-        snes.setOptionsPrefix(prefix)
+        snes.setType(PETSc.SNES.Type.NEWTONLS)
         snes.setFunction(self._function, model.unknowns.create_vector())
         snes.setJacobian(self._jacobian, model.assembler.matrix)
-        snes.setFromOptions()
-        snes.getKSP().setFromOptions()
-        for key in options:  # a second run in this process must not see them
-            del database[key]
         snes.setTolerances(max_it=max_iterations)
         snes.setConvergenceTest(self._test)
+        # PETSc has no call for the type of line search: an option, deleted at once so that
+        # another run in this process does not see it.
+        database, key = PETSc.Options(), "snes_linesearch_type"
+        database[key] = "basic"
+        snes.setFromOptions()
+        database.delValue(key)
+        ksp = snes.getKSP()
+        ksp.setType(PETSc.KSP.Type.PREONLY)
+        ksp.setOperators(model.assembler.matrix)
+        pc = ksp.getPC()
+        pc.setType(PETSc.PC.Type.CHOLESKY)  # LDLT: the tangent is symmetric and indefinite
+        pc.setFactorSolverType("mumps")
+        pc.setFactorSetUpSolverType()
+        self._factor = pc.getFactorMatrix()
+        for control, value in MUMPS_CONTROLS.items():
+            self._factor.setMumpsIcntl(control, value)
         return snes
+
+    def negative_eigenvalues(self) -> int:
+        """Negative eigenvalues of the last factorised tangent (Sylvester's law of inertia)."""
+        return self._factor.getInertia()[0]
 
     def set_supports(self, supports: Sequence[Support], state: State) -> None:
         """Change what is held from here on."""

@@ -11,12 +11,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from softact import compat
+from softact.elements import vtk_order
 from softact.model import Model
 from softact.terms import State
-
-# VTK orders the edges of a quadratic tetrahedron 01 12 20 03 13 23, those of a triangle 01 12 20.
-TET_EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
-TRIANGLE_EDGES = ((0, 1), (1, 2), (0, 2))
 
 
 @dataclass
@@ -208,9 +205,9 @@ def gather_mesh(model: Model):
     )
     points = gather_nodes(model, model.unknowns.spaces[0].tabulate_dof_coordinates())
     reference = compat.reference_nodes(model.degree)
-    cells = number[model.cell_nodes][:, _vtk_order(reference, TET_EDGES)]
+    cells = number[model.cell_nodes][:, vtk_order(reference)]
     surfaces = {
-        name: _stack(model.comm.gather(number[_surface_triangles(model, facets)]))
+        name: _stack(model.comm.gather(number[model.facet_nodes(facets)]))
         for name, facets in model.mesh.facets.items()
     }
     gathered = _stack(model.comm.gather(cells)), _stack(model.comm.gather(model.mesh.region))
@@ -219,31 +216,3 @@ def gather_mesh(model: Model):
 
 def _stack(parts):
     return np.concatenate(parts) if parts is not None else None
-
-
-def _vtk_order(reference: np.ndarray, edges, corners: int = 4) -> np.ndarray:
-    """Places of the corners, then of the middles of ``edges``, among ``reference`` nodes."""
-    wanted = list(reference[:corners])
-    if len(reference) > corners:
-        wanted += [(reference[a] + reference[b]) / 2 for a, b in edges]
-    gaps = np.linalg.norm(reference[None] - np.array(wanted)[:, None], axis=2)
-    return np.argmin(gaps, axis=1)
-
-
-def _surface_triangles(model: Model, facets: np.ndarray) -> np.ndarray:
-    """Nodes of facets in VTK order, oriented so that the normal points out of the cell."""
-    reference = compat.reference_nodes(model.degree)
-    barycentric = np.column_stack([1 - reference.sum(axis=1), reference])
-    tables = []
-    for f in range(4):
-        on_facet = np.flatnonzero(barycentric[:, f] < 1e-9)
-        order = on_facet[_vtk_order(reference[on_facet], TRIANGLE_EDGES, 3)]
-        tables.append(order)
-    triangles = model.cell_nodes[facets[:, :1], np.array(tables)[facets[:, 1]]]
-    x = model.unknowns.spaces[0].tabulate_dof_coordinates()
-    a, b, c = (x[triangles[:, i]] for i in range(3))
-    inward = x[model.cell_nodes[facets[:, 0], facets[:, 1]]]
-    flipped = np.einsum("ki,ki->k", np.cross(b - a, c - a), inward - a) > 0
-    swap = [0, 2, 1, 5, 4, 3] if triangles.shape[1] == 6 else [0, 2, 1]
-    triangles[flipped] = triangles[flipped][:, swap]
-    return triangles
