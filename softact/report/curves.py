@@ -13,7 +13,7 @@ from softact.results import Results
 #: chart of their own.
 _GROUPS = (
     ("Bending angle", ("bending_angle", "chord_angle")),
-    ("Pressures", ("pressure",)),
+    ("Pressures", ("pressure_",)),
     ("Cavity volume", ("cavity_volume",)),
     ("Largest stress", ("max_principal_stress", "max_von_mises")),
     ("Largest stretch", ("max_principal_stretch",)),
@@ -22,6 +22,7 @@ _GROUPS = (
     ("Reaction force", ("reaction_x", "reaction_y", "reaction_z")),
     ("Reaction moment", ("reaction_moment",)),
     ("Energy", ("strain_energy", "pressure_work")),
+    ("Volume change of the material", ("volume_change",)),
 )
 _AXES = ("_x_mm", "_y_mm", "_z_mm")
 
@@ -67,8 +68,8 @@ def charts(results: Results) -> list[Chart]:
     found = []
     for title, beginnings in _GROUPS:
         names = [name for name in left if name.startswith(beginnings)]
-        if title == "Reaction force":
-            names = [name for name in names if name.endswith("_N")]
+        # What stands in one chart has one unit.
+        names = [name for name in names if labels.column(name).unit == labels.column(names[0]).unit]
         if title == "Pressures" and names and driver:
             names.insert(0, driver)
         if names:
@@ -126,14 +127,16 @@ def at_load(results: Results, values: np.ndarray, aim: float) -> float:
 
 
 def key_figures(results: Results) -> tuple[list[str], list[tuple[str, str, list[str]]]]:
-    """Heads and rows (name, unit, texts) of the table: at round loads and at the last state."""
+    """Heads and rows (name, unit, texts) of the table: unloaded, at round loads, at the last
+    state."""
     driver = load_name(results)
     loads = load(results)
     if not len(loads):
         return [], []
     unit = labels.column(driver).unit if driver else ""
-    start = loads[max(rest_state(results), 0)]
-    aims = round_loads(start, loads[-1])
+    rest = rest_state(results)
+    unloaded = [float(loads[rest])] if 0 <= rest < len(loads) - 1 else []
+    aims = unloaded + round_loads(loads[max(rest, 0)], loads[-1])
     heads = [f"{labels.number(v)} {unit}".strip() for v in [*aims, loads[-1]]]
     heads[-1] += " (last)"
     rows = []

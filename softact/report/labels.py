@@ -31,6 +31,11 @@ class Label:
         return f"{self.name} ({self.unit})" if self.unit else self.name
 
 
+_SPECIAL = {
+    "volume_change_max": Label("Largest volume change of the material", "%", 100.0),
+    "volume_change_mean": Label("Mean volume change of the material", "%", 100.0),
+}
+
 FIELDS = {
     "von_mises": Label("von Mises stress", "MPa"),
     "max_principal_stress": Label("largest principal stress", "MPa"),
@@ -46,13 +51,13 @@ def field(name: str) -> Label:
 
 def column(name: str) -> Label:
     """Label of a column of curve.csv or summary.csv, from its name."""
+    if name in _SPECIAL:
+        return _SPECIAL[name]
     stem, _, ending = name.rpartition("_")
     unit, factor = _UNITS.get(ending, ("", 1.0)) if stem else ("", 1.0)
     words = (stem if unit else name).replace("_", " ")
     if words.startswith("max "):
         words = "largest " + words.removeprefix("max ")
-    if words.endswith(" max"):
-        words = "largest " + words.removesuffix(" max")
     words = words.replace("von mises", "von Mises stress")
     return Label(words[:1].upper() + words[1:] if words[:3] != "von" else words, unit, factor)
 
@@ -63,9 +68,9 @@ def number(value: float, digits: int = 4, largest: float | None = None) -> str:
     if not math.isfinite(value):
         return "–"
     size = abs(value if largest is None else largest)
-    if value == 0 or size == 0:
+    if size < 1e-9:  # in any of the units shown, this is rounding
         return "0"
-    if not 1e-4 <= size < 1e7:
+    if not 1e-3 <= size < 1e7:
         return f"{value:.{digits - 1}g}".replace("-", "−")
     decimals = max(0, digits - 1 - math.floor(math.log10(size)))
     text = f"{value:.{decimals}f}"

@@ -74,7 +74,7 @@ def _reached(results: Results) -> str:
     said = f"{value} {labels.column(name).unit}" if name else f"load {value}"
     curve = results.curve
     if "step" in curve:
-        part = f" at {curve['step_fraction'][-1]:.0%}" if "step_fraction" in curve else ""
+        part = f" at {100 * curve['step_fraction'][-1]:.4g} %" if "step_fraction" in curve else ""
         said += f" (step “{curve['step'][-1]}”{part})"
     if "bending_angle_deg" in curve:
         said += f", bending angle {labels.number(curve['bending_angle_deg'][-1])}°"

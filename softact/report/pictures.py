@@ -115,9 +115,9 @@ def _panel(scene: _Scene, number: int, low: np.ndarray, high: np.ndarray, ghost:
         cmap=_colour_map(),
         smooth_shading=True,
         show_scalar_bar=False,
-        ambient=0.35,
-        diffuse=0.7,
-        specular=0.15,
+        ambient=0.5,
+        diffuse=0.58,
+        specular=0.1,
         specular_power=20,
     )
     plotter.add_mesh(_lines(scene, number), color="#1c2a33", line_width=1.5, opacity=0.6)

@@ -4,7 +4,7 @@
 const FONT = { family: "system-ui, -apple-system, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif",
   color: "#15202b", size: 12 };
 const GRID = { gridcolor: "#e3e7ea", zerolinecolor: "#c3cbd1", linecolor: "#8a949b",
-  automargin: true };
+  automargin: true, exponentformat: "power" };
 const PLAIN = { displaylogo: false, displayModeBar: false, responsive: true };
 
 async function inflated(base64) {

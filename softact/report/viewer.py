@@ -100,6 +100,9 @@ def _caption(results: Results, number: int) -> str:
             label = labels.column(column)
             value = labels.number(results.curve[column][number] * label.factor)
             said.append(f"{label.name.lower()} {value} {label.unit}")
+    steps = results.curve.get("step", ())
+    if len(set(steps)) > 1:
+        said.insert(0, str(steps[number]))
     return " · ".join(said).replace(" °", "°")
 
 
