@@ -2,6 +2,7 @@
 
 import sys
 import time
+from collections.abc import Mapping, Sequence
 from types import TracebackType
 from typing import Any, Self
 
@@ -9,16 +10,18 @@ import click
 
 
 class Progress:
-    """Called with (fraction of the whole run, one line of text) whenever a run gets further.
+    """Called with each event of ``softact.run``.
 
-    On a terminal the text stands beside a bar; elsewhere each text is a line of its own.
+    steps: names of the spec's steps, in order. On a terminal one line with a bar follows the run;
+    elsewhere each event is a line of its own with the seconds since the start.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, steps: Sequence[str]) -> None:
+        self._steps = list(steps)
         self._bar: Any = None
         self._task: Any = None
         self._start = time.monotonic()
-        self._last = ""
+        self._done = 0.0
 
     def __enter__(self) -> Self:
         if sys.stdout.isatty():
@@ -41,10 +44,15 @@ class Progress:
         if self._bar is not None:
             self._bar.stop()
 
-    def __call__(self, fraction: float, text: str) -> None:
+    def __call__(self, event: Mapping[str, Any]) -> None:
+        from softact.run import log_line
+
+        if event["stage"] == "error":
+            return  # told at the end, on standard error
+        if event["stage"] == "increment":
+            self._done = (self._steps.index(event["step"]) + event["fraction"]) / len(self._steps)
+        text = log_line(event)
         if self._bar is not None:
-            self._bar.update(self._task, completed=fraction, description=text)
-        elif text != self._last:
-            elapsed = time.monotonic() - self._start
-            click.echo(f"{elapsed:7.1f} s  {fraction:4.0%}  {text}")
-        self._last = text
+            self._bar.update(self._task, completed=self._done, description=text)
+        else:
+            click.echo(f"{time.monotonic() - self._start:7.1f} s  {text}")

@@ -1,12 +1,13 @@
 """`softact`: finds the commands, one file each beside this one, and turns errors into plain lines.
 
 Exit codes: 0 done; 1 a check deviates; 2 the spec or another input is wrong; 3 the mesh failed;
-4 no equilibrium was found; 70 a fault in softact itself; 130 stopped by the user.
+4 no equilibrium was found; 70 a fault in softact itself; 128 + n stopped by signal n (130: Ctrl-C).
 """
 
 import importlib
 import os
 import pkgutil
+import signal
 import sys
 import traceback
 from collections.abc import Sequence
@@ -95,9 +96,16 @@ def softact(ctx: click.Context) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and leave with its exit code."""
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        # As an exception, so that processes of the solver do not outlive this one.
+        signal.signal(number, _leave)
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in arguments
     sys.exit(_run([a for a in arguments if a != "--debug"], debug))
+
+
+def _leave(number: int, frame: object) -> None:
+    sys.exit(128 + number)
 
 
 def _run(arguments: list[str], debug: bool) -> int:

@@ -59,9 +59,11 @@ def run(
 
     from softact.run import run as solve
 
-    with Progress() as progress:
+    with Progress([step.name for step in loaded.steps]) as progress:
         outcome = solve(loaded, directory, processes=processes, progress=progress)
-    click.echo(f"{outcome.status.replace('_', ' ')}: {directory / 'report.html'}")
+    if outcome.message:
+        click.echo(outcome.message, err=True)
+    click.echo(f"report: {directory / 'report.html'}")
     sys.exit(outcome.exit_code)
 
 
