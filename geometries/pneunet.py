@@ -37,11 +37,9 @@ class Pneunet(Geometry):
     """
 
     type: Literal["pneunet"] = "pneunet"
-    chambers: Annotated[int, Field(ge=1, le=200)] = Field(
-        8, description="number of chambers"
-    )
+    chambers: Annotated[int, Field(ge=1, le=200)] = Field(8, description="number of chambers")
     chamber_height: Length = Field(16.0, description="height of the air space of a chamber")
-    chamber_width: Length = Field(14.0, description="width of the air space of a chamber (y)")
+    chamber_width: Length = Field(12.0, description="width of the air space of a chamber (y)")
     chamber_length: Length | None = Field(
         None,
         description="length of the air space of a chamber (x); by default it follows from pitch "
@@ -55,13 +53,13 @@ class Pneunet(Geometry):
     outer_wall: Length = Field(1.0, description="side walls (across y)")
     inner_wall: Length = Field(1.0, description="walls of a chamber that face the gap")
     roof: Length = Field(1.0, description="wall above the chambers")
-    base: Length = Field(2.0, description="thickness below the chambers")
+    base: Length = Field(4.0, description="thickness below the chambers")
     layer_height: Length = Field(
         1.0, description="height of the strain-limiting layer above the bottom, inside the base"
     )
     channel_width: Length = Field(4.0, description="width of the air channel")
     channel_height: Length = Field(2.0, description="height of the air channel")
-    channel_roof: Length = Field(1.0, description="wall above the channel, in the gaps")
+    channel_roof: Length = Field(3.0, description="wall above the channel, in the gaps")
     clamp_plug: Length = Field(4.0, description="solid end at the clamp")
     tip_plug: Length = Field(4.0, description="solid end at the tip")
     symmetry: bool = Field(True, description="model the half y >= 0 only")

@@ -44,7 +44,7 @@ CASES = [
     ("tube", {"inner_radius": "5 mm", "outer_radius": "5.5 mm", "mesh_size": "1 mm"}),
     ("pneunet", {}),
     ("pneunet", {"chambers": 2, "symmetry": False, "cavity_mesh_size": "1 mm"}),
-    ("pneunet", {"chambers": 2, "channel_width": "14 mm", "channel_height": "16 mm",
+    ("pneunet", {"chambers": 2, "channel_width": "12 mm", "channel_height": "16 mm",
                  "channel_roof": "0.5 mm"}),
     *[("pneunet", random_pneunet(seed)) for seed in range(8)],
 ]  # fmt: skip

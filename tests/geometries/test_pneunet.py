@@ -21,13 +21,14 @@ def faults(**lengths) -> dict[str, str]:
 
 
 def test_volume_of_one_counted_by_hand():
-    """Two chambers 6 x 14 x 16 mm, walls 1 mm, base 2 mm, plugs 4 mm, gap 1 mm:
-    outside 23 x 16 x 19 less the gap 1 x 16 x 14; air 2 x 6 x 14 x 16 and a channel 3 x 4 x 2."""
+    """Two chambers 6 x 12 x 16 mm, walls 1 mm, base 4 mm, plugs 4 mm, gap 1 mm, 3 mm above the
+    channel: outside 23 x 14 x 21 less the gap 1 x 14 x 12; air 2 x 6 x 12 x 16 and a channel
+    3 x 4 x 2."""
     volumes = pneunet(chambers=2, symmetry=False).volumes()
-    air = 2 * 6 * 14 * 16 + 3 * 4 * 2
+    air = 2 * 6 * 12 * 16 + 3 * 4 * 2
     assert volumes["cavity"] == pytest.approx(air, rel=1e-12)
-    assert volumes["body"] == pytest.approx(23 * 16 * 19 - 1 * 16 * 14 - air, rel=1e-12)
-    assert volumes["strain_limiting_layer"] == pytest.approx(23 * 16, rel=1e-12)
+    assert volumes["body"] == pytest.approx(23 * 14 * 21 - 1 * 14 * 12 - air, rel=1e-12)
+    assert volumes["strain_limiting_layer"] == pytest.approx(23 * 14, rel=1e-12)
 
 
 def test_half_is_half_of_the_whole(meshed):
@@ -81,7 +82,7 @@ def test_walls_are_as_thick_as_asked():
 
     assert runs(0, y=0, z=15) == pytest.approx([3.1, 5, 1.1, 0.7, 1.1, 5, 4.3])
     assert runs(0, y=0, z=3) == pytest.approx([3.1, 5 + 1.1 + 0.7 + 1.1 + 5, 4.3])
-    assert runs(1, x=5, z=15) == pytest.approx([1.3, 14, 1.3])
+    assert runs(1, x=5, z=15) == pytest.approx([1.3, 12, 1.3])
     assert runs(2, x=5, y=0) == pytest.approx([2.3, 16, 1.7])
     gap = 3.1 + 5 + 1.1 + 0.35
     assert runs(2, x=gap, y=0) == pytest.approx([2.3, 2.9, 1.9, 16 + 1.7 - 2.9 - 1.9])
@@ -125,7 +126,7 @@ def test_contradicting_lengths_are_refused():
         ({"channel_height": 20.0}, "channel_height", "20 mm is taller than the chamber (16 mm)"),
         ({"channel_width": 15.0}, "channel_width", "outer walls would vanish"),
         ({"channel_roof": 15.0}, "channel_roof", "the gaps would vanish"),
-        ({"layer_height": 2.0}, "layer_height", "base above the layer would vanish"),
+        ({"layer_height": 4.0}, "layer_height", "base above the layer would vanish"),
         ({"length": 28.0}, "length", "the chambers would vanish"),
         ({"pitch": 3.0}, "pitch", "the chambers would vanish"),
         ({"pitch": 7.0, "chamber_length": 6.0}, "pitch", "the gap would vanish"),
@@ -149,7 +150,7 @@ def test_impossible_parameters_are_refused_with_the_wall(given, field, reason):
 
 
 def test_all_faults_at_once():
-    found = faults(channel_height=20.0, layer_height=3.0, channel_width=40.0)
+    found = faults(channel_height=20.0, layer_height=5.0, channel_width=40.0)
     assert sorted(found) == ["channel_height", "channel_width", "layer_height"]
 
 
