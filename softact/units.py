@@ -137,9 +137,14 @@ _OTHER_KINDS = {
 
 def show(value: Any) -> str:
     """Return ``value`` in quotes as in the spec, on one line, shortened where it is long."""
-    text = " ".join(value.split()) if isinstance(value, str) else str(value)
-    text = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
+    text = one_line(str(value))
     return f"'{text[:_SHOWN_LENGTH]}…'" if len(text) > _SHOWN_LENGTH else f"'{text}'"
+
+
+def one_line(text: str) -> str:
+    """Return ``text`` without line breaks and characters that a terminal might obey."""
+    words = " ".join(text.split())
+    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in words)
 
 
 def dimension_of(annotation: Any) -> Dimension | None:

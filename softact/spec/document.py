@@ -8,7 +8,7 @@ from typing import Any
 import yaml
 
 from softact.errors import SpecError
-from softact.units import show
+from softact.units import one_line, show
 
 MAX_BYTES = 1_000_000
 MAX_VALUES = 20_000
@@ -70,7 +70,7 @@ for _tag, _pattern in {
 
 def read(path: Path) -> Document:
     """Read a YAML file. Raises SpecError where it is no readable text file with one mapping."""
-    name = str(path)
+    name = one_line(str(path))
     try:
         if path.is_dir():
             raise SpecError(f"{name}: this is a folder; give the YAML file of a spec")
@@ -235,4 +235,4 @@ class _Walk:
 
 def dotted(place: Place) -> str:
     """Return a place as ``steps.1.pressure``, on one line."""
-    return ".".join(show(str(key))[1:-1] for key in place)
+    return one_line(".".join(str(key) for key in place))
