@@ -42,7 +42,7 @@ class Ogden(StretchLaw):
     @model_validator(mode="before")
     @classmethod
     def _read_terms(cls, data: Any) -> Any:
-        """Accept ``mu: [..]`` and ``alpha: [..]`` for mu1.. and alpha1..; check that terms are whole."""
+        """Accept lists ``mu`` and ``alpha`` for mu1.. and alpha1..; check that terms are whole."""
         if not isinstance(data, dict):
             return data
         data = dict(data)

@@ -1,0 +1,130 @@
+"""`softact fit`: a law's constants from tensile tests."""
+
+from pathlib import Path
+
+import click
+
+LAWS = (
+    "neo_hookean, mooney_rivlin_2 (3, 5, 9), yeoh, reduced_polynomial_1 to _6, ogden_1 to _6, "
+    "arruda_boyce, van_der_waals, gent, holzapfel, or all"
+)
+
+
+def _quantity(name: str):
+    """A click callback that reads a value with its unit by the dimension of that name."""
+
+    def read(ctx: click.Context, parameter: click.Parameter, value: str | None) -> float | None:
+        if value is None:
+            return None
+        import softact.units
+
+        try:
+            number = getattr(softact.units, name).parse(value)
+        except ValueError as error:
+            raise click.BadParameter(str(error)) from None
+        if number <= 0:
+            raise click.BadParameter(f"'{value}' must be positive")
+        return number
+
+    return read
+
+
+def _pairs(ctx: click.Context, parameter: click.Parameter, values: tuple[str, ...]) -> dict:
+    pairs = {}
+    for value in values:
+        name, equals, text = value.partition("=")
+        if not equals or not name or not text:
+            raise click.BadParameter(f"'{value}' is not of the form name=value")
+        pairs[name.strip()] = text.strip()
+    return pairs
+
+
+@click.command(short_help="Fit a law to tensile tests and write a material card.")
+@click.argument("data", nargs=-1, required=True, metavar="FILE[:MODE[@DIRECTION]]...")
+@click.option("--law", default="yeoh", show_default=True, help=LAWS + ".")
+@click.option("--columns", help="Headings in order, where the file has none or unclear ones.")
+@click.option("--stress", type=click.Choice(["nominal", "cauchy"]), help="What 'stress' holds.")
+@click.option("--length", help="Gauge length of the specimen, such as '33 mm'.")
+@click.option("--width", help="Width of the specimen.")
+@click.option("--thickness", help="Thickness of the specimen.")
+@click.option("--area", help="Cross-section of the specimen, such as '18 mm^2'.")
+@click.option("--loading", is_flag=True, help="Keep the first loading only.")
+@click.option("--cycle", help="Keep the loading of this cycle: 1, 2, ... or last.")
+@click.option("--zero", is_flag=True, help="Subtract the stress of the first point.")
+@click.option("--toe", help="Drop points below this stress, shift the zero of strain.")
+@click.option("--from", "stretch_from", type=float, help="Smallest stretch to use.")
+@click.option("--to", "stretch_to", type=float, help="Largest stretch to use.")
+@click.option("--smooth", type=int, help="Savitzky-Golay window in points.")
+@click.option("--points", type=int, help="Thin every test to so many points.")
+@click.option("--relative", is_flag=True, help="Residuals relative to the measured stress.")
+@click.option("--balance", is_flag=True, help="Let every test count alike.")
+@click.option(
+    "--method",
+    default="least-squares",
+    show_default=True,
+    help="least-squares, L-BFGS-B, Nelder-Mead, Powell, CG, COBYLA or SLSQP.",
+)
+@click.option(
+    "--starts",
+    type=click.IntRange(1, 200),
+    default=8,
+    show_default=True,
+    help="Starts of the optimiser.",
+)
+@click.option("--seed", type=int, default=0, show_default=True, help="Of the drawn starts.")
+@click.option("--sigma", callback=_quantity("PRESSURE"), help="Standard deviation of the stress.")
+@click.option(
+    "--fix",
+    multiple=True,
+    callback=_pairs,
+    metavar="NAME=VALUE",
+    help="Hold a constant, such as beta=0 or families=1.",
+)
+@click.option("--compare", multiple=True, metavar="CARD", help="Draw a card beside the fit.")
+@click.option("--density", callback=_quantity("DENSITY"), help="For the card.")
+@click.option("--strength", callback=_quantity("PRESSURE"), help="Tensile strength, for the card.")
+@click.option("--name", help="Name of the card; default: the first file's.")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    default=Path("results/fit"),
+    show_default=True,
+    help="Folder for card, plot and numbers.",
+)
+def fit(data: tuple[str, ...], **given: object) -> None:
+    """Fit a law to tests in homogeneous deformation; write a card, a plot and the numbers.
+
+    MODE is uniaxial (the default), compression, equibiaxial, planar or biaxial; DIRECTION is
+    course or wale, for fabrics. Headings name quantity and unit: 'stretch', 'strain %',
+    'nominal stress (MPa)', 'cauchy_stress_kPa', 'displacement mm', 'force N'. A YAML file in
+    place of FILE lists tests that are read differently.
+
+    \b
+    Examples:
+      softact fit tension.csv --law all
+      softact fit uni.csv:uniaxial sheet.csv:planar --law ogden_3 --loading
+      softact fit treloar.txt --columns 'nominal_stress MPa, stretch' --law yeoh
+    """
+    from softact.fit.fit import Options
+    from softact.fit.run import Request, run
+    from softact.fit.sheet import TestSheet, sheets_from_argument
+
+    reading = {k: given[k] for k in TestSheet.model_fields if given.get(k) not in (None, False)}
+    if "columns" in reading:
+        reading["columns"] = tuple(part.strip() for part in str(reading["columns"]).split(","))
+    sheets = [sheet for entry in data for sheet in sheets_from_argument(entry, reading)]
+    request = Request(
+        sheets=sheets,
+        law=given["law"],
+        directory=given["output"],
+        name=given["name"] or sheets[0].file.stem,
+        options=Options(
+            **{k: given[k] for k in ("relative", "balance", "method", "starts", "seed", "sigma")}
+        ),
+        held=given["fix"],
+        compare=given["compare"],
+        density=given["density"],
+        strength=given["strength"],
+    )
+    run(request, click.echo)

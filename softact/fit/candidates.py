@@ -1,0 +1,185 @@
+"""The laws that can be fitted, with their free constants, bounds and where starts are drawn."""
+
+import re
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from functools import cached_property
+from types import SimpleNamespace
+
+import numpy as np
+
+from softact.errors import SpecError
+from softact.materials import LAWS, Law
+
+INFINITY = float("inf")
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A free constant. linear: the stress is proportional to it. seek: where starts are drawn."""
+
+    name: str
+    lower: float = -INFINITY
+    upper: float = INFINITY
+    linear: bool = True
+    seek: tuple[float, float] = (0.0, 1.0)
+    logarithmic: bool = False
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A law with its free constants and the values of those that are not free."""
+
+    name: str
+    law: type[Law]
+    parameters: tuple[Parameter, ...]
+    fixed: dict[str, object] = field(default_factory=dict)
+
+    def constants(self, vector: np.ndarray) -> SimpleNamespace:
+        """Return the constants by name (MPa), for the law's energy."""
+        values = dict(self._held)
+        for parameter, value in zip(self.parameters, vector, strict=True):
+            values[parameter.name] = float(value)
+        return SimpleNamespace(**values)
+
+    @cached_property
+    def _held(self) -> dict[str, object]:
+        own = {name: entry.default for name, entry in self.law.model_fields.items()
+               if name not in Law.model_fields}  # fmt: skip
+        return {**own, **self.fixed}
+
+    def make(self, vector: np.ndarray, **fields) -> Law:
+        """Return the law with these constants; ``fields`` are of the card, in internal units."""
+        values = {p.name: float(v) for p, v in zip(self.parameters, vector, strict=True)}
+        return self.law.of(**self.fixed, **values, **fields)
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the free constants."""
+        return [p.name for p in self.parameters]
+
+    @property
+    def lower(self) -> np.ndarray:
+        """Lower bounds."""
+        return np.array([p.lower for p in self.parameters])
+
+    @property
+    def upper(self) -> np.ndarray:
+        """Upper bounds."""
+        return np.array([p.upper for p in self.parameters])
+
+    def fix(self, values: dict[str, object]) -> "Candidate":
+        """Return the candidate with some constants held. Raises SpecError for unknown names."""
+        for name in values:
+            if name not in self.law.model_fields:
+                near = get_close_matches(name, self.law.model_fields, n=1)
+                hint = f"; did you mean '{near[0]}'?" if near else ""
+                raise SpecError(
+                    f"--fix: the law {self.law.__name__} has no constant '{name}'{hint}"
+                )
+        left = tuple(p for p in self.parameters if p.name not in values)
+        return Candidate(self.name, self.law, left, {**self.fixed, **values})
+
+
+def _polynomial(name: str, law: str, constants: str) -> Candidate:
+    return Candidate(name, LAWS[law], tuple(Parameter(c) for c in constants.split()))
+
+
+def _ogden(order: int) -> Candidate:
+    # Positive moduli in Abaqus's convention make every term, and so the law, stable at any stretch.
+    moduli = [Parameter(f"mu{i}", lower=0.0) for i in range(1, order + 1)]
+    exponents = [
+        Parameter(f"alpha{i}", lower=-25.0, upper=25.0, linear=False, seek=(-6.0, 8.0))
+        for i in range(1, order + 1)
+    ]
+    pairs = [p for pair in zip(moduli, exponents, strict=True) for p in pair]
+    return Candidate(f"ogden_{order}", LAWS["ogden"], tuple(pairs))
+
+
+def _candidates() -> dict[str, Candidate]:
+    modulus = Parameter("mu", lower=0.0)
+    locking = Parameter("lambda_m", 1.05, 100.0, linear=False, seek=(1.2, 15.0), logarithmic=True)
+    entries = [
+        _polynomial("neo_hookean", "neo_hookean", "c10"),
+        _polynomial("mooney_rivlin_2", "mooney_rivlin", "c10 c01"),
+        _polynomial("mooney_rivlin_3", "mooney_rivlin", "c10 c01 c11"),
+        _polynomial("mooney_rivlin_5", "mooney_rivlin", "c10 c01 c20 c11 c02"),
+        _polynomial("mooney_rivlin_9", "mooney_rivlin", "c10 c01 c20 c11 c02 c30 c21 c12 c03"),
+        _polynomial("yeoh", "yeoh", "c10 c20 c30"),
+        *(
+            _polynomial(
+                f"reduced_polynomial_{n}",
+                "reduced_polynomial",
+                " ".join(f"c{i}0" for i in range(1, n + 1)),
+            )
+            for n in range(1, 7)
+        ),
+        *(_ogden(n) for n in range(1, 7)),
+        Candidate("arruda_boyce", LAWS["arruda_boyce"], (modulus, locking)),
+        Candidate(
+            "van_der_waals",
+            LAWS["van_der_waals"],
+            (
+                modulus,
+                Parameter(
+                    "lambda_m", 1.75, 100.0, linear=False, seek=(2.0, 20.0), logarithmic=True
+                ),
+                Parameter("a", -2.0, 5.0, linear=False, seek=(0.0, 1.0)),
+                Parameter("beta", 0.0, 1.0, linear=False, seek=(0.0, 1.0)),
+            ),
+        ),
+        Candidate(
+            "gent",
+            LAWS["gent"],
+            (
+                modulus,
+                Parameter("jm", 0.05, 1e4, linear=False, seek=(0.5, 200.0), logarithmic=True),
+            ),
+        ),
+        Candidate(
+            "holzapfel",
+            LAWS["holzapfel"],
+            (
+                Parameter("c10", lower=0.0),
+                Parameter("k1", lower=0.0),
+                Parameter("k2", 0.0, 200.0, linear=False, seek=(1e-3, 10.0), logarithmic=True),
+                Parameter("kappa", 0.0, 1 / 3, linear=False, seek=(0.0, 1 / 3)),
+                Parameter("angle", 0.0, 90.0, linear=False, seek=(0.0, 90.0)),
+            ),
+            {"families": 2},
+        ),
+    ]
+    return {entry.name: entry for entry in entries}
+
+
+CANDIDATES = _candidates()
+USUAL = {
+    "mooney_rivlin": "mooney_rivlin_2",
+    "reduced_polynomial": "reduced_polynomial_3",
+    "ogden": "ogden_3",
+    "hgo": "holzapfel",
+}
+# Orders above these are offered by name but not tried by --law all: they follow the noise.
+ALL_ISOTROPIC = (
+    "neo_hookean", "mooney_rivlin_2", "mooney_rivlin_3", "mooney_rivlin_5", "mooney_rivlin_9",
+    "yeoh", "reduced_polynomial_2", "reduced_polynomial_4", "reduced_polynomial_5",
+    "reduced_polynomial_6", "ogden_1", "ogden_2", "ogden_3", "ogden_4", "arruda_boyce",
+    "van_der_waals", "gent",
+)  # fmt: skip
+
+
+def chosen(name: str, anisotropic: bool) -> list[Candidate]:
+    """Return the candidates that ``--law`` means; 'all' for every law that suits the data.
+
+    Raises SpecError for an unknown law.
+    """
+    key = re.sub(r"(?<=[a-z])(?=\d+$)", "_", name.strip().lower().replace("-", "_"))
+    if key == "all":
+        names = ("holzapfel", "neo_hookean", "yeoh", "ogden_2") if anisotropic else ALL_ISOTROPIC
+        return [CANDIDATES[n] for n in names]
+    key = USUAL.get(key, key)
+    if key not in CANDIDATES:
+        near = get_close_matches(key, CANDIDATES, n=1)
+        hint = f"did you mean '{near[0]}'?" if near else f"one of all, {', '.join(CANDIDATES)}"
+        raise SpecError(f"--law: there is no law '{name}' to fit; {hint}")
+    return [CANDIDATES[key]]

@@ -1,0 +1,177 @@
+"""One law fitted to tests, with everything that is known about the fit; many laws ranked."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from softact.fit.candidates import Candidate
+from softact.fit.data import Test
+from softact.fit.optimise import Problem, Solution, make_problem, model_stress, solve
+from softact.fit.stability import Stability, drucker
+from softact.fit.statistics import (
+    Certainty,
+    Information,
+    Quality,
+    Spread,
+    certainty,
+    explain,
+    information,
+    normalised_error,
+    quality,
+    reduced_chi_square,
+    spreads,
+)
+
+
+@dataclass(frozen=True)
+class Options:
+    """How to fit, see ``optimise``. sigma: standard deviation of the stress in MPa or None."""
+
+    relative: bool = False
+    balance: bool = False
+    method: str = "least-squares"
+    starts: int = 8
+    seed: int = 0
+    sigma: float | None = None
+
+
+@dataclass(frozen=True)
+class Specimen:
+    """The constants of a fit to one specimen alone."""
+
+    name: str
+    vector: np.ndarray
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted law: the constants ``vector`` (MPa) of ``candidate`` and how good they are.
+
+    chi_square: reduced, None without a known scatter. error: ε of ``normalised_error``.
+    stability: empty for fibre laws, whose range depends on the direction.
+    """
+
+    candidate: Candidate
+    vector: np.ndarray
+    problem: Problem
+    solution: Solution
+    qualities: tuple[Quality, ...]
+    certainty: Certainty
+    information: Information
+    chi_square: float | None
+    error: float
+    stability: tuple[Stability, ...]
+    spreads: tuple[Spread, ...]
+    specimens: tuple[Specimen, ...]
+
+    @property
+    def name(self) -> str:
+        """Name of the candidate."""
+        return self.candidate.name
+
+    @property
+    def r2(self) -> float:
+        """The smallest R² of the tests."""
+        return min(q.r2 for q in self.qualities)
+
+    @property
+    def stretch_range(self) -> tuple[float, float]:
+        """Smallest and largest stretch of the tests, 1 included."""
+        every = np.concatenate([t.stretch for t in self.problem.tests])
+        return min(1.0, float(np.min(every))), max(1.0, float(np.max(every)))
+
+    def range_of(self, mode: str) -> tuple[float, float]:
+        """Smallest and largest stretch tested in a mode; of all tests where it was not tested."""
+        own = [t.stretch for t in self.problem.tests if t.mode == mode]
+        if not own:
+            return self.stretch_range
+        every = np.concatenate(own)
+        return min(1.0, float(np.min(every))), max(1.0, float(np.max(every)))
+
+    @property
+    def failures(self) -> list[tuple[str, float]]:
+        """Modes in which the law is unstable within the tested range, with the stretch."""
+        found = [(s.mode, s.fails_within(*self.range_of(s.mode))) for s in self.stability]
+        return [(mode, stretch) for mode, stretch in found if stretch is not None]
+
+    @property
+    def sound(self) -> bool:
+        """Whether the law is stable over the tested range and its constants are determined."""
+        return not self.failures and self.certainty.identifiable
+
+    def stress(self, test: Test) -> np.ndarray:
+        """Return the law's nominal stress in MPa at the stretches of ``test``."""
+        return model_stress(self.candidate, self.vector, test)
+
+    def remarks(self) -> list[str]:
+        """Return what a user must know before using the constants."""
+        lines = []
+        for mode, stretch in self.failures:
+            low, high = self.range_of(mode)
+            where = "below" if stretch < 1 else "above"
+            lines.append(
+                f"unstable (Drucker) in {mode} deformation {where} a stretch of {stretch:.3g}; "
+                f"the tests reach from {low:.3g} to {high:.3g}"
+            )
+        if self.certainty.free:
+            lines.append(explain(self.certainty.free, self.problem.tests))
+        loose = [
+            p.name
+            for p, value, half in zip(
+                self.candidate.parameters, self.vector, self.certainty.interval, strict=True
+            )
+            if np.isfinite(half) and half > abs(value)
+        ]
+        if loose:
+            lines.append(f"poorly determined (interval wider than the value): {', '.join(loose)}")
+        bound = [
+            p.name
+            for p, half in zip(self.candidate.parameters, self.certainty.interval, strict=True)
+            if np.isnan(half)
+        ]
+        if bound:
+            lines.append(f"at the bound of what is allowed: {', '.join(bound)}")
+        return lines
+
+
+def fit(tests: list[Test], candidate: Candidate, options: Options | None = None) -> Fit:
+    """Fit a law to tests. Raises SpecError where the data cannot determine it at all."""
+    options = options or Options()
+    problem = make_problem(tests, options.relative, options.balance)
+    solution = solve(problem, candidate, options.method, options.starts, options.seed)
+    vector = solution.vector
+    isotropic = not candidate.law.anisotropic
+    return Fit(
+        candidate=candidate,
+        vector=vector,
+        problem=problem,
+        solution=solution,
+        qualities=tuple(quality(candidate, vector, test) for test in tests),
+        certainty=certainty(problem, candidate, vector),
+        information=information(problem, len(vector), solution.cost),
+        chi_square=reduced_chi_square(problem, candidate, vector, options.sigma),
+        error=normalised_error(problem, candidate, vector),
+        stability=tuple(drucker(candidate.law, candidate.constants(vector))) if isotropic else (),
+        spreads=tuple(spreads(problem.tests)),
+        specimens=_each_specimen(tests, candidate, vector, options),
+    )
+
+
+def _each_specimen(tests, candidate, vector, options) -> tuple[Specimen, ...]:
+    """Fit every specimen alone, from the joint solution, where several were tested in one mode."""
+    modes = [(t.mode, t.direction) for t in tests]
+    if len(set(modes)) > 1 or len(tests) < 2:
+        return ()
+    result = []
+    for test in tests:
+        problem = make_problem([test], options.relative, options.balance)
+        if problem.size <= len(vector):
+            continue
+        alone = solve(problem, candidate, options.method, starts=2, first=vector)
+        result.append(Specimen(test.name, alone.vector))
+    return tuple(result)
+
+
+def ranked(fits: list[Fit]) -> list[Fit]:
+    """Return the fits by Bayes' criterion; those that are not sound come after the sound ones."""
+    return sorted(fits, key=lambda f: (not f.sound, f.information.bic))

@@ -1,0 +1,129 @@
+"""What the user says about a test: file, mode, columns, specimen, what to trim."""
+
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+import yaml
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+
+from softact.errors import SpecError
+from softact.units import Dimension, Dimensionless, Length, Pressure
+
+AREA = Dimension("area", "mm^2", shown=("mm^2",), other=("cm^2", "m^2"), example="18 mm^2")
+Area = Annotated[float, BeforeValidator(AREA.parse)]
+MODE_NAMES = ("uniaxial", "compression", "equibiaxial", "planar", "biaxial")
+
+
+class TestSheet(BaseModel):
+    """One file of test data and how to read it.
+
+    Lengths in mm, pressures in MPa inside; every dimensional value is written with its unit.
+    """
+
+    __test__ = False  # not a test of pytest's
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    file: Path
+    mode: Literal[MODE_NAMES] = "uniaxial"
+    direction: Literal["course", "wale"] | None = Field(
+        default=None, description="of the load in a sheet with fibres; course is the fibre axis"
+    )
+    specimen: str | None = Field(default=None, description="name; default: the file's stem")
+    columns: tuple[str, ...] | None = Field(
+        default=None, description="headings in order, where the file has none; '-' skips a column"
+    )
+    stress: Literal["nominal", "cauchy"] | None = Field(
+        default=None, description="what a column headed only 'stress' holds"
+    )
+    length: Length | None = Field(default=None, gt=0, description="gauge length, undeformed")
+    width: Length | None = Field(default=None, gt=0)
+    thickness: Length | None = Field(default=None, gt=0)
+    area: Area | None = Field(default=None, gt=0, description="cross-section, undeformed")
+    zero: bool = Field(default=False, description="subtract the load of the first point used")
+    loading: bool = Field(default=False, description="keep the first loading only")
+    cycle: int | Literal["last"] | None = Field(
+        default=None, description="keep the loading of this cycle (1, 2, ... or last)"
+    )
+    toe: Pressure | None = Field(
+        default=None, gt=0, description="drop points below this stress and shift the zero of strain"
+    )
+    stretch_from: Dimensionless | None = Field(default=None, gt=0)
+    stretch_to: Dimensionless | None = Field(default=None, gt=0)
+    smooth: int | None = Field(
+        default=None, ge=5, description="Savitzky-Golay window in points, second order"
+    )
+    points: int | None = Field(default=None, ge=5, description="thin to so many points")
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.area and (self.width or self.thickness):
+            raise ValueError("area and width/thickness both give the cross-section; give one")
+        if self.loading and self.cycle is not None:
+            raise ValueError("loading and cycle both choose a branch; give one")
+        return self
+
+    @property
+    def cross_section(self) -> float | None:
+        """Undeformed cross-section in mm², None where the user gives none."""
+        if self.area:
+            return self.area
+        return self.width * self.thickness if self.width and self.thickness else None
+
+    @property
+    def name(self) -> str:
+        """The specimen's name."""
+        return self.specimen or self.file.stem
+
+
+def make_sheet(data: dict, where: str) -> TestSheet:
+    """Return a sheet; raises SpecError with one line per fault, each starting with ``where``."""
+    try:
+        return TestSheet(**data)
+    except ValidationError as error:
+        raise SpecError(*(_line(where, fault) for fault in error.errors())) from None
+
+
+def _line(where: str, fault: dict) -> str:
+    path = ".".join(str(part) for part in fault["loc"])
+    if fault["type"] == "extra_forbidden":
+        return f"{where}: unknown key '{path}'"
+    message = fault["msg"].removeprefix("Value error, ")
+    return f"{where}: {path}: {message}" if path else f"{where}: {message}"
+
+
+def sheets_from_argument(argument: str, options: dict) -> list[TestSheet]:
+    """Return the sheets of one command line argument: FILE, FILE:MODE, FILE:MODE@DIRECTION or YAML.
+
+    options: fields of ``TestSheet`` from the command line. A YAML file holds ``tests:``, a list of
+    sheets whose files count from its folder; the options fill what it leaves open.
+    """
+    if argument.endswith((".yaml", ".yml")):
+        return _sheets_from_yaml(Path(argument), options)
+    name, _, mode = argument.rpartition(":")
+    if not name or mode.split("@")[0] not in MODE_NAMES:
+        if name and mode and not Path(argument).exists():
+            raise SpecError(f"{argument}: '{mode}' is no mode; one of {', '.join(MODE_NAMES)}")
+        name, mode = argument, ""
+    data = {**options, "file": name}
+    if mode:
+        data["mode"], _, direction = mode.partition("@")
+        if direction:
+            data["direction"] = direction
+    return [make_sheet(data, argument)]
+
+
+def _sheets_from_yaml(path: Path, options: dict) -> list[TestSheet]:
+    try:
+        data = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise SpecError(f"{path}: there is no such file") from None
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise SpecError(f"{path}: cannot be read: {' '.join(str(error).split())}") from None
+    tests = data.get("tests") if isinstance(data, dict) else None
+    if not isinstance(tests, list) or not all(isinstance(t, dict) and "file" in t for t in tests):
+        raise SpecError(f"{path}: wants 'tests:', a list of mappings with 'file', 'mode', ...")
+    sheets = []
+    for i, test in enumerate(tests):
+        merged = {**options, **test, "file": path.parent / str(test["file"])}
+        sheets.append(make_sheet(merged, f"{path}: tests.{i}"))
+    return sheets
