@@ -166,8 +166,8 @@ class ResultsWriter:
             mesh["points"] = points
             mesh["cells"] = cells
             mesh["region"] = np.asarray(region, dtype=np.int32)
-            mesh.attrs["region_names"] = json.dumps(list(region_names))
-            mesh.attrs["layout"] = json.dumps(asdict(layout))
+            mesh["region_names"] = json.dumps(list(region_names))
+            mesh["layout"] = json.dumps(asdict(layout))
             surface_group = mesh.create_group("surfaces")
             for name, triangles in surfaces.items():
                 surface_group[name] = np.asarray(triangles, dtype=np.int64)
@@ -239,8 +239,8 @@ class Results:
     run: run.json. curve: column -> (increments,) floats, or strings where not all are numbers.
     summary: column -> number or string. points (n, 3) mm, cells (m, 10), region (m,), surfaces:
     name -> (k, 6) or (k, 3); these and layout are None or empty where the run ended before its
-    mesh. increments: names of the states with fields in fields.h5. faults: files that are there
-    but cannot be read, with the reason (a run killed while it wrote fields.h5).
+    mesh. increments: names in fields.h5 of the states, one for each row. faults: files that are
+    there but cannot be read, with the reason (a run killed while it wrote fields.h5).
     """
 
     directory: Path
@@ -291,13 +291,18 @@ def read(directory: str | Path) -> Results:
     except ValueError as error:
         raise SpecError(f"{directory / 'run.json'}: not JSON: {error}") from error
     spec = directory / "spec.yaml"
+    curve = _read_columns(directory / "curve.csv")
+    mesh = _read_mesh(directory / "fields.h5")
+    # A run killed between its two writes has fields whose row is missing.
+    rows = len(next(iter(curve.values()), ()))
+    mesh["increments"] = mesh.get("increments", ())[:rows]
     return Results(
         directory=directory,
         run=run,
         spec_yaml=spec.read_text() if spec.is_file() else "",
-        curve=_read_columns(directory / "curve.csv"),
+        curve=curve,
         summary={k: v[0] for k, v in _read_columns(directory / "summary.csv").items() if len(v)},
-        **_read_mesh(directory / "fields.h5"),
+        **mesh,
     )
 
 
@@ -328,9 +333,9 @@ def _read_mesh(path: Path) -> dict:
                 "points": mesh["points"][()],
                 "cells": mesh["cells"][()],
                 "region": mesh["region"][()],
-                "region_names": tuple(json.loads(mesh.attrs["region_names"])),
+                "region_names": tuple(json.loads(mesh["region_names"].asstr()[()])),
                 "surfaces": {name: item[()] for name, item in mesh["surfaces"].items()},
-                "layout": _layout(json.loads(mesh.attrs["layout"])),
+                "layout": _layout(json.loads(mesh["layout"].asstr()[()])),
                 "increments": tuple(file["increments"]),
             }
     except (OSError, KeyError) as error:

@@ -154,6 +154,13 @@ def test_a_torn_field_file_is_told_not_raised(tmp_path):
     assert len(torn.curve["pressure_kPa"]) == 3
 
 
+def test_fields_without_their_row_are_left_out(tmp_path):
+    bent_beam.write(tmp_path / "r", increments=2, size=SMALL)
+    curve = tmp_path / "r" / "curve.csv"
+    curve.write_text("".join(curve.read_text().splitlines(keepends=True)[:-1]))
+    assert read(tmp_path / "r").increments == ("00000", "00001")
+
+
 # ---- kill -9 ----
 
 

@@ -22,7 +22,7 @@ _GROUPS = (
     ("Reaction force", ("reaction_x", "reaction_y", "reaction_z")),
     ("Reaction moment", ("reaction_moment",)),
     ("Energy", ("strain_energy", "pressure_work")),
-    ("Volume change of the material", ("volume_change",)),
+    ("Volume change of material", ("volume_change",)),
 )
 _AXES = ("_x_mm", "_y_mm", "_z_mm")
 
@@ -68,10 +68,12 @@ def charts(results: Results) -> list[Chart]:
     found = []
     for title, beginnings in _GROUPS:
         names = [name for name in left if name.startswith(beginnings)]
-        # What stands in one chart has one unit.
-        names = [name for name in names if labels.column(name).unit == labels.column(names[0]).unit]
         if title == "Pressures" and names and driver:
             names.insert(0, driver)
+        # What stands in one chart has one unit.
+        names = [name for name in names if labels.column(name).unit == labels.column(names[0]).unit]
+        if names == [driver]:
+            continue
         if names:
             found.append(_chart(results, title, x_label, abscissa, names))
             left = [name for name in left if name not in names]

@@ -32,8 +32,8 @@ class Label:
 
 
 _SPECIAL = {
-    "volume_change_max": Label("Largest volume change of the material", "%", 100.0),
-    "volume_change_mean": Label("Mean volume change of the material", "%", 100.0),
+    "volume_change_max": Label("Largest volume change", "%", 100.0),
+    "volume_change_mean": Label("Mean volume change", "%", 100.0),
 }
 
 FIELDS = {
