@@ -235,4 +235,4 @@ class _Walk:
 
 def dotted(place: Place) -> str:
     """Return a place as ``steps.1.pressure``, on one line."""
-    return one_line(".".join(str(key) for key in place))
+    return ".".join(show(key)[1:-1] for key in place)
