@@ -130,7 +130,7 @@ class ResultsWriter:
         directory = self.directory
         if directory.exists() and not directory.is_dir():
             raise SpecError(f"{directory}: is a file; a result folder needs another name (-o DIR)")
-        start = json_text({**self._provenance, "status": INCOMPLETE})
+        start = self._run_json(INCOMPLETE)
         if directory.is_dir():
             write_atomic(directory / "run.json", start)
             for name in OWN_FILES:
@@ -229,7 +229,11 @@ class ResultsWriter:
             write_atomic(self.directory / "curve.csv", csv_text([]))
         write_atomic(self.directory / "summary.csv", csv_text([dict(summary or {})]))
         self._provenance.update(provenance or {})
-        write_atomic(self.directory / "run.json", json_text({**self._provenance, "status": status}))
+        write_atomic(self.directory / "run.json", self._run_json(status))
+
+    def _run_json(self, status: str) -> str:
+        known = {name: v for name, v in self._provenance.items() if name != "status"}
+        return json_text({"status": status, **known})
 
 
 @dataclass(frozen=True)

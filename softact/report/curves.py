@@ -22,7 +22,7 @@ _GROUPS = (
     ("Reaction force", ("reaction_x", "reaction_y", "reaction_z")),
     ("Reaction moment", ("reaction_moment",)),
     ("Energy", ("strain_energy", "pressure_work")),
-    ("Volume change of material", ("volume_change",)),
+    ("Material volume change", ("volume_change",)),
 )
 _AXES = ("_x_mm", "_y_mm", "_z_mm")
 
