@@ -1,6 +1,7 @@
 """`softact run`: solve one spec."""
 
 import json
+import os
 import sys
 from pathlib import Path
 
@@ -72,8 +73,10 @@ def check_folder(directory: Path, force: bool) -> None:
 
     A folder that is not there, is empty or holds results of softact will do. Raises SpecError.
     """
-    if directory.exists() and not directory.is_dir():
-        raise SpecError(f"{directory}: this is a file; name another folder with -o DIR")
+    there = next(path for path in (directory, *directory.absolute().parents) if path.exists())
+    if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
+        why = "may not be written" if there.is_dir() else "is a file"
+        raise SpecError(f"{directory}: {there} {why}; name another folder with -o DIR")
     if force or not directory.is_dir() or not any(directory.iterdir()):
         return
     if not _holds_results(directory):

@@ -21,12 +21,15 @@ def schema(output: str | None) -> None:
     import json
     from pathlib import Path
 
+    from softact.errors import SpecError
     from softact.results import write_atomic
     from softact.spec import json_schema
 
     text = json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
     if output is None:
         click.echo(text, nl=False)
-    else:
-        write_atomic(Path(output), text)
-        click.echo(f"wrote {output}")
+        return
+    if not Path(output).parent.is_dir():
+        raise SpecError(f"{output}: there is no folder '{Path(output).parent}'")
+    write_atomic(Path(output), text)
+    click.echo(f"wrote {output}")

@@ -463,11 +463,19 @@ def test_a_run_json_of_another_program_does_not_make_a_result_folder(folder, cap
     check(folder, capsys, arguments, [("home: ", "the folder holds other files than results")])
 
 
-def test_a_file_is_no_result_folder(folder, capsys):
+@pytest.mark.parametrize("name", ["finger.yaml", "finger.yaml/results"])
+def test_a_file_is_no_result_folder(folder, capsys, name):
     Path("finger.yaml").write_text(BASE)
-    check(
-        folder, capsys, ["run", "finger.yaml", "-o", "finger.yaml"], [("finger.yaml: ", "a file")]
-    )
+    words = "finger.yaml is a file; name another folder with -o DIR"
+    check(folder, capsys, ["run", "finger.yaml", "-o", name], [(f"{name}: ", words)])
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_a_folder_that_may_not_be_written_is_refused(folder, capsys):
+    Path("finger.yaml").write_text(BASE)
+    Path("locked").mkdir(0o500)
+    arguments = ["run", "finger.yaml", "-o", "locked/results"]
+    check(folder, capsys, arguments, [("locked/results: ", "locked may not be written")])
 
 
 @pytest.mark.parametrize(
@@ -477,7 +485,7 @@ def test_a_file_is_no_result_folder(folder, capsys):
         (["mesh", "finger.yaml", "-o", "nowhere/finger.msh"], "there is no folder"),
         (["report", "nowhere"], "not a result folder"),
         (["list", "laws", "yeo"], "there is no 'yeo'; did you mean 'yeoh'?"),
-        (["schema", "-o", "nowhere/schema.json"], "No such file or directory"),
+        (["schema", "-o", "nowhere/schema.json"], "there is no folder 'nowhere'"),
     ],
 )
 def test_wrong_arguments_of_other_commands_are_refused(folder, capsys, arguments, words):

@@ -11,6 +11,8 @@ from pydantic_core import PydanticCustomError, ValidationError, core_schema
 from softact.errors import SpecError
 from softact.units import show
 
+MOST_SHOWN = 24
+
 
 def nearest(word: Any, known: Any) -> str:
     """Return the end of an error line: the nearest known word, else all of them."""
@@ -21,7 +23,8 @@ def nearest(word: Any, known: Any) -> str:
         close = [entry for entry in known if word.lower() in entry.lower()]
     if close:
         return f"did you mean {' or '.join(repr(entry) for entry in close[:3])}?"
-    return f"known: {', '.join(known)}" if known else "none is known here"
+    shown = [*known[:MOST_SHOWN], "..."] if len(known) > MOST_SHOWN else known
+    return f"known: {', '.join(shown)}" if known else "none is known here"
 
 
 def fault(message: str) -> PydanticCustomError:
