@@ -24,9 +24,7 @@ def deformation_gradient(u):
 def green_strain_rate(u, v):
     """Voigt vector of the derivative of the Green strain in the direction v: sym(Fᵀ grad v)."""
     e = ufl.sym(deformation_gradient(u).T * ufl.grad(v))
-    return ufl.as_vector(
-        [e[0, 0], e[1, 1], e[2, 2], 2 * e[0, 1], 2 * e[0, 2], 2 * e[1, 2]]
-    )
+    return ufl.as_vector([e[0, 0], e[1, 1], e[2, 2], 2 * e[0, 1], 2 * e[0, 2], 2 * e[1, 2]])
 
 
 def _symmetric(s):
@@ -84,9 +82,7 @@ def solid(degree: int, pressure_degree: int | None):
     ) * _dx()
     if pressure_degree is not None:
         compliance = ufl.Constant(space.ufl_domain())
-        energy = (
-            p * (ufl.det(deformation_gradient(u)) - 1) - compliance * p**2 / 2
-        ) * _dx()
+        energy = (p * (ufl.det(deformation_gradient(u)) - 1) - compliance * p**2 / 2) * _dx()
         volumetric = ufl.derivative(energy, w, test)
         residual += volumetric
         tangent += ufl.derivative(volumetric, w, trial)
@@ -111,6 +107,29 @@ def cavity(degree: int):
     test, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
     force = ufl.derivative(-pressure * volume * ds, u, test)
     return volume * ds, force, ufl.derivative(force, u, trial)
+
+
+def surface_pressure(degree: int):
+    """Follower pressure on a surface that need not enclose anything: (force, tangent).
+
+    The pressure −p cof(F) N per undeformed area pushes against the normal N out of the solid. On
+    an open surface it has no potential: the exact tangent is not symmetric along the free edge, and
+    the symmetric part is given, which costs Newton iterations but no accuracy.
+    Coefficient (both): u. Constant (both): p.
+    """
+    space = _displacement_space(degree)
+    mesh = space.ufl_domain()
+    u, pressure = ufl.Coefficient(space), ufl.Constant(mesh)
+    test, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
+    normal = ufl.FacetNormal(mesh)
+
+    def pull(f, v):
+        return pressure * ufl.dot(ufl.cofac(f) * normal, v)
+
+    ds = _ds(FACET_DEGREE)
+    force = pull(deformation_gradient(u), test) * ds
+    exact = ufl.derivative(force, u, trial)
+    return force, (exact + ufl.adjoint(exact)) / 2
 
 
 def layer(degree: int):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -118,16 +119,33 @@ def _locate_facets(tets: Tetrahedra) -> dict[str, np.ndarray]:
     return located
 
 
-def distribute(comm, tets: Tetrahedra | None, layout: Layout) -> Mesh:
-    """Spread a mesh that rank 0 holds over all processes of ``comm``."""
+def check_closed(tets: Tetrahedra, layout: Layout) -> None:
+    """Raise MeshError where the walls of a cavity leave a hole that no symmetry plane closes.
+
+    The enclosed volume, and with it the pressure, has a meaning for closed cavities only.
+    """
+    planes = list(layout.symmetry.values())
+    for cavity, walls in layout.cavities.items():
+        triangles = np.vstack([tets.surfaces[name] for name in walls])
+        sides = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+        edges, counts = np.unique(sides, axis=0, return_counts=True)
+        ends = np.abs(tets.points[edges[counts == 1]])
+        in_plane = (ends[:, :, planes].max(axis=1) < 1e-6 * ends.max(initial=1.0)).any(axis=1)
+        if not in_plane.all():
+            place = ", ".join(f"{c:.3g}" for c in ends[~in_plane][0].mean(axis=0))
+            raise MeshError(
+                f"cavity '{cavity}' is not closed: {int((~in_plane).sum())} edges of its walls are "
+                f"open, one near ({place}) mm; close it, or use surface_pressure"
+            )
+
+
+def distribute(comm, load: Callable[[], Tetrahedra], layout: Layout) -> Mesh:
+    """Spread a mesh over all processes of ``comm``; ``load`` is called on rank 0 only."""
+    tets, region, located = _on_root(comm, lambda: _prepare(load(), layout))
     if comm.rank == 0:
-        shared = (tets.region, _locate_facets(tets), len(tets.points))
         domain = compat.create_mesh(comm, tets.cells, tets.points)
-        comm.bcast(shared)
     else:
         domain = compat.create_mesh(comm, np.empty((0, 4), np.int64), np.empty((0, 3)))
-        shared = comm.bcast(None)
-    region, located, _ = shared
     original = np.asarray(domain.topology.original_cell_index, dtype=np.int64)
     local_cells = domain.topology.index_map(3).size_local
     original = original[:local_cells]
@@ -136,6 +154,28 @@ def distribute(comm, tets: Tetrahedra | None, layout: Layout) -> Mesh:
     local_of[original] = np.arange(local_cells)
     facets = {name: _local_facets(rows, local_of, nodes) for name, rows in located.items()}
     return Mesh(domain, layout, region[original], facets, len(region))
+
+
+def _prepare(tets: Tetrahedra, layout: Layout):
+    check_closed(tets, layout)
+    return tets, tets.region, _locate_facets(tets)
+
+
+def _on_root(comm, work):
+    """What ``work`` returns on rank 0 (its first part stays there), on all processes.
+
+    Its error is raised on all as well.
+    """
+    result, error = (None,), None
+    if comm.rank == 0:
+        try:
+            result = work()
+        except MeshError as found:
+            error = found
+    shared, error = comm.bcast((result[1:], error))
+    if error is not None:
+        raise error
+    return result[0], *shared
 
 
 def _local_facets(rows: np.ndarray, local_of: np.ndarray, nodes: np.ndarray) -> np.ndarray:

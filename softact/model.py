@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from mpi4py import MPI
 from petsc4py import PETSc
 
 from softact import compat
@@ -21,6 +22,7 @@ from softact.terms import (
     Solid,
     State,
     SurfaceForce,
+    SurfacePressure,
     Weight,
 )
 
@@ -109,7 +111,7 @@ class Model:
             for la in layers
             if la.material.density
         ]
-        self.tractions: dict[str, SurfaceForce] = {}
+        self.surface_loads: dict[tuple[type, str], SurfaceForce | SurfacePressure] = {}
         self._ghosted = self.unknowns.create_vector()
         self.pressure_weights = self._pressure_weights()
         self.force_floor = self._force_floor()
@@ -139,13 +141,13 @@ class Model:
             *self.layers,
             *self.bending,
             *self.weights,
-            *self.tractions.values(),
+            *self.surface_loads.values(),
         ]
 
-    def add_traction(self, surface: str) -> None:
-        """Make room for a dead force on a surface (its value is part of the state)."""
-        if surface not in self.tractions:
-            self.tractions[surface] = SurfaceForce(
+    def add_surface_load(self, kind: type[SurfaceForce | SurfacePressure], surface: str) -> None:
+        """Make room for a load on a surface; its value is part of the state."""
+        if (kind, surface) not in self.surface_loads:
+            self.surface_loads[kind, surface] = kind(
                 self.assembler, surface, self.facets(surface), self.degree
             )
 
@@ -192,6 +194,15 @@ class Model:
             both[:] = np.nan
         internal = self.sum_shared(both[1])
         return internal + self.sum_shared(both[0]), internal
+
+    def smallest_jacobian(self, x: np.ndarray) -> float:
+        """Smallest J at a quadrature point over all processes; −inf where it is not a number."""
+        with np.errstate(all="ignore"):
+            smallest = min(
+                float(np.linalg.det(s.deformation_gradient(x)).min(initial=np.inf))
+                for s in self.solids.values()
+            )
+        return self.comm.allreduce(smallest if smallest == smallest else -np.inf, op=MPI.MIN)
 
     def tangent(self, state: State, previous: State | None = None) -> PETSc.Mat:
         """Tangent with the rows and columns of supported unknowns replaced by the identity."""

@@ -14,6 +14,9 @@ from softact.terms import State
 # A residual that has grown by this factor does not come back.
 DIVERGENCE = 1e6
 
+# A step that is still inadmissible after so many halvings is a wrong direction.
+MAX_HALVINGS = 8
+
 MUMPS_CONTROLS = {
     13: 1,  # no ScaLAPACK on the root: it would hide its inertia
     14: 60,  # percent of working space above the estimate
@@ -68,6 +71,7 @@ class Newton:
         snes.setJacobian(self._jacobian, model.assembler.matrix)
         snes.setTolerances(max_it=max_iterations)
         snes.setConvergenceTest(self._test)
+        snes.setLineSearchPreCheck(self._shorten)
         # PETSc has no call for the type of line search: an option, deleted at once so that
         # another run in this process does not see it.
         database, key = PETSc.Options(), "snes_linesearch_type"
@@ -133,6 +137,16 @@ class Newton:
         self.counts.factorisations += 1
         self.model.tangent(self._state, self._before)
         self._before = State(self._state.x.copy())
+
+    def _shorten(self, x, step) -> bool:
+        """Shorten Newton's step (x becomes x − step) until no element turns inside out."""
+        here, change = self.model.to_local(x), self.model.to_local(step)
+        for halvings in range(MAX_HALVINGS):
+            if self.model.smallest_jacobian(here - change * 0.5**halvings) > 0.0:
+                if halvings:
+                    step.scale(0.5**halvings)
+                return halvings > 0
+        return False  # the residual will say so
 
     def _test(self, _snes, iteration, _norms):
         reason = PETSc.SNES.ConvergedReason

@@ -10,25 +10,27 @@ import numpy as np
 
 from softact.model import Model, Support
 from softact.newton import Newton, NewtonOutcome
-from softact.terms import State
+from softact.terms import State, SurfaceForce, SurfacePressure
 
 # Newton counts that let the increment grow, and beyond which it shrinks.
 EASY, HARD = 5, 8
-GROWTH, SHRINK, CUT = 1.6, 0.7, 0.5
+GROWTH, SHRINK, CUT = 1.6, 0.7, 0.4
 
 
 @dataclass(frozen=True)
 class LoadStep:
     """Loads at the end of a step; they ramp linearly from the last ones. None: unchanged.
 
-    pressure: cavity -> MPa. gravity: (3,) mm/s². traction: surface -> (3,) MPa. supports: replace
-    the ones before. max_increment: fraction of the step, None for the solver's.
+    pressure: cavity -> MPa. gravity: (3,) mm/s². traction: surface -> (3,) MPa.
+    surface_pressure: surface -> MPa. supports: replace the ones before. max_increment: fraction
+    of the step, None for the solver's.
     """
 
     name: str
     pressure: Mapping[str, float] | None = None
     gravity: Sequence[float] | None = None
     traction: Mapping[str, Sequence[float]] | None = None
+    surface_pressure: Mapping[str, float] | None = None
     supports: Sequence[Support] | None = None
     max_increment: float | None = None
 
@@ -95,7 +97,9 @@ class Stepper:
         """Solve the steps in order; stops where no further equilibrium is found."""
         for step in steps:
             for surface in step.traction or {}:
-                self.model.add_traction(surface)
+                self.model.add_surface_load(SurfaceForce, surface)
+            for surface in step.surface_pressure or {}:
+                self.model.add_surface_load(SurfacePressure, surface)
         for number, step in enumerate(steps):
             held = step.supports if step.supports is not None else supports
             if number == 0 or step.supports is not None:
@@ -119,7 +123,7 @@ class Stepper:
         s = self.settings
         ramp = _Ramp(self.state, step, *self.newton.held(self.state))
         largest = step.max_increment or s.max_increment
-        size = largest if step.max_increment else min(s.initial_increment, largest)
+        size = min(s.initial_increment, largest)
         path = [(0.0, self.state.x.copy())]
         while path[-1][0] < 1.0:
             done = path[-1][0]
@@ -166,30 +170,29 @@ class Stepper:
 class _Ramp:
     """Loads and prescribed displacements between the start and the end of a step."""
 
+    NAMED = ("pressure", "traction", "surface_pressure")
+
     def __init__(self, state: State, step: LoadStep, held_now, held_then):
         self._held = held_now, held_then
-        names = set(state.pressure) | set(step.pressure or {})
-        now = {name: state.pressure.get(name, 0.0) for name in names}
-        self._pressure = now, {**now, **(step.pressure or {})}
         gravity = state.gravity if step.gravity is None else np.asarray(step.gravity, float)
         self._gravity = state.gravity.copy(), gravity
-        surfaces = set(state.traction) | set(step.traction or {})
-        pulled = {name: state.traction.get(name, np.zeros(3)) for name in surfaces}
-        self._traction = pulled, {**pulled, **(step.traction or {})}
+        self._named = {}
+        for kind in self.NAMED:
+            start, change = dict(getattr(state, kind)), getattr(step, kind) or {}
+            end = start | {name: np.asarray(v, float) for name, v in change.items()}
+            start = {name: start.get(name, np.zeros_like(v)) for name, v in end.items()}
+            self._named[kind] = start, end
 
     def apply(self, state: State, fraction: float) -> np.ndarray:
         """Set the loads of ``state``; returns the prescribed displacements (mm)."""
 
-        def between(pair):
-            return (1 - fraction) * np.asarray(pair[0]) + fraction * np.asarray(pair[1])
+        def between(start, end):
+            return (1 - fraction) * start + fraction * end
 
-        state.gravity = between(self._gravity)
-        for loads, (start, end) in (
-            (state.pressure, self._pressure),
-            (state.traction, self._traction),
-        ):
-            loads.update({name: between((start[name], end[name])) for name in start})
-        return between(self._held)
+        state.gravity = between(*self._gravity)
+        for kind, (start, end) in self._named.items():
+            setattr(state, kind, {name: between(start[name], end[name]) for name in start})
+        return between(*self._held)
 
 
 def extrapolate(path: Sequence[tuple[float, np.ndarray]], target: float) -> np.ndarray:

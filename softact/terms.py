@@ -15,7 +15,6 @@ import numpy as np
 from softact import compat, forms
 from softact.assembly import Assembler, Coefficient, Kernel
 
-
 FUNCTIONS = {1: 4, 2: 10}  # shape functions of a tetrahedron by degree
 
 
@@ -24,13 +23,14 @@ class State:
     """Unknowns and loads at one moment, as this process holds them.
 
     x: (local,) unknowns, ghosts included. pressure: cavity -> MPa. gravity: (3,) mm/s².
-    traction: surface -> (3,) MPa.
+    traction: surface -> (3,) MPa. surface_pressure: surface -> MPa.
     """
 
     x: np.ndarray
     pressure: dict[str, float] = field(default_factory=dict)
     gravity: np.ndarray = field(default_factory=lambda: np.zeros(3))
     traction: dict[str, np.ndarray] = field(default_factory=dict)
+    surface_pressure: dict[str, float] = field(default_factory=dict)
 
 
 class InvertedElementError(Exception):
@@ -137,9 +137,7 @@ class Solid:
         # (C⁻¹ ⊙ C⁻¹)_ijkl = ½ (C⁻¹_ik C⁻¹_jl + C⁻¹_il C⁻¹_jk) in Voigt pairs
         i, j = np.array(rows)[:, None], np.array(columns)[:, None]
         k, m = np.array(rows)[None], np.array(columns)[None]
-        product = (
-            inverse[:, i, k] * inverse[:, j, m] + inverse[:, i, m] * inverse[:, j, k]
-        ) / 2
+        product = (inverse[:, i, k] * inverse[:, j, m] + inverse[:, i, m] * inverse[:, j, k]) / 2
         stress = stress + (first * jacobian)[:, None] * v
         moduli = (
             moduli
@@ -261,9 +259,7 @@ class Layer:
 
     def add_tangent(self, state, previous):
         before = state if previous is None else previous
-        self._tangent.add_matrix(
-            self._size, [self._u(state.x), self._u(before.x)], self._constants
-        )
+        self._tangent.add_matrix(self._size, [self._u(state.x), self._u(before.x)], self._constants)
 
     def energy(self, state):
         return self._energy.scalar([self._u(state.x)], self._constants)
@@ -313,3 +309,29 @@ class SurfaceForce:
         if self.name not in state.traction:
             return 0.0
         return -float(state.traction[self.name] @ self._unit @ state.x)
+
+
+class SurfacePressure:
+    """Follower pressure on a surface that need not be closed, such as one face of a block."""
+
+    def __init__(self, assembler: Assembler, name: str, facets, degree: int):
+        self.name = name
+        self._size = 3 * FUNCTIONS[degree]
+        self._table = assembler.unknowns.cell_dofs
+        self._force, self._tangent = (
+            Kernel(assembler, k, facets) for k in assembler.kernels("surface_pressure", degree)
+        )
+
+    def _arguments(self, state):
+        pressure = state.surface_pressure.get(self.name, 0.0)
+        return self._size, [Coefficient(state.x, self._size, self._table)], [pressure]
+
+    def add_force(self, state, out):
+        self._force.add_vector(out, *self._arguments(state))
+
+    def add_tangent(self, state, previous):
+        self._tangent.add_matrix(*self._arguments(state))
+
+    def energy(self, state):
+        """Such a pressure has no potential; it counts as zero."""
+        return 0.0

@@ -30,7 +30,7 @@ def solve(comm, spec, mesh_file: Path, directory: Path, times: dict, tell: Tell)
 
     started = time.perf_counter()
     layout = spec.geometry.layout()
-    mesh = distribute(comm, read_msh(mesh_file, layout) if comm.rank == 0 else None, layout)
+    mesh = distribute(comm, lambda: read_msh(mesh_file, layout), layout)
     model = Model(
         mesh,
         {name: law.material() for name, law in spec.materials.items()},
@@ -142,6 +142,7 @@ def _load_steps(spec):
             pressure=step.pressure,
             gravity=step.gravity,
             traction={step.traction.surface: step.traction.value} if step.traction else None,
+            surface_pressure=step.surface_pressure,
             supports=_supports(step.supports) if step.supports is not None else None,
             max_increment=step.largest_increment,
         )
@@ -183,9 +184,7 @@ def main(job_file: str) -> int:
 
     try:
         spec = specs.load(job["spec"])
-        status = solve(
-            comm, spec, Path(job["mesh"]), Path(job["directory"]), job["times_s"], tell
-        )
+        status = solve(comm, spec, Path(job["mesh"]), Path(job["directory"]), job["times_s"], tell)
     except SoftactError as error:
         tell({"stage": "error", "exit_code": error.exit_code, "lines": error.lines})
         return error.exit_code

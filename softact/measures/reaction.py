@@ -4,6 +4,8 @@ from softact.measures.base import Measure, vector_columns
 
 
 def _evaluate(snapshot):
+    if not snapshot.layout.clamp:
+        return {}
     force, moment = snapshot.reaction
     return vector_columns("reaction_<xyz>_N", force) | vector_columns(
         "reaction_moment_<xyz>_Nmm", moment

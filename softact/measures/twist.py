@@ -7,11 +7,15 @@ from softact.measures.bending import BENDING, bending_axis
 
 
 def _evaluate(snapshot):
+    if not snapshot.layout.tip:
+        return {}
     axis = np.asarray(snapshot.layout.axis)
     bent = BENDING.evaluate(snapshot)["bending_angle_deg"]
     twist = rotation_about(bending_axis(snapshot), bent).T @ snapshot.tip_rotation
     # The axis of a rotation matrix times the sine of its angle stands in its skew part.
-    skew = np.array([twist[2, 1] - twist[1, 2], twist[0, 2] - twist[2, 0], twist[1, 0] - twist[0, 1]])
+    skew = np.array(
+        [twist[2, 1] - twist[1, 2], twist[0, 2] - twist[2, 0], twist[1, 0] - twist[0, 1]]
+    )
     angle = np.rad2deg(np.arctan2(skew @ axis / 2, (np.trace(twist) - 1) / 2))
     return {"twist_angle_deg": float(continued(angle, snapshot.previous.get("twist_angle_deg")))}
 

@@ -99,6 +99,8 @@ def _step(step: dict, place: Place, layout: Layout) -> Iterator[Fault]:
         yield (*place, "pressure"), "the geometry has no cavity that could hold a pressure"
     if isinstance(step.get("traction"), dict):
         yield from _surface(step["traction"], (*place, "traction"), layout)
+    for name in step.get("surface_pressure") or {}:
+        yield from _surface({"surface": name}, (*place, "surface_pressure"), layout)
     if step.get("supports") is not None:
         yield from _supports(step["supports"], (*place, "supports"), layout)
 

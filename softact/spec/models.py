@@ -175,6 +175,9 @@ class Step(Model):
         None, description="of all cavities, or {cavity: pressure}; below zero for a vacuum"
     )
     traction: Traction | None = Field(None, description="dead load on a surface")
+    surface_pressure: dict[str, Pressure] | None = Field(
+        None, description="on faces that enclose no cavity: {surface: pressure}, pushing inwards"
+    )
     supports: tuple[Support, ...] | None = Field(
         None, strict=False, description="replace the supports from this step on"
     )
@@ -182,13 +185,13 @@ class Step(Model):
         None,
         gt=0,
         le=1,
-        description="largest increment of this step, and its first; default: the solver's, and "
-        "1 where only gravity changes",
+        description="largest increment of this step; default: the solver's, and 1 where only "
+        "gravity changes",
     )
 
     @model_validator(mode="after")
     def _changes_something(self) -> Self:
-        if (self.gravity, self.pressure, self.traction, self.supports) == (None,) * 4:
+        if self.gravity is None and self._changes_only_gravity:
             raise fault(
                 "this step changes nothing; give it gravity, pressure, traction or supports"
             )
@@ -197,8 +200,14 @@ class Step(Model):
     @property
     def largest_increment(self) -> float | None:
         """``max_increment`` with its default for gravity, which is seldom hard; None: solver's."""
-        only_gravity = (self.pressure, self.traction, self.supports) == (None,) * 3
-        return 1.0 if self.max_increment is None and only_gravity else self.max_increment
+        if self.max_increment is None and self._changes_only_gravity:
+            return 1.0
+        return self.max_increment
+
+    @property
+    def _changes_only_gravity(self) -> bool:
+        others = (self.pressure, self.traction, self.surface_pressure, self.supports)
+        return others == (None,) * 4
 
 
 class Solver(Model):
