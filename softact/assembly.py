@@ -81,9 +81,9 @@ class Unknowns:
             )
             self.space_dofs.append((starts[:, None] + np.arange(size)).astype(np.int32))
         self.first = np.concatenate([d[:, 0] for d in self.space_dofs]).astype(np.int32)
-        self.width = np.concatenate(
-            [np.full(len(d), d.shape[1]) for d in self.space_dofs]
-        ).astype(np.int32)
+        self.width = np.concatenate([np.full(len(d), d.shape[1]) for d in self.space_dofs]).astype(
+            np.int32
+        )
         tables = [compat.cell_dofs(s) for s in self.spaces]
         self.cell_blocks = np.ascontiguousarray(
             np.hstack([t + o for t, o in zip(tables, self._block_offsets, strict=False)]),
@@ -96,9 +96,9 @@ class Unknowns:
             dtype=np.int32,
         )
         functions = [t.shape[1] for t in tables]
-        self.dof_block = np.repeat(
-            np.arange(sum(functions)), np.repeat(sizes, functions)
-        ).astype(np.int32)
+        self.dof_block = np.repeat(np.arange(sum(functions)), np.repeat(sizes, functions)).astype(
+            np.int32
+        )
         self.dof_component = np.concatenate(
             [np.tile(np.arange(s), f) for s, f in zip(sizes, functions, strict=True)]
         ).astype(np.int32)

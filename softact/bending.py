@@ -85,8 +85,7 @@ class LayerBending:
         free = self._gather(self._assembler.fixed[self._owned_dofs]) == 0
         mine = self._assembler.fixed[self._owned_dofs] == 0
         values = [
-            data * (mine[row, c] & free[col, c])
-            for c, (row, col, data) in enumerate(self._entries)
+            data * (mine[row, c] & free[col, c]) for c, (row, col, data) in enumerate(self._entries)
         ]
         self._assembler.extra_values[self._slots] += np.concatenate(values)
 

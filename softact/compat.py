@@ -36,9 +36,7 @@ def lagrange(degree: int, shape: tuple[int, ...] = (), discontinuous: bool = Fal
 def quadrature_element(degree: int, size: int):
     """Element whose ``size`` values live at the points of the cell rule of ``degree``."""
     if _OLD:
-        return ufl.VectorElement(
-            "Quadrature", CELL, degree, dim=size, quad_scheme="default"
-        )
+        return ufl.VectorElement("Quadrature", CELL, degree, dim=size, quad_scheme="default")
     return basix.ufl.quadrature_element(CELL, value_shape=(size,), degree=degree)
 
 
@@ -51,7 +49,7 @@ def mixed(*elements):
 
 @functools.cache
 def ufl_mesh() -> ufl.Mesh:
-    """The one abstract mesh of affine tetrahedra, to write forms that belong to no particular mesh."""
+    """The one abstract mesh of affine tetrahedra, for forms that belong to no particular mesh."""
     if _OLD:
         return ufl.Mesh(ufl.VectorElement("Lagrange", CELL, 1))
     return ufl.Mesh(basix.ufl.element("Lagrange", CELL, 1, shape=(3,)))

@@ -149,8 +149,9 @@ def log_line(event: Mapping) -> str:
             return f"mesh of {event['cells']} tetrahedra, {event['unknowns']} unknowns"
         case "increment":
             loads = ", ".join(
-                f"{name} {value:.4g}" for name, value in event.items() if name.startswith("pressure_")
-                and name.endswith("_kPa")
+                f"{name} {value:.4g}"
+                for name, value in event.items()
+                if name.startswith("pressure_") and name.endswith("_kPa")
             )
             return (
                 f"{event['step']} {event['fraction']:7.2%}  {event['iterations']:2d} iterations  "

@@ -162,8 +162,9 @@ class Snapshot:
         nodes = nodes[nodes < owned]
         forces = force[self.model.displacement_dofs[nodes]]
         arms = self.positions[nodes] + self.displacement[nodes] - self.layout.origin
-        total = self.model.sum(forces.sum(axis=0)), self.model.sum(
-            np.cross(arms, forces).sum(axis=0)
+        total = (
+            self.model.sum(forces.sum(axis=0)),
+            self.model.sum(np.cross(arms, forces).sum(axis=0)),
         )
         for plane in self.layout.symmetry.values():
             normal = np.arange(3) == plane
