@@ -103,9 +103,9 @@ def _materials(records: list[dict[str, Any]]) -> Any:
 
 
 def _loads(records: list[dict[str, Any]]) -> Any:
-    table = _table("key of a step", "load", "value", "unit", "meaning")
+    table = _table("key of a step", "value", "unit", "meaning")
     for record in records:
-        keys = ("name", "use", "value", "unit", "meaning")
+        keys = ("name", "value", "unit", "meaning")
         table.add_row(*(_text(record[key]) for key in keys))
     return table
 

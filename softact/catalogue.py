@@ -18,12 +18,7 @@ from softact.spec import Step, Support, Traction
 from softact.units import dimension_of
 
 CARD_TEXTS = ("name", "source", "test", "stretch_range", "strength", "notes")
-LOADS = {
-    "gravity": "weight of all parts",
-    "pressure": "follower pressure in the cavities",
-    "traction": "dead force per area on a surface",
-    "supports": "held or prescribed displacements of surfaces",
-}
+NO_LOADS = ("name", "max_increment")  # fields of a step that are none
 
 
 def kind(annotation: Any) -> str:
@@ -142,14 +137,12 @@ def loads() -> list[dict[str, Any]]:
     return [
         {
             "name": entry["name"],
-            "use": LOADS[entry["name"]],
             "value": entry["value"],
             "unit": entry["unit"],
             "meaning": entry["meaning"],
             "parameters": parameters(inner[entry["name"]]) if entry["name"] in inner else [],
         }
-        for entry in parameters(Step)
-        if entry["name"] in LOADS
+        for entry in parameters(Step, leave_out=NO_LOADS)
     ]
 
 

@@ -242,6 +242,14 @@ WRONG = {
         step("traction: {surface: top, value: [0 kPa, 0 kPa, 1 kPa]}"),
         [(15, "steps.1.traction.surface", "no surface 'top'")],
     ),
+    "pressure on no surface": (
+        step("surface_pressure: {top: 1 kPa}"),
+        [(15, "steps.1.surface_pressure.top", "no surface 'top'")],
+    ),
+    "surface pressure without a surface": (
+        step("surface_pressure: 1 kPa"),
+        [(15, "steps.1.surface_pressure", "a mapping 'key: value' is wanted")],
+    ),
     # supports
     "fixed and moved": (
         support("{surface: clamp, fix: [x, y, z], move: {x: 1 mm}}"),

@@ -77,10 +77,13 @@ def _materials(value: Any, layout: Layout) -> Iterator[Fault]:
 
 
 def _surface(part: dict, place: Place, layout: Layout) -> Iterator[Fault]:
-    name = part.get("surface")
-    if isinstance(name, str) and name not in layout.surfaces:
-        hint = nearest(name, layout.surfaces)
-        yield (*place, "surface"), f"the geometry has no surface {show(name)}; {hint}"
+    if isinstance(part.get("surface"), str):
+        yield from _known_surface(part["surface"], (*place, "surface"), layout)
+
+
+def _known_surface(name: str, place: Place, layout: Layout) -> Iterator[Fault]:
+    if name not in layout.surfaces:
+        yield place, f"the geometry has no surface {show(name)}; {nearest(name, layout.surfaces)}"
 
 
 def _step(step: dict, place: Place, layout: Layout) -> Iterator[Fault]:
@@ -99,8 +102,9 @@ def _step(step: dict, place: Place, layout: Layout) -> Iterator[Fault]:
         yield (*place, "pressure"), "the geometry has no cavity that could hold a pressure"
     if isinstance(step.get("traction"), dict):
         yield from _surface(step["traction"], (*place, "traction"), layout)
-    for name in step.get("surface_pressure") or {}:
-        yield from _surface({"surface": name}, (*place, "surface_pressure"), layout)
+    if isinstance(step.get("surface_pressure"), dict):
+        for name in step["surface_pressure"]:
+            yield from _known_surface(name, (*place, "surface_pressure", name), layout)
     if step.get("supports") is not None:
         yield from _supports(step["supports"], (*place, "supports"), layout)
 

@@ -14,6 +14,7 @@ from pydantic import (
     PlainSerializer,
     PlainValidator,
     StringConstraints,
+    TypeAdapter,
     ValidationError,
     WithJsonSchema,
     model_validator,
@@ -93,6 +94,10 @@ GRAVITY_SCHEMA = {
     "items": {"type": ["number", "string"]},
     "description": "direction times g, such as [0, 0, -1], or three accelerations with unit",
 }
+PRESSURE_SCHEMA = TypeAdapter(Pressure).json_schema()
+PRESSURES_SCHEMA = {
+    "anyOf": [PRESSURE_SCHEMA, {"type": "object", "additionalProperties": PRESSURE_SCHEMA}]
+}
 MEASURES_SCHEMA = {"anyOf": [{"const": "all"}, {"type": "array", "items": {"type": "string"}}]}
 
 Gravity = Annotated[
@@ -100,6 +105,9 @@ Gravity = Annotated[
     PlainValidator(_gravity),
     PlainSerializer(lambda v: [ACCELERATION.format(a) for a in v], when_used="json"),
     WithJsonSchema(GRAVITY_SCHEMA),
+]
+Pressures = Annotated[
+    dict[str, Pressure], BeforeValidator(_for_all_cavities), WithJsonSchema(PRESSURES_SCHEMA)
 ]
 Measures = Annotated[
     Literal["all"] | tuple[str, ...],
@@ -171,7 +179,7 @@ class Step(Model):
     gravity: Gravity | None = Field(
         None, description="direction times g, such as [0, 0, -1], or three accelerations"
     )
-    pressure: Annotated[dict[str, Pressure], BeforeValidator(_for_all_cavities)] | None = Field(
+    pressure: Pressures | None = Field(
         None, description="of all cavities, or {cavity: pressure}; below zero for a vacuum"
     )
     traction: Traction | None = Field(None, description="dead load on a surface")
