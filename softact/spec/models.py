@@ -2,122 +2,36 @@
 
 import hashlib
 import json
-import math
-from typing import Annotated, Any, Literal, Self, get_args
+from typing import Any, Literal, Self, get_args
 
 from pydantic import (
     BaseModel,
-    BeforeValidator,
     ConfigDict,
     Field,
     ModelWrapValidatorHandler,
-    PlainSerializer,
-    PlainValidator,
-    StringConstraints,
-    TypeAdapter,
     ValidationError,
-    WithJsonSchema,
     model_validator,
 )
 from pydantic_core.core_schema import ErrorType
 
 from softact.geometry import Geometry
-from softact.materials import Law
 from softact.spec.checks import cross_faults
-from softact.spec.choice import GeometryChoice, MaterialChoice, fault, fault_at, given
+from softact.spec.choice import fault
+from softact.spec.fields import (
+    ALL_CAVITIES,
+    GEOMETRY,
+    AnyGeometry,
+    AnyMaterial,
+    Component,
+    Gravity,
+    LayerMaterial,
+    Measures,
+    Name,
+    Pressures,
+    Vector,
+)
 from softact.spec.text import to_text
-from softact.units import ACCELERATION, Dimensionless, Length, Pressure, show
-
-STANDARD_GRAVITY = 9810.0  # mm/s^2, as in the design: g = 9.81 m/s^2
-ALL_CAVITIES = "*"
-
-Component = Literal["x", "y", "z"]
-Name = Annotated[
-    str,
-    StringConstraints(pattern=r"^[a-z0-9][a-z0-9_-]{0,63}$"),
-]
-
-
-def _geometries() -> dict[str, type[Geometry]]:
-    from softact.geometries import GEOMETRIES
-
-    return GEOMETRIES
-
-
-def _three(value: Any) -> tuple[Any, ...]:
-    if not isinstance(value, list | tuple) or len(value) != 3:
-        count = f"{len(value)} values are given" if isinstance(value, list) else given(value)
-        raise fault(f"{count}; write a list of three for x, y, z")
-    return tuple(value)
-
-
-def _gravity(value: Any) -> tuple[float, float, float]:
-    values = _three(value)
-    if any(isinstance(entry, str) for entry in values):
-        return tuple(_acceleration(i, entry) for i, entry in enumerate(values))
-    numbers = [isinstance(v, int | float) and not isinstance(v, bool) for v in values]
-    if not all(numbers) or not all(abs(v) < 1e300 for v in values):
-        raise fault("three finite numbers are wanted (direction times g), or three accelerations")
-    if math.hypot(*values) > 9:
-        raise fault(
-            f"{show(list(values))} without unit counts in g; for accelerations write units, "
-            "for example [0 m/s^2, 0 m/s^2, -9.81 m/s^2]"
-        )
-    return tuple(STANDARD_GRAVITY * entry for entry in values)
-
-
-def _acceleration(index: int, value: Any) -> float:
-    try:
-        return ACCELERATION.parse(value)
-    except ValueError as error:
-        raise fault_at((index,), str(error), value) from None
-
-
-def _measures(value: Any) -> Any:
-    if value == "all":
-        return value
-    if not isinstance(value, list | tuple) or not value:
-        raise fault(f"{given(value)}; write 'all' or a list of names (softact list measures)")
-    for index, name in enumerate(value):
-        if not isinstance(name, str):
-            raise fault_at((index,), f"{show(name)} is not the name of a measure", name)
-    return tuple(value)
-
-
-def _for_all_cavities(value: Any) -> Any:
-    return value if isinstance(value, dict) else {ALL_CAVITIES: value}
-
-
-Vector = {"type": "array", "minItems": 3, "maxItems": 3}
-GRAVITY_SCHEMA = {
-    **Vector,
-    "items": {"type": ["number", "string"]},
-    "description": "direction times g, such as [0, 0, -1], or three accelerations with unit",
-}
-PRESSURE_SCHEMA = TypeAdapter(Pressure).json_schema()
-PRESSURES_SCHEMA = {
-    "anyOf": [PRESSURE_SCHEMA, {"type": "object", "additionalProperties": PRESSURE_SCHEMA}]
-}
-MEASURES_SCHEMA = {"anyOf": [{"const": "all"}, {"type": "array", "items": {"type": "string"}}]}
-
-Gravity = Annotated[
-    tuple[float, float, float],
-    PlainValidator(_gravity),
-    PlainSerializer(lambda v: [ACCELERATION.format(a) for a in v], when_used="json"),
-    WithJsonSchema(GRAVITY_SCHEMA),
-]
-Pressures = Annotated[
-    dict[str, Pressure], BeforeValidator(_for_all_cavities), WithJsonSchema(PRESSURES_SCHEMA)
-]
-Measures = Annotated[
-    Literal["all"] | tuple[str, ...],
-    PlainValidator(_measures),
-    PlainSerializer(lambda v: v if v == "all" else list(v), when_used="json"),
-    WithJsonSchema(MEASURES_SCHEMA),
-]
-AnyGeometry = Annotated[Geometry, GeometryChoice(_geometries)]
-AnyMaterial = Annotated[Law, MaterialChoice()]
-LayerMaterial = Annotated[Law, MaterialChoice(layer=True)]
+from softact.units import Dimensionless, Length, Pressure
 
 
 class Model(BaseModel):
@@ -167,9 +81,7 @@ class Traction(Model):
     """A dead force per undeformed area on a surface: it keeps its direction."""
 
     surface: str = Field(description="surface of the geometry")
-    value: Annotated[tuple[Pressure, Pressure, Pressure], BeforeValidator(_three)] = Field(
-        description="force per area along x, y, z"
-    )
+    value: Vector = Field(description="force per area along x, y, z")
 
 
 class Step(Model):
@@ -331,7 +243,7 @@ def _named_steps(data: Any) -> Any:
 
 def _geometry(data: Any) -> Geometry | None:
     try:
-        return GeometryChoice(_geometries).validate(data["geometry"])
+        return GEOMETRY.validate(data["geometry"])
     except (ValidationError, ValueError, TypeError, KeyError):
         return None  # told already by the field itself
 
