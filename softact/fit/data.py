@@ -64,6 +64,7 @@ def _directions(sheet: TestSheet, table: Table) -> list[str | None]:
 
 
 def _read_one(sheet, table: Table, rows, numbers, name: str, direction: str | None) -> Test:
+    _check_count(sheet, len(numbers))
     x = _stretch(sheet, table, rows, direction)
     other = None
     if sheet.mode == "biaxial":
@@ -88,7 +89,9 @@ def _read_one(sheet, table: Table, rows, numbers, name: str, direction: str | No
         messages=tuple(messages),
     )
     test = _prepare(sheet, test, numbers)
-    _check_count(sheet, test)
+    _check_count(sheet, len(test.stretch))
+    if np.max(np.abs(test.stretch - 1.0)) < 1e-6:
+        raise SpecError(f"{sheet.file}: the stretch is 1 throughout; there is no deformation")
     _check_sense(sheet, test)
     return test
 
@@ -296,13 +299,9 @@ def _spread(x: np.ndarray, count: int) -> np.ndarray:
     return np.unique(order[near])
 
 
-def _check_count(sheet: TestSheet, test: Test) -> None:
-    if len(test.stretch) < MIN_POINTS:
-        raise SpecError(
-            f"{sheet.file}: {len(test.stretch)} points are left; a fit needs at least {MIN_POINTS}"
-        )
-    if np.max(np.abs(test.stretch - 1.0)) < 1e-6:
-        raise SpecError(f"{sheet.file}: the stretch is 1 throughout; there is no deformation")
+def _check_count(sheet: TestSheet, count: int) -> None:
+    if count < MIN_POINTS:
+        raise SpecError(f"{sheet.file}: {count} points are left; a fit needs at least {MIN_POINTS}")
 
 
 def _check_sense(sheet: TestSheet, test: Test) -> None:

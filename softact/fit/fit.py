@@ -6,6 +6,7 @@ import numpy as np
 
 from softact.fit.candidates import Candidate
 from softact.fit.data import Test
+from softact.fit.modes import MODES, first_invariant, stretch_reaching
 from softact.fit.optimise import Problem, Solution, make_problem, model_stress, solve
 from softact.fit.stability import Stability, drucker
 from softact.fit.statistics import (
@@ -81,12 +82,23 @@ class Fit:
         return min(1.0, float(np.min(every))), max(1.0, float(np.max(every)))
 
     def range_of(self, mode: str) -> tuple[float, float]:
-        """Smallest and largest stretch tested in a mode; of all tests where it was not tested."""
+        """Smallest and largest stretch tested in a mode.
+
+        For a mode that was not tested: where Ī1 is as large as the tests made it.
+        """
         own = [t.stretch for t in self.problem.tests if t.mode == mode]
-        if not own:
+        if own:
+            every = np.concatenate(own)
+            return min(1.0, float(np.min(every))), max(1.0, float(np.max(every)))
+        tests = [t for t in self.problem.tests if t.mode in MODES]
+        if not tests:
             return self.stretch_range
-        every = np.concatenate(own)
-        return min(1.0, float(np.min(every))), max(1.0, float(np.max(every)))
+        reached = max(float(np.max(first_invariant(t.mode, t.stretch))) for t in tests)
+        low, high = self.stretch_range
+        return (
+            stretch_reaching(mode, reached, low) if low < 0.97 else 1.0,
+            stretch_reaching(mode, reached, high) if high > 1.03 else 1.0,
+        )
 
     @property
     def failures(self) -> list[tuple[str, float]]:

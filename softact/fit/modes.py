@@ -8,6 +8,7 @@ solved for.
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
 
 from softact.materials import Law
 from softact.materials.jets import Exponential, Jet, Series, variables
@@ -76,6 +77,17 @@ def _sum(parts):
     for part in parts:
         total = part if total is None else total + part
     return total
+
+
+def first_invariant(mode: str, stretch: np.ndarray) -> np.ndarray:
+    """Return Ī1 (n,) along a mode."""
+    return sum(np.asarray(stretch, dtype=float) ** (2 * power) for power in MODES[mode].powers)
+
+
+def stretch_reaching(mode: str, invariant: float, side: float) -> float:
+    """Return the stretch with Ī1 = ``invariant`` on the side of 1 where ``side`` lies."""
+    end = 1e3 if side > 1.0 else 1e-3
+    return float(brentq(lambda s: first_invariant(mode, s) - invariant, 1.0, end))
 
 
 def _is_stretch_law(law) -> bool:

@@ -4,7 +4,13 @@ import numpy as np
 
 from softact.fit.data import Test
 
-SOFTEST, STIFFEST = 5e-4, 500.0  # MPa, shear moduli of gels and of stiff thermoplastic elastomers
+SOFTEST, STIFFEST = 5e-4, 100.0  # MPa, shear moduli of gels and of stiff thermoplastic elastomers
+CONFUSIONS = (
+    ("MPa given as kPa, or kPa given as Pa", 1e3),
+    ("MPa given as Pa", 1e6),
+    ("kPa given as MPa, or Pa given as kPa", 1e-3),
+    ("Pa given as MPa", 1e-6),
+)
 # Initial slope of nominal stress over stretch, in shear moduli.
 SLOPE = {"uniaxial": 3.0, "equibiaxial": 6.0, "planar": 4.0, "biaxial": 4.0}
 
@@ -24,9 +30,7 @@ def warnings(test: Test) -> list[str]:
     if modulus <= 0:
         lines.append(f"{test.label}: the stress does not rise with the stretch at first")
     elif not SOFTEST <= modulus <= STIFFEST:
-        for name, factor in (("MPa given as Pa", 1e6), ("kPa given as Pa", 1e3),
-                             ("MPa given as kPa", 1e3), ("kPa given as MPa", 1e-3),
-                             ("Pa given as MPa", 1e-6), ("GPa given as MPa", 1e3)):  # fmt: skip
+        for name, factor in CONFUSIONS:
             if 0.01 <= modulus * factor <= 20.0:
                 looks = f"; this looks like {name}"
                 break

@@ -54,27 +54,22 @@ def _draw_mode(axis, mode, direction, fits: list[Fit], others: dict[str, Law]) -
     for i, test in enumerate(tests):
         axis.plot(test.stretch, test.stress * 1e3, MARKS[i % len(MARKS)], ms=4, mfc="none",
                   mec="0.35", label=test.name if len(tests) <= 6 else None)  # fmt: skip
-    low, high = best.stretch_range
-    if tests:
-        low = min(1.0, *(float(np.min(t.stretch)) for t in tests))
-        high = max(1.0, *(float(np.max(t.stretch)) for t in tests))
+    low, high = best.range_of(mode)
     path = _path(mode, direction, tests, low, high)
     style = "-" if tests else "--"
-    limit = 0.0
     for colour, fit in zip(COLOURS, fits, strict=False):
         stress = fit.stress(path) * 1e3
         axis.plot(path.stretch, stress, style, color=colour, lw=1.6, label=fit.name)
-        limit = max(limit, np.nanmax(np.where(np.isfinite(stress), np.abs(stress), 0)))
         for failed_mode, stretch in fit.failures:
             if failed_mode == mode:
                 axis.axvline(stretch, color=colour, lw=0.8, ls=":")
     for i, (name, law) in enumerate(others.items()):
         stress = model_stress(as_candidate(law), np.zeros(0), path) * 1e3
         axis.plot(path.stretch, stress, "-.", color="k", lw=1.2 + 0.4 * i, label=name)
-    if not tests and len(fits) > 1:
+    if not tests and len(fits) + len(others) > 1:
         # Laws that run away where nothing was tested must not hide the others.
         reference = np.nanmax(np.abs(best.stress(path))) * 1e3
-        axis.set_ylim(-0.5 * reference * (low < 0.97), 2.5 * reference)
+        axis.set_ylim(-0.5 * reference * (low < 0.97), 2.0 * reference)
     title = f"{mode}{' ' + direction if direction else ''}"
     axis.set(title=title if tests else f"{title}: prediction, not tested",
              xlabel="stretch", ylabel="nominal stress / kPa")  # fmt: skip

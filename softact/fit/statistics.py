@@ -12,6 +12,7 @@ from softact.fit.optimise import Problem, model_stress, parameter_scale, residua
 # A direction of constants along which the stresses change by less than this part of what the
 # best determined direction changes them is not determined by the data.
 DETERMINED = 1e-7
+ON_BOUND = 1e-6
 CONFIDENCE = 0.95
 
 
@@ -66,41 +67,39 @@ def certainty(problem: Problem, candidate: Candidate, vector: np.ndarray) -> Cer
     count = len(vector)
     if count == 0:
         return Certainty(np.zeros(0), ())
-    scale = parameter_scale(problem, candidate, vector)
-    on_bound = (vector <= candidate.lower + 1e-6 * scale) | (
-        vector >= candidate.upper - 1e-6 * scale
-    )
-    inside = np.flatnonzero(~on_bound)
+    jacobian = _jacobian(problem, candidate, vector)
+    effect = np.linalg.norm(jacobian, axis=0)
+    # On a bound: going there would change the stresses by nothing that matters.
+    distance = np.minimum(np.abs(vector - candidate.lower), np.abs(candidate.upper - vector))
+    inside = np.flatnonzero(~(distance * effect < ON_BOUND * np.linalg.norm(problem.data)))
     interval = np.full(count, np.nan)
     if len(inside) == 0:
         return Certainty(interval, ())
-    jacobian = _jacobian(problem, candidate, vector, scale)[:, inside]
-    # Directions are judged with every constant in units of its own size, so that MPa and
-    # exponents compare.
-    _, singular, directions = np.linalg.svd(jacobian, full_matrices=False)
+    # Every column in units of its own effect, so that MPa and exponents compare.
+    size = np.where(effect > 0, effect, 1.0)[inside]
+    _, singular, directions = np.linalg.svd(jacobian[:, inside] / size, full_matrices=False)
     weak = singular < DETERMINED * singular[0]
-    free = tuple(
-        _direction(candidate, inside, direction * scale[inside]) for direction in directions[weak]
-    )
+    free = tuple(_direction(candidate, inside, direction / size) for direction in directions[weak])
     freedom = max(problem.size - len(inside), 1)
     variance = float(np.sum(residuals(problem, candidate, vector) ** 2)) / freedom
     strong = directions[~weak].T / singular[~weak]
-    deviation = np.sqrt(variance * np.sum(strong**2, axis=1))
-    half = student.ppf(0.5 + 0.5 * CONFIDENCE, freedom) * deviation * scale[inside]
+    deviation = np.sqrt(variance * np.sum(strong**2, axis=1)) / size
+    half = student.ppf(0.5 + 0.5 * CONFIDENCE, freedom) * deviation
     half[np.any(np.abs(directions[weak]) > 1e-3, axis=0)] = np.inf
     interval[inside] = half
     return Certainty(interval, free)
 
 
-def _jacobian(problem, candidate, vector, scale) -> np.ndarray:
-    """Derivatives of the residuals in the scaled constants, central differences."""
+def _jacobian(problem, candidate, vector) -> np.ndarray:
+    """Derivatives of the residuals in the constants, central differences."""
     columns = []
-    for i, size in enumerate(scale):
+    for i, value in enumerate(vector):
+        usual = parameter_scale(problem, candidate, vector)[i]
         step = np.zeros(len(vector))
-        step[i] = 1e-5 * size
+        step[i] = 1e-5 * (abs(value) or usual)
         up = residuals(problem, candidate, vector + step)
         down = residuals(problem, candidate, vector - step)
-        columns.append((up - down) / 2e-5)
+        columns.append((up - down) / (2.0 * step[i]))
     return np.stack(columns, axis=1)
 
 

@@ -1,0 +1,364 @@
+"""Fits: constants recovered from made data, published choices, what data do not determine."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from softact.errors import SpecError
+from softact.fit.candidates import ALL_ISOTROPIC, CANDIDATES, chosen
+from softact.fit.data import Test, read_tests
+from softact.fit.fit import Options, fit, ranked
+from softact.fit.modes import MODES, nominal_stress, sheet_stress
+from softact.fit.optimise import METHODS, make_problem, residuals
+from softact.fit.sheet import sheets_from_argument
+from softact.fit.stability import drucker
+from softact.fit.statistics import certainty, information
+from softact.fit.tell import as_candidate, tell_comparison
+from softact.materials import LAWS, load_card
+
+REPOSITORY = Path(__file__).parents[2]
+DATA = REPOSITORY.parent / "shared" / "data"
+needs_data = pytest.mark.skipif(not DATA.is_dir(), reason="the test data are not here")
+
+
+def made(law, mode, stretch, name="made", noise=0.0, scale=1.0, seed=0):
+    """A test drawn from a law, with noise relative to the largest stress."""
+    stress = scale * nominal_stress(law, law, mode, stretch)
+    rng = np.random.default_rng(seed)
+    stress = stress + noise * np.max(np.abs(stress)) * rng.standard_normal(len(stress))
+    return Test(name, mode, stretch, stress)
+
+
+def three_modes(law, top=2.5, **options):
+    return [made(law, mode, np.linspace(0.75, top, 25), mode, **options) for mode in MODES]
+
+
+RECOVER = {
+    "neo_hookean": {"c10": 0.14},
+    "mooney_rivlin_2": {"c10": 0.11, "c01": 0.03},
+    "mooney_rivlin_5": {"c10": 0.11, "c01": 0.03, "c20": 0.01, "c11": -0.002, "c02": 0.001},
+    "yeoh": {"c10": 0.11, "c20": -0.004, "c30": 0.003},
+    "reduced_polynomial_4": {"c10": 0.11, "c20": -0.004, "c30": 0.003, "c40": 1e-4},
+    "ogden_1": {"mu1": 0.3, "alpha1": -3.1},
+    "ogden_2": {"mu1": 0.2, "alpha1": 3.0, "mu2": 0.05, "alpha2": -2.0},
+    "arruda_boyce": {"mu": 0.2, "lambda_m": 2.2},
+    "van_der_waals": {"mu": 0.3, "lambda_m": 6.0, "a": 0.3, "beta": 0.2},
+    "gent": {"mu": 0.3, "jm": 20.0},
+}
+
+
+@pytest.mark.parametrize("name", RECOVER)
+def test_exact_data_give_the_constants_back(name):
+    candidate = CANDIDATES[name]
+    law = candidate.law.of(**RECOVER[name])
+    found = fit(three_modes(law), candidate)
+    values = dict(zip(candidate.names, found.vector, strict=True))
+    if name == "ogden_2" and values["alpha1"] < 0:  # the order of the terms is free
+        values = {k: values[k[:-1] + ("2" if k[-1] == "1" else "1")] for k in values}
+    for constant, expected in RECOVER[name].items():
+        assert values[constant] == pytest.approx(expected, rel=1e-5)
+    assert found.r2 > 1 - 1e-12 and found.sound
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_every_method_arrives_at_the_same_yeoh(method):
+    law = LAWS["yeoh"].of(c10=0.11, c20=-0.004, c30=0.003)
+    tests = three_modes(law, noise=0.01)
+    reference = fit(tests, CANDIDATES["yeoh"])
+    found = fit(tests, CANDIDATES["yeoh"], Options(method=method))
+    assert found.solution.cost <= reference.solution.cost * (1 + 1e-6)
+    assert np.allclose(found.vector, reference.vector, rtol=2e-3)
+
+
+def test_methods_without_a_start_by_linear_algebra():
+    law = LAWS["gent"].of(mu=0.3, jm=20.0)
+    for method in ("L-BFGS-B", "Nelder-Mead", "Powell", "SLSQP", "COBYLA"):
+        found = fit(three_modes(law), CANDIDATES["gent"], Options(method=method, starts=3))
+        assert np.allclose(found.vector, [0.3, 20.0], rtol=1e-2)
+
+
+def test_confidence_interval_covers_the_truth_and_matches_linear_regression():
+    law = LAWS["mooney_rivlin"].of(c10=0.11, c01=0.03)
+    hits = 0
+    for seed in range(40):
+        tests = [made(law, m, np.linspace(0.75, 2.5, 25), m, 0.02, seed=10 * seed + i)
+                 for i, m in enumerate(MODES)]  # fmt: skip
+        found = fit(tests, CANDIDATES["mooney_rivlin_2"])
+        hits += np.abs(found.vector - [0.11, 0.03]) <= found.certainty.interval
+    # 95 % of 40 is 38; fewer than 33 or none missing in both has odds below 1 in 100.
+    assert np.all(hits >= 33)
+    problem = found.problem
+    columns = np.stack(
+        [residuals(problem, found.candidate, e) + problem.data for e in np.eye(2)], axis=1
+    )
+    freedom = problem.size - 2
+    from scipy.stats import t
+
+    covariance = np.linalg.inv(columns.T @ columns) * found.solution.cost / freedom
+    expected = t.ppf(0.975, freedom) * np.sqrt(np.diag(covariance))
+    assert np.allclose(found.certainty.interval, expected, rtol=1e-5)
+
+
+def test_mooney_rivlin_from_planar_data_alone_is_not_determined():
+    law = LAWS["mooney_rivlin"].of(c10=0.11, c01=0.03)
+    found = fit([made(law, "planar", np.linspace(1, 2.5, 25))], CANDIDATES["mooney_rivlin_2"])
+    assert sum(found.vector) == pytest.approx(0.14)
+    assert not found.certainty.identifiable and np.all(np.isinf(found.certainty.interval))
+    (remark,) = [line for line in found.remarks() if "told apart" in line]
+    assert "determine only c10 + c01" in remark and "uniaxial" in remark
+
+
+def test_five_constants_from_planar_data_leave_two_combinations():
+    law = LAWS["mooney_rivlin"].of(c10=0.11, c01=0.03, c20=0.01, c11=0.002, c02=0.001)
+    found = fit([made(law, "planar", np.linspace(0.7, 2.5, 30))], CANDIDATES["mooney_rivlin_5"])
+    # In planar deformation Ī1 = Ī2: only c10 + c01 and c20 + c11 + c02 matter.
+    assert len(found.certainty.free) == 3
+    assert any("2 of their 5 combinations" in line for line in found.remarks())
+
+
+def test_a_constant_on_its_bound_is_told():
+    law = LAWS["neo_hookean"].of(c10=0.14)
+    found = fit(three_modes(law), CANDIDATES["van_der_waals"])
+    assert np.isnan(found.certainty.interval[found.candidate.names.index("beta")])
+    assert any("bound" in line and "beta" in line for line in found.remarks())
+
+
+def test_drucker_range_of_a_softening_yeoh_by_hand():
+    # Planar mode of a law W(Ī1): unstable where the determinant vanishes; in uniaxial tension the
+    # nominal... the criterion is on true stress, so find dσ/dε < 0 by hand for W = c (x − b x²).
+    law = LAWS["yeoh"].of(c10=0.1, c20=-0.02)
+    (uniaxial,) = [s for s in drucker(law, law) if s.mode == "uniaxial"]
+
+    def determinant(stretch):
+        e = np.log(stretch)
+
+        def stress(e1, e2):
+            a, b, c = np.exp(2 * e1), np.exp(2 * e2), np.exp(-2 * e1 - 2 * e2)
+            slope = 0.1 - 0.04 * (a + b + c - 3)
+            return np.array([2 * slope * (a - c), 2 * slope * (b - c)])
+
+        h = 1e-6
+        columns = [
+            (stress(e + h, -e / 2) - stress(e - h, -e / 2)) / (2 * h),
+            (stress(e, -e / 2 + h) - stress(e, -e / 2 - h)) / (2 * h),
+        ]
+        return np.linalg.det(np.array(columns))
+
+    assert determinant(uniaxial.above * 0.999) > 0 > determinant(uniaxial.above * 1.001)
+    assert uniaxial.above < 2.0
+
+
+def test_stable_laws_are_called_stable():
+    for law in (LAWS["neo_hookean"].of(c10=0.1), load_card("ecoflex-00-30"),
+                load_card("elastosil-m4601")):  # fmt: skip
+        assert all(s.below is None and s.above is None for s in drucker(law, law))
+
+
+def test_instability_within_the_test_is_told_with_its_stretch():
+    law = LAWS["yeoh"].of(c10=0.1, c20=-0.02)
+    found = fit([made(law, "uniaxial", np.linspace(1, 2.2, 30))], CANDIDATES["yeoh"])
+    modes = {mode for mode, _ in found.failures}
+    assert "uniaxial" in modes and not found.sound
+    assert any("unstable (Drucker) in uniaxial" in line for line in found.remarks())
+
+
+def test_information_criteria_by_their_formulas():
+    tests = three_modes(LAWS["neo_hookean"].of(c10=0.14))
+    problem = make_problem(tests)
+    n = problem.size
+    got = information(problem, 2, 0.5)
+    assert got.bic == pytest.approx(n * np.log(0.5 / n) + 3 * np.log(n))
+    assert got.aicc == pytest.approx(n * np.log(0.5 / n) + 6 + 2 * 3 * 4 / (n - 4))
+
+
+def test_relative_and_balanced_residuals_weigh_as_they_say():
+    law = LAWS["yeoh"].of(c10=0.11, c20=0.02)
+    tests = three_modes(law)
+    for options in ({"relative": True}, {"balance": True}):
+        problem = make_problem(tests, **options)
+        shares = [np.sum((w * t.stress) ** 2) for w, t in zip(problem.weights, tests, strict=True)]
+        if "balance" in options:
+            assert np.allclose(shares, 1.0)
+        else:
+            large = np.abs(tests[0].stress) > 0.05 * np.max(np.abs(tests[0].stress))
+            assert np.allclose(problem.weights[0][large] * np.abs(tests[0].stress[large]), 1.0)
+
+
+def test_palacios_lazo_choice_of_yeoh():
+    """Five specimens of its Yeoh law, 16 % scatter in strength and 11 % in elongation."""
+    law = load_card("elastic-50a-v2")
+    # Five values of unit standard deviation, in different orders for stiffness and elongation.
+    even = np.array([-2.0, -1.0, 0.0, 1.0, 2.0]) / np.sqrt(2.5)
+    tests = []
+    for i, (stiffer, longer) in enumerate(zip(even, even[[2, 4, 1, 3, 0]], strict=True)):
+        # The law reaches the 3.4 MPa of the data sheet at a stretch of 2.02.
+        end = 1 + 1.02 * (1 + 0.107 * longer)
+        tests.append(made(law, "uniaxial", np.linspace(1, end, 60), f"specimen {i + 1}",
+                          0.005, 1 + 0.163 * stiffer, seed=i))  # fmt: skip
+    names = ("neo_hookean", "mooney_rivlin", "yeoh")
+    order = ranked([fit(tests, c) for name in names for c in chosen(name, False)])
+    assert order[0].name == "yeoh"
+    assert order[0].information.bic < min(f.information.bic for f in order[1:]) - 10
+    best = order[0]
+    # The joint curve stays within the specimens' scatter of the law that they were drawn from.
+    path = np.array([1.2, 1.5, 1.8, 2.0])
+    mine = nominal_stress(
+        best.candidate.law, best.candidate.constants(best.vector), "uniaxial", path
+    )
+    assert np.allclose(mine, nominal_stress(law, law, "uniaxial", path), rtol=0.163)
+    (spread,) = best.spreads
+    assert spread.specimens == 5 and spread.stress == pytest.approx(0.163, rel=0.02)
+    assert len(best.specimens) == 5
+    assert 0.3 < best.chi_square < 3.0
+
+
+def test_spread_of_specimens_by_hand():
+    law = LAWS["neo_hookean"].of(c10=0.14)
+    tests = [made(law, "uniaxial", np.linspace(1, 2, 30), str(k), scale=k) for k in (0.9, 1.0, 1.1)]
+    found = fit(tests, CANDIDATES["neo_hookean"], Options(sigma=0.01))
+    (spread,) = found.spreads
+    assert spread.stress == pytest.approx(0.1, rel=1e-9)
+    assert spread.strength == pytest.approx(0.1, rel=1e-9)
+    assert [s.vector[0] for s in found.specimens] == pytest.approx([0.126, 0.14, 0.154])
+    errors = 0.1 * nominal_stress(law, law, "uniaxial", tests[0].stretch)
+    assert found.chi_square == pytest.approx(2 * np.sum((errors / 0.01) ** 2) / 89)
+
+
+QUICK = Options(starts=2)
+HGO = {"c10": 0.5, "k1": 0.25, "k2": 0.8, "kappa": 0.1, "angle": 35.0}
+
+
+def biaxial(law, ratios):
+    """Course and wale stresses of a sheet pulled to strains in the given ratios."""
+    tests = []
+    for a, b in ratios:
+        first, second = (1 + r * np.linspace(0.01, 0.5, 20) for r in (a, b))
+        for direction, mine, other in (("course", first, second), ("wale", second, first)):
+            stress = sheet_stress(law, law, "biaxial", direction, mine, other)
+            tests.append(Test(f"{a}:{b}", "biaxial", mine, stress, direction, other))
+    return tests
+
+
+def test_holzapfel_is_recovered_from_synthetic_biaxial_data():
+    law = LAWS["holzapfel"].of(**HGO)
+    found = fit(biaxial(law, [(1, 1), (1, 0.5), (0.5, 1)]), CANDIDATES["holzapfel"], QUICK)
+    assert np.allclose(found.vector, list(HGO.values()), rtol=1e-4)
+    assert found.r2 > 1 - 1e-10
+
+
+def test_holzapfel_is_recovered_from_uniaxial_and_equibiaxial_tests_of_a_fabric():
+    law = LAWS["holzapfel"].of(**HGO)
+    stretch = np.linspace(1, 1.5, 20)
+    tests = [
+        Test(f"{mode} {d}", mode, stretch, sheet_stress(law, law, mode, d, stretch), d)
+        for mode in ("uniaxial", "equibiaxial")
+        for d in ("course", "wale")
+    ]
+    found = fit(tests, CANDIDATES["holzapfel"], QUICK)
+    assert np.allclose(found.vector, list(HGO.values()), rtol=1e-3)
+
+
+NGUYEN = ("uncoated-uniaxial", "coated-uniaxial", "uncoated-biaxial", "coated-biaxial")
+
+
+@pytest.mark.parametrize("name", NGUYEN)
+def test_the_four_fits_of_nguyen_and_zhang(name):
+    """Evaluated with k2 = 0 or nearly so: the fibre stress is the limit k1 E dE/dλ."""
+    law = load_card(f"knit-fabric-{name}")
+    mode = "equibiaxial" if "biaxial" in name else "uniaxial"
+    stretch = np.linspace(1.0, 1.6, 13)
+    for direction in ("course", "wale"):
+        stress = sheet_stress(law, law, mode, direction, stretch)
+        assert stress[0] == pytest.approx(0, abs=1e-14) and np.all(np.diff(stress) > 0)
+    if mode == "equibiaxial":
+        s = stretch
+        strain = s**2 - 1  # both families lie along course, κ = 0
+        course = sheet_stress(law, law, mode, "course", s)
+        expected = 2 * law.c10 * (s - s**-5) + 2 * law.k1 * strain * 2 * s
+        assert np.allclose(course, expected, rtol=1e-8)
+        wale = sheet_stress(law, law, mode, "wale", s)
+        assert np.allclose(wale, 2 * law.c10 * (s - s**-5), rtol=1e-8)
+
+
+def treloar():
+    tests = []
+    for name, mode in (("UT", "uniaxial"), ("ET", "equibiaxial"), ("PS", "planar")):
+        path = DATA / "rubber" / f"treloar_1944_{name}.txt"
+        options = {"columns": ("nominal_stress MPa", "stretch")}
+        for sheet in sheets_from_argument(f"{path}:{mode}", options):
+            tests += read_tests(sheet)
+    return tests
+
+
+@needs_data
+def test_ogdens_published_constants_on_treloar():
+    # REFERENCE: R² .97454, .99738, .99809. The data file gives .97444, .99704, .99808; no usual
+    # definition of R² closes the gap, so the published figures rest on points read a little
+    # differently from Treloar's plots.
+    law = LAWS["ogden"].of(convention="classic", mu=[0.63, 0.0012, -0.01], alpha=[1.3, 5, -2])
+    found = fit(treloar(), as_candidate(law))
+    published = [0.97454, 0.99738, 0.99809]
+    assert [q.r2 for q in found.qualities] == pytest.approx(published, abs=4e-4)
+
+
+@needs_data
+def test_blind_fit_of_treloar_ranks_ogden_3_above_yeoh_and_mooney_rivlin():
+    names = ("ogden_3", "yeoh", "mooney_rivlin_2", "mooney_rivlin_3", "mooney_rivlin_5")
+    order = ranked([fit(treloar(), CANDIDATES[name]) for name in names])
+    assert order[0].name == "ogden_3"
+    assert all(q.r2 > 0.99 for q in order[0].qualities)
+    assert order[0].sound
+    assert all(f.r2 < 0.95 for f in order[1:])
+
+
+@needs_data
+def test_ecoflex_of_the_epfl_beside_agarwals_constants():
+    sheets = sheets_from_argument(str(REPOSITORY / "tests" / "fit" / "ecoflex_00_30.yaml"), {})
+    tests = [test for sheet in sheets for test in read_tests(sheet)]
+    found = fit(tests, CANDIDATES["ogden_3"], Options(balance=True))
+    assert all(q.r2 > 0.99 for q in found.qualities) and not found.failures
+    uniaxial, planar = tell_comparison(found, load_card("ecoflex-00-30"), "Agarwal")
+    # The published constants are stiffer than this specimen: by about half in uniaxial tension.
+    assert "+59.0 % on average" in uniaxial
+    assert "+9.9 % on average" in planar
+
+
+def test_too_few_points_for_the_constants():
+    law = LAWS["neo_hookean"].of(c10=0.14)
+    tests = [made(law, "uniaxial", np.linspace(1, 2, 6))]
+    with pytest.raises(SpecError, match="9 constants; 6 points"):
+        fit(tests, CANDIDATES["mooney_rivlin_9"])
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [("Ogden-3", "ogden_3"), ("ogden", "ogden_3"), ("mooney_rivlin", "mooney_rivlin_2"),
+     ("ogden3", "ogden_3"), ("hgo", "holzapfel"), ("reduced-polynomial-6", "reduced_polynomial_6")],
+)  # fmt: skip
+def test_names_of_laws(name, expected):
+    (candidate,) = chosen(name, False)
+    assert candidate.name == expected
+
+
+def test_all_means_the_isotropic_laws_or_those_of_fabrics():
+    assert [c.name for c in chosen("all", False)] == list(ALL_ISOTROPIC)
+    assert "holzapfel" in {c.name for c in chosen("all", True)}
+    with pytest.raises(SpecError, match="did you mean 'ogden_3'"):
+        chosen("ogdn_3", False)
+
+
+def test_held_constants():
+    law = LAWS["van_der_waals"].of(mu=0.3, lambda_m=6.0, a=0.3)
+    held = CANDIDATES["van_der_waals"].fix({"beta": 0.0})
+    found = fit(three_modes(law), held)
+    assert held.names == ["mu", "lambda_m", "a"]
+    assert np.allclose(found.vector, [0.3, 6.0, 0.3], rtol=1e-4)
+    with pytest.raises(SpecError, match="did you mean 'beta'"):
+        CANDIDATES["van_der_waals"].fix({"betta": 0.0})
+
+
+def test_certainty_of_a_held_law_is_empty():
+    law = LAWS["yeoh"].of(c10=0.11)
+    problem = make_problem(three_modes(law))
+    assert certainty(problem, as_candidate(law), np.zeros(0)).identifiable
