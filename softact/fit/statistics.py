@@ -71,7 +71,9 @@ def certainty(problem: Problem, candidate: Candidate, vector: np.ndarray) -> Cer
     effect = np.linalg.norm(jacobian, axis=0)
     # On a bound: going there would change the stresses by nothing that matters.
     distance = np.minimum(np.abs(vector - candidate.lower), np.abs(candidate.upper - vector))
-    inside = np.flatnonzero(~(distance * effect < ON_BOUND * np.linalg.norm(problem.data)))
+    with np.errstate(invalid="ignore"):
+        near = distance * effect < ON_BOUND * np.linalg.norm(problem.data)
+    inside = np.flatnonzero(~near)
     interval = np.full(count, np.nan)
     if len(inside) == 0:
         return Certainty(interval, ())

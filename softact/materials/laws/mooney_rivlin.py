@@ -20,7 +20,8 @@ class MooneyRivlin(InvariantLaw):
     formula: ClassVar[str] = "W̄ = Σ Cij (Ī1 − 3)^i (Ī2 − 3)^j, 1 ≤ i + j ≤ 3"
     reference: ClassVar[str] = "Mooney 1940; Rivlin and Saunders 1951"
     use: ClassVar[str] = (
-        "Two constants where tests in two modes exist: one mode does not tell C10 from C01. "
+        "Two constants where tests in two modes exist: one mode tells C10 from C01 poorly, planar "
+        "tension not at all. "
         "Five and nine constants follow S-shaped curves but are often unstable outside the test."
     )
 

@@ -1,0 +1,116 @@
+"""Writes docs/materials.md from the laws and cards: `.venv/bin/python docs/materials.py`.
+
+A test sees to it that the page in the repository is the current one.
+"""
+
+from pathlib import Path
+
+from softact.materials import CARDS, LAWS, Law, card_data
+from softact.materials.base import DEFAULT_POISSONS_RATIO
+from softact.units import dimension_of
+
+PAGE = Path(__file__).with_name("materials.md")
+
+INTRODUCTION = f"""# Materials
+
+This page is written by `.venv/bin/python docs/materials.py` from the code; do not edit it.
+
+A law is an isochoric energy W̄ per undeformed volume and a volumetric energy. Ī1, Ī2 are the first
+two invariants of C̄ = J^(−2/3) C, λ̄i = J^(−1/3) λi the isochoric principal stretches, and
+Ī4α = aα·C̄aα the squared isochoric stretch of the fibres aα. The solver and `softact fit` call the
+same formula; its derivatives are exact (Taylor arithmetic), also at equal principal stretches.
+
+## The volumetric part
+
+U = K/2 (J − 1)² + Σ (J − 1)^(2i)/Di for i = 2 to 6. K comes from one of `bulk_modulus`,
+`d1` (K = 2/D1) or `poissons_ratio` ν (K = 2 μ (1 + ν) / (3 (1 − 2ν)), μ: initial shear modulus).
+Where none is given, ν = {DEFAULT_POISSONS_RATIO} is taken, K = 500 μ, and stands in the resolved
+spec. Laws whose source writes K/2 ((J² − 1)/2 − ln J) use that form.
+
+## Choosing
+
+| what you have | law |
+| --- | --- |
+| a data sheet's modulus only, stretch below 1.4 | neo_hookean |
+| a uniaxial test to large stretch | yeoh; arruda_boyce or gent where it must be stable beyond |
+| uniaxial and planar or equibiaxial tests | ogden of order 2 or 3, mooney_rivlin |
+| a knitted or coated fabric, course and wale | holzapfel |
+| paper, film, woven fabric, printed fittings | linear |
+
+`softact fit DATA --law all` compares them on your data. A law with a negative constant must not be
+used beyond the stretch it was fitted to; the fit says where it becomes unstable.
+"""
+
+FITTING = """
+## What `softact fit` reports
+
+The data are nominal or Cauchy stress over stretch, strain or displacement in uniaxial tension or
+compression, equibiaxial or planar tension, or biaxial tests of a sheet with fibres. The stress of a
+law in these modes is the derivative of its energy along the incompressible path.
+
+- Constants with 95 % confidence intervals: linearised, Student's t. Points of one curve are not
+  independent, so that the intervals are lower limits; the scatter between specimens says more.
+- R² and RMSE per test, in nominal stress. Reduced chi-square Σ((law − data)/σ)²/(n − p) with σ from
+  `--sigma` or from the scatter between specimens. ε = √(Σ(law − data)²/(n − p)) / mean stress, the
+  figure used for fabrics and tissue.
+- Drucker stability: the range of stretch over which the matrix of Cauchy stress against logarithmic
+  strain in plane stress is positive definite, in all three modes. A mode that was not tested is
+  judged up to the Ī1 that the tests reached.
+- Constants that the data do not determine. Planar tests alone, for instance, determine only
+  c10 + c01 of Mooney-Rivlin.
+- AICc and BIC. `--law all` ranks by BIC, laws that are unstable or undetermined last.
+
+Ogden's moduli are kept positive (Abaqus's convention), which makes the law stable at any stretch.
+Nothing is smoothed, trimmed or shifted unless an option asks for it, and then it is said.
+"""
+
+
+def constants(law: type[Law]) -> list[str]:
+    """The table of a law's own constants."""
+    lines = ["| constant | unit | default | meaning |", "| --- | --- | --- | --- |"]
+    for name, entry in law.model_fields.items():
+        if name == "law" or (name in Law.model_fields and not entry.is_required()):
+            continue
+        dimension = dimension_of(entry)
+        unit = dimension.internal if dimension else ""
+        default = "needed" if entry.is_required() else entry.default
+        default = "" if default is None else default
+        lines.append(f"| `{name}` | {unit} | {default} | {entry.description or ''} |")
+    return lines
+
+
+def laws() -> list[str]:
+    """A section per law."""
+    lines = ["", "## Laws"]
+    for name, law in LAWS.items():
+        lines += ["", f"### {name}", "", f"`{law.formula}`", "", law.use, ""]
+        lines += [*constants(law), "", f"Source: {law.reference}."]
+    return lines
+
+
+def cards() -> list[str]:
+    """A section per card."""
+    lines = ["", "## Cards"]
+    skip = ("name", "law", "source", "test", "strength", "stretch_range", "notes", "density")
+    for name in CARDS:
+        data = card_data(name)
+        values = ", ".join(f"{key} {value}" for key, value in data.items() if key not in skip)
+        lines += ["", f"### {name}", "", f"{data['law']}: {values}.", ""]
+        lines.append(f"- density {data['density']}")
+        if "strength" in data:
+            lines.append(f"- strength {data['strength']}")
+        if "stretch_range" in data:
+            low, high = data["stretch_range"]
+            lines.append(f"- tested to a stretch of {high:g}" + (f", from {low:g}" * (low < 1)))
+        lines += [f"- {key}: {data[key]}" for key in ("test", "notes", "source") if key in data]
+    return lines
+
+
+def page() -> str:
+    """The whole page."""
+    return "\n".join([INTRODUCTION.rstrip(), *laws(), *cards(), FITTING.rstrip(), ""])
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
+    print(f"wrote {PAGE}")

@@ -1,0 +1,126 @@
+"""`softact fit` from the command line: files, exit codes, and a card that a spec takes."""
+
+import json
+
+import numpy as np
+import pytest
+import yaml
+from matplotlib.image import imread
+
+from softact.cli import main as cli
+from softact.fit.modes import nominal_stress
+from softact.materials import LAWS, parse_material
+from softact.spec import load
+
+LAW = LAWS["yeoh"].of(c10=0.11, c20=-0.004, c30=0.003)
+STRETCH = np.linspace(1.0, 2.5, 30)
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for mode in ("uniaxial", "planar"):
+        stress = nominal_stress(LAW, LAW, mode, STRETCH) * 1e3
+        rows = [f"{100 * (s - 1):.8f};{p:.8f}" for s, p in zip(STRETCH, stress, strict=True)]
+        text = "\n".join(["strain %;nominal stress (kPa)", *rows])
+        (tmp_path / f"{mode}.csv").write_text(text)
+    return tmp_path
+
+
+def softact(capsys, *arguments):
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["fit", *arguments])
+    out = capsys.readouterr()
+    return stop.value.code, out.out, out.err
+
+
+def test_fit_writes_card_plot_and_numbers(folder, capsys):
+    code, out, err = softact(
+        capsys, "uniaxial.csv", "planar.csv:planar", "--law", "yeoh", "--name", "mine",
+        "--density", "1.13 g/cm^3", "--strength", "3 MPa", "-o", "out",
+    )  # fmt: skip
+    assert (code, err) == (0, "")
+    assert "c10" in out and "R² 1.00000" in out and "Drucker, equibiaxial: stable" in out
+    card = yaml.safe_load((folder / "out" / "mine.yaml").read_text())
+    law = parse_material(card)
+    assert (law.c10, law.c20, law.c30) == pytest.approx((0.11, -0.004, 0.003), rel=1e-6)
+    assert law.density == pytest.approx(1.13e-9) and law.strength == 3.0
+    assert law.stretch_range == (1.0, 2.5)
+    numbers = json.loads((folder / "out" / "mine.json").read_text())
+    assert numbers[0]["constants"]["c10"] == pytest.approx(0.11)
+    assert numbers[0]["stable_over_the_tests"] is True
+    assert imread(folder / "out" / "mine.png").std() > 0.05
+    assert sorted(p.name for p in (folder / "out").iterdir()) == [
+        "mine.json", "mine.png", "mine.yaml",
+    ]  # fmt: skip
+
+
+def test_the_card_goes_into_a_spec_as_it_is(folder, capsys):
+    softact(capsys, "uniaxial.csv", "--name", "mine", "-o", ".")
+    card = yaml.safe_load((folder / "mine.yaml").read_text())
+    spec = {
+        "geometry": {"type": "block", "mesh_size": "10 mm"},
+        "materials": {"body": card},
+        "steps": [{"traction": {"surface": "x_max", "value": ["1 kPa", "0 kPa", "0 kPa"]}}],
+    }
+    (folder / "cube.yaml").write_text(yaml.safe_dump(spec))
+    assert load(folder / "cube.yaml").materials["body"].c10 == pytest.approx(0.11, rel=1e-6)
+
+
+def test_all_laws_are_ranked_and_the_law_of_the_data_wins(folder, capsys):
+    rng = np.random.default_rng(2)
+    stress = nominal_stress(LAW, LAW, "uniaxial", STRETCH) + 3e-4 * rng.standard_normal(30)
+    rows = [f"{s:.8f},{p:.8f}" for s, p in zip(STRETCH, stress, strict=True)]
+    (folder / "noisy.csv").write_text("\n".join(["stretch,nominal_stress MPa", *rows]))
+    code, out, _ = softact(capsys, "noisy.csv", "--law", "all", "--starts", "1", "-o", "out")
+    assert code == 0
+    table = out[out.index("law  ") :].splitlines()
+    assert table[1].split()[0] == "yeoh"
+    assert len(json.loads((folder / "out" / "noisy.json").read_text())) > 12
+
+
+def test_comparison_with_a_card_is_said_in_numbers(folder, capsys):
+    code, out, _ = softact(capsys, "uniaxial.csv", "--compare", "elastosil-m4601", "-o", "out")
+    assert code == 0
+    other = LAWS["yeoh"].of(c10=0.11, c20=0.02)
+    mine = nominal_stress(LAW, LAW, "uniaxial", STRETCH)
+    large = mine > 0.05 * mine[-1]
+    ratio = (nominal_stress(other, other, "uniaxial", STRETCH) / np.where(large, mine, 1) - 1)[
+        large
+    ]
+    assert f"differs from the fit by {100 * ratio.mean():+.1f} % on average" in out
+
+
+def test_held_constant_and_warning_of_a_wrong_unit(folder, capsys):
+    text = (folder / "uniaxial.csv").read_text().replace("(kPa)", "(Pa)")
+    (folder / "uniaxial.csv").write_text(text)
+    code, out, _ = softact(capsys, "uniaxial.csv", "--fix", "c30=0 MPa", "-o", "out")
+    assert code == 0
+    assert "kPa given as Pa" in out and "c30       = 0.0 (held)" in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["none.csv"], "there is no such file"),
+        (["uniaxial.csv:shear"], "is no mode"),
+        (["uniaxial.csv", "--law", "yoeh"], "did you mean 'yeoh'"),
+        (["uniaxial.csv", "--thickness", "0 mm"], "greater than 0"),
+        (["uniaxial.csv", "--thickness", "3"], "no unit"),
+        (["uniaxial.csv", "--method", "simplex"], "Nelder-Mead"),
+        (["uniaxial.csv", "--fix", "c30"], "name=value"),
+        (["uniaxial.csv", "--fix", "c40=0 MPa"], "no constant 'c40'"),
+        (["uniaxial.csv", "--law", "all", "--fix", "c30=0 MPa"], "--law all"),
+        (["uniaxial.csv", "--compare", "elastosil"], "did you mean 'elastosil-m4601'"),
+        (["uniaxial.csv", "--density", "3 mm"], "density"),
+        (["uniaxial.csv", "--columns", "stretch, -"], "no column for the load"),
+        (["uniaxial.csv", "--stress", "cauchy"], "is not the cauchy stress"),
+        ([], "FILE"),
+    ],
+)
+def test_wrong_input_is_told_and_writes_nothing(folder, capsys, arguments, said):
+    before = sorted(folder.iterdir())
+    code, _, err = softact(capsys, *arguments)
+    assert code == 2
+    assert said in err and "Traceback" not in err
+    assert sorted(folder.iterdir()) == before
