@@ -24,7 +24,7 @@ lint: setup  ## check style and format
 	@if command -v shellcheck > /dev/null; then shellcheck .ci/run .ci/setup .ci/debian13; fi
 
 docs: setup  ## write the generated pages in docs/
-	.venv/bin/python docs/generate.py
+	for page in docs/*.py; do .venv/bin/python $$page || exit 1; done
 
 benchmark: setup  ## softact beside CalculiX on the same mesh (needs ccx)
 	.venv/bin/python -m benchmarks.calculix

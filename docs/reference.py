@@ -1,4 +1,4 @@
-"""Writes docs/reference.md from the code: what a spec may hold, geometries, laws, cards, measures.
+"""Writes docs/reference.md from the code: what a spec may hold, geometries, measures.
 
 Called by `make docs`; a test sees to it that the page in the repository is the current one.
 """
@@ -74,29 +74,6 @@ def geometries() -> Iterable[str]:
                 yield f"- {key}: " + ", ".join(f"`{name}`" for name in record[key])
 
 
-def laws() -> Iterable[str]:
-    """A section per law: its energy, when to use it, its source and its constants."""
-    for record in catalogue.laws():
-        yield from ("", f"### {record['name']}", "", f"`{record['formula']}`", "", record["use"])
-        yield from ("", f"Source: {record['source']}.", "")
-        yield from parameters(record["parameters"])
-
-
-def cards() -> list[str]:
-    """A table of the material cards."""
-    rows = (
-        (
-            f"`{record['name']}`",
-            record["law"],
-            ", ".join(f"{key} {value}" for key, value in record["constants"].items()),
-            record["density"],
-            record["source"],
-        )
-        for record in catalogue.materials()
-    )
-    return table(("card", "law", "constants", "density", "source"), rows)
-
-
 def measures() -> Iterable[str]:
     """A table per measure: its columns in curve.csv."""
     for record in catalogue.measures():
@@ -122,9 +99,7 @@ def page() -> str:
         sentence = " ".join((model.__doc__ or "").split())
         lines += ["", f"## {title}", "", sentence, "", *parameters(catalogue.parameters(model))]
     lines += ["", "## Geometries", *geometries()]
-    lines += ["", "## Laws", "", "Every law also takes these keys:", ""]
-    lines += [*parameters(catalogue.shared_constants()), *laws()]
-    lines += ["", "## Material cards", "", *cards()]
+    lines += ["", "## Materials", "", "[materials.md](materials.md) shows every law and card."]
     lines += [
         "",
         "## Measures",
