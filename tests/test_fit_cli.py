@@ -113,7 +113,7 @@ def test_held_constant_and_warning_of_a_wrong_unit(folder, capsys):
         (["uniaxial.csv", "--law", "all", "--fix", "c30=0 MPa"], "--law all"),
         (["uniaxial.csv", "--compare", "elastosil"], "did you mean 'elastosil-m4601'"),
         (["uniaxial.csv", "--density", "3 mm"], "density"),
-        (["uniaxial.csv", "--columns", "stretch, -"], "no column for the load"),
+        (["uniaxial.csv", "--columns", "strain %, -"], "no column for the load"),
         (["uniaxial.csv", "--stress", "cauchy"], "is not the cauchy stress"),
         ([], "FILE"),
     ],

@@ -1,6 +1,7 @@
 """One law fitted to tests, with everything that is known about the fit; many laws ranked."""
 
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
@@ -22,6 +23,9 @@ from softact.fit.statistics import (
     reduced_chi_square,
     spreads,
 )
+
+# Laws that are not functions of Ī1 alone: one mode does not fix what they do in the others.
+TWO_INVARIANTS = ("mooney_rivlin", "ogden", "van_der_waals")
 
 
 @dataclass(frozen=True)
@@ -115,6 +119,18 @@ class Fit:
         """Return the law's nominal stress in MPa at the stretches of ``test``."""
         return model_stress(self.candidate, self.vector, test)
 
+    @property
+    def _twins(self) -> str:
+        """Terms of Ogden's law that became one."""
+        exponents = {p.name: v for p, v in zip(self.candidate.parameters, self.vector, strict=True)
+                     if p.name.startswith("alpha")}  # fmt: skip
+        pairs = [
+            f"{a} and {b}"
+            for a, b in combinations(exponents, 2)
+            if abs(exponents[a] - exponents[b]) < 1e-3
+        ]
+        return ", ".join(pairs)
+
     def remarks(self) -> list[str]:
         """Return what a user must know before using the constants."""
         lines = []
@@ -125,8 +141,17 @@ class Fit:
                 f"unstable (Drucker) in {mode} deformation {where} a stretch of {stretch:.3g}; "
                 f"the tests reach from {low:.3g} to {high:.3g}"
             )
-        if self.certainty.free:
+        if self._twins:
+            lines.append(
+                f"{self._twins} have the same exponent: a lower order describes these data as well"
+            )
+        elif self.certainty.free:
             lines.append(explain(self.certainty.free, self.problem.tests))
+        modes = {test.mode for test in self.problem.tests}
+        if len(modes) == 1 and self.name.startswith(TWO_INVARIANTS) and self.vector.size > 1:
+            lines.append(
+                f"only {modes.pop()} tests: what the law predicts in other modes rests on no data"
+            )
         loose = [
             p.name
             for p, value, half in zip(

@@ -143,6 +143,13 @@ def solve(
     if not candidate.parameters:
         vector = np.zeros(0)
         return Solution(vector, float(np.sum(residuals(problem, candidate, vector) ** 2)), 1, 0)
+    # A start may lie where a law overflows; its residual is then large, and that is all.
+    with np.errstate(all="ignore"):
+        return _from_many(problem, candidate, method, starts, seed, first)
+
+
+def _from_many(problem, candidate, method, starts, seed, first) -> Solution:
+    """Descend roughly from every start and finely from the best end."""
     points = _starts(problem, candidate, starts, seed)
     if first is not None:
         points.insert(0, np.clip(first, candidate.lower, candidate.upper))
@@ -214,7 +221,7 @@ def _with_linear(problem: Problem, candidate: Candidate, vector: np.ndarray) -> 
         probe[i] = scale
         columns.append(_model(problem, candidate, probe) - offset)
     matrix, data = np.stack(columns, axis=1), problem.data - offset
-    good = np.all(np.isfinite(matrix), axis=1)
+    good = np.all(np.abs(matrix) < 1e50, axis=1)  # exponentials of a wild start
     size = np.sqrt(np.sum(matrix[good] ** 2, axis=0))
     size[~(size > 0)] = 1.0
     bounds = candidate.lower[linear] * size, candidate.upper[linear] * size

@@ -124,6 +124,17 @@ def test_a_constant_on_its_bound_is_told():
     assert any("bound" in line and "beta" in line for line in found.remarks())
 
 
+def test_terms_of_ogden_that_become_one_are_told():
+    law = LAWS["ogden"].of(mu=[0.2], alpha=[2.6])
+    test = made(law, "uniaxial", np.linspace(1, 4, 40))
+    found = fit([test], CANDIDATES["ogden_2"])
+    apart = abs(found.vector[1] - found.vector[3])
+    told = [line for line in found.remarks() if "same exponent" in line]
+    assert bool(told) == (apart < 1e-3)
+    assert any("only uniaxial tests" in line for line in found.remarks())
+    assert np.allclose(found.stress(test), test.stress, rtol=1e-6)
+
+
 def test_drucker_range_of_a_softening_yeoh_by_hand():
     # Planar mode of a law W(Ī1): unstable where the determinant vanishes; in uniaxial tension the
     # nominal... the criterion is on true stress, so find dσ/dε < 0 by hand for W = c (x − b x²).
