@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from softact.errors import SpecError
 from softact.materials import LAWS, load_card
 from tests.materials.samples import (
     SAMPLES,
@@ -256,3 +257,14 @@ def test_fibre_directions_lie_in_the_wall_at_the_angle():
     assert np.allclose(fibres[0], [[np.cos(np.pi / 6), 0.5, 0], [np.cos(np.pi / 6), -0.5, 0]])
     with pytest.raises(ValueError, match="parallel"):
         law.fibre_directions(axis, axis)
+
+
+def test_a_fibre_law_without_fibres_is_refused_and_not_run_as_its_matrix():
+    C = np.eye(3)[None]
+    material = SAMPLES["holzapfel"].material()
+    with pytest.raises(SpecError, match="wants 2 fibre directions per point, not none"):
+        material.stress_tangent(C)
+    with pytest.raises(SpecError, match="not 1"):
+        material.energy(C, np.array([[[1.0, 0, 0]]]))
+    with pytest.raises(SpecError, match="wants no fibre"):
+        SAMPLES["yeoh"].material().energy(C, np.array([[[1.0, 0, 0]]]))
