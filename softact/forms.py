@@ -129,7 +129,7 @@ def surface_pressure(degree: int):
     ds = _ds(FACET_DEGREE)
     force = pull(deformation_gradient(u), test) * ds
     exact = ufl.derivative(force, u, trial)
-    return force, (exact + ufl.adjoint(exact)) / 2
+    return force, 0.5 * (exact + ufl.adjoint(exact))
 
 
 def layer(degree: int):
