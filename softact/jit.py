@@ -78,10 +78,10 @@ def _generate(forms) -> str:
     for number, form in enumerate(forms):
         source = compat.generate_code(form, f"form{number}")
         (name,) = re.findall(r"^void (tabulate_tensor_\w+)\(", source, re.MULTILINE)
-        kernel = re.search(rf"^void {name}\(.*?^}}", source, re.MULTILINE | re.DOTALL)
+        kernel = _function(source, name)
         # FFCx numbers its kernels per form, so two forms may use one name.
         names.append(f"kernel_{number}")
-        sources.append("static " + kernel.group().replace(name, names[-1]))
+        sources.append("static " + kernel.replace(name, names[-1]))
     table = ", ".join(f"(void *){name}" for name in names)
     return "\n".join(
         [
@@ -93,6 +93,16 @@ def _generate(forms) -> str:
             f"void *const kernels[] = {{{table}}};",
         ]
     )
+
+
+def _function(source: str, name: str) -> str:
+    """The C function ``void name(...) {...}``; FFCx 0.9 does not indent, so braces are counted."""
+    start, depth = source.index(f"void {name}("), 0
+    for brace in re.finditer("[{}]", source[start:]):
+        depth += 1 if brace.group() == "{" else -1
+        if depth == 0:
+            return source[start : start + brace.end()]
+    raise ValueError(f"{name} has no end")
 
 
 def _load(comm, name: str, key: str, generate: Callable[[], str]) -> ctypes.CDLL:

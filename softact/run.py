@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -16,6 +17,7 @@ from pathlib import Path
 
 from softact.errors import NoEquilibriumError, SoftactError
 from softact.geometry import make_mesh
+from softact.results import write_atomic
 
 # Events that ``progress`` receives: {"stage": "mesh"}; {"stage": "solve", "cells", "unknowns"};
 # {"stage": "increment", "step", "fraction", "iterations", ... and the row of curve.csv};
@@ -99,7 +101,7 @@ def _solve(job_file: Path, directory: Path, processes: int, progress: Progress) 
             raise
     if directory.is_dir():
         noise = errors.read_text(errors="replace")
-        (directory / "log.txt").write_text("\n".join(lines) + "\n" + noise)
+        write_atomic(directory / "log.txt", "\n".join(lines) + "\n" + noise)
     if last.get("stage") == "error":
         error = SoftactError(*last["lines"])
         error.exit_code = last["exit_code"]
@@ -117,6 +119,8 @@ class SolverCrashError(SoftactError):
 
 def _crash(code: int, errors: Path) -> str:
     words = [line for line in errors.read_text(errors="replace").splitlines() if line.strip()]
+    raised = [line for line in words if re.match(r"[\w.]*(Error|Exception)\b", line)]
+    words = raised or words  # what mpirun says after it tells little
     cause = f"was killed by signal {-code}" if code < 0 else f"ended with exit code {code}"
     if code in (-signal.SIGKILL, 128 + signal.SIGKILL):
         cause += " (out of memory?)"

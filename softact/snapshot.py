@@ -16,6 +16,25 @@ from softact.model import Model
 from softact.terms import State
 
 
+@dataclass(frozen=True)
+class Motion:
+    """Points of a surface before and after (k, 3) in mm; weights (k,): their shares of its area."""
+
+    before: np.ndarray
+    after: np.ndarray
+    weights: np.ndarray
+
+    @property
+    def centre_before(self) -> np.ndarray:
+        """Centre of the undeformed surface."""
+        return self.weights @ self.before
+
+    @property
+    def centre_after(self) -> np.ndarray:
+        """Mean position of the deformed surface, by undeformed area."""
+        return self.weights @ self.after
+
+
 @dataclass
 class Snapshot:
     """A model in one state. Lengths in mm, stresses in MPa.
@@ -43,24 +62,33 @@ class Snapshot:
         """Displacements (nodes, 3) of the nodes that this process holds."""
         return self.state.x[self.model.displacement_dofs]
 
-    def motion(self, surface: str) -> tuple[np.ndarray, np.ndarray]:
-        """Undeformed and deformed nodes (k, 3) of a surface of the whole actuator.
+    def motion(self, surface: str) -> Motion:
+        """How a surface of the whole actuator moves; the same on all processes.
 
-        All processes get the same; halves are completed by their mirror images.
+        Halves are completed by their mirror images.
         """
-        owned = self.model.unknowns.spaces[0].dofmap.index_map.size_local
-        nodes = self.model.surface_nodes(surface)
-        nodes = nodes[nodes < owned]
-        both = np.stack([self.positions[nodes], self.positions[nodes] + self.displacement[nodes]])
-        before, after = np.concatenate(self.model.comm.allgather(both), axis=1)
+        nodes = self.model.facet_nodes(self.model.mesh.facets[surface])
+        x = self.positions[nodes]
+        corners = x[:, :3]
+        area = np.linalg.norm(
+            np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+        )
+        # The middles of the edges integrate a quadratic exactly; linear facets have corners only.
+        points = slice(3, 6) if nodes.shape[1] == 6 else slice(0, 3)
+        here = nodes[:, points].ravel()
+        mine = self.positions[here], self.displacement[here], np.repeat(area / 6, 3)
+        parts = zip(*self.model.comm.allgather(mine), strict=True)
+        before, moved, weights = (np.concatenate(part) for part in parts)
+        after = before + moved
         for plane in self.layout.symmetry.values():
             mirror = np.ones(3)
             mirror[plane] = -1
             before, after = np.vstack([before, mirror * before]), np.vstack([after, mirror * after])
-        return before, after
+            weights = np.tile(weights, 2)
+        return Motion(before, after, weights / weights.sum())
 
     @functools.cached_property
-    def tip(self) -> tuple[np.ndarray, np.ndarray]:
+    def tip(self) -> Motion:
         """Motion of the tip's end face, see ``motion``."""
         return self.motion(self.layout.tip)
 
@@ -68,11 +96,11 @@ class Snapshot:
     def tip_rotation(self) -> np.ndarray:
         """Rotation matrix that best maps the tip's end face onto its deformed self.
 
-        Least squares over its nodes (Kabsch 1976, Acta Cryst. A32:922).
+        Least squares over its area (Kabsch 1976, Acta Cryst. A32:922).
         """
-        before, after = self.tip
-        spread = (before - before.mean(axis=0)).T @ (after - after.mean(axis=0))
-        u, _, vt = np.linalg.svd(spread)
+        tip = self.tip
+        arms = (tip.before - tip.centre_before) * tip.weights[:, None]
+        u, _, vt = np.linalg.svd(arms.T @ (tip.after - tip.centre_after))
         sign = np.sign(np.linalg.det(vt.T @ u.T))
         return vt.T @ np.diag([1.0, 1.0, sign]) @ u.T
 

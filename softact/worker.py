@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import sys
 import time
+import traceback
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
@@ -169,6 +170,11 @@ def _parameters(spec) -> dict[str, str]:
     return columns
 
 
+def print_event(event: dict) -> None:
+    """Tell ``softact.run`` what happens."""
+    print(json.dumps(event, default=float), flush=True)
+
+
 def main(job_file: str) -> int:
     """Run the job; returns an exit code of the command line."""
     from mpi4py import MPI
@@ -180,14 +186,22 @@ def main(job_file: str) -> int:
 
     def tell(event: dict) -> None:
         if comm.rank == 0:
-            print(json.dumps(event, default=float), flush=True)
+            print_event(event)
 
     try:
         spec = specs.load(job["spec"])
         status = solve(comm, spec, Path(job["mesh"]), Path(job["directory"]), job["times_s"], tell)
+    except OSError as error:  # a full disk, a folder that has gone
+        print_event({"stage": "error", "exit_code": 2, "lines": [f"cannot write: {error}"]})
+        comm.Abort(2)
     except SoftactError as error:
         tell({"stage": "error", "exit_code": error.exit_code, "lines": error.lines})
         return error.exit_code
+    except Exception:
+        # On one process only, the others would wait for it for ever.
+        traceback.print_exc()
+        sys.stderr.flush()
+        comm.Abort(70)
     return 0 if status == "complete" else 4
 
 

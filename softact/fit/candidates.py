@@ -81,6 +81,22 @@ class Candidate:
         return Candidate(self.name, self.law, left, {**self.fixed, **values})
 
 
+@dataclass(frozen=True)
+class Held(Candidate):
+    """A material whose constants are all given, to be evaluated as a fit is."""
+
+    material: Law | None = None
+
+    def constants(self, vector: np.ndarray) -> Law:
+        """Return the law itself: it holds its constants by name."""
+        return self.material
+
+
+def as_candidate(law: Law) -> Held:
+    """Return a material as a candidate without free constants."""
+    return Held(law.name or law.law, type(law), (), {}, law)
+
+
 def _polynomial(name: str, law: str, constants: str) -> Candidate:
     return Candidate(name, LAWS[law], tuple(Parameter(c) for c in constants.split()))
 

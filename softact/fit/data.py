@@ -12,6 +12,7 @@ from softact.fit.sheet import TestSheet
 from softact.fit.table import Table, read_table
 
 MIN_POINTS = 5
+LARGEST_STRESS = 1e6  # MPa
 NOISE = 0.01  # of the range: smaller steps back are the extensometer's, not unloading
 
 
@@ -305,7 +306,12 @@ def _check_count(sheet: TestSheet, count: int) -> None:
 
 
 def _check_sense(sheet: TestSheet, test: Test) -> None:
-    """The load must have the sense of the deformation."""
+    """The load must have a size that exists and the sense of the deformation."""
+    if np.max(np.abs(test.stress)) > LARGEST_STRESS:
+        raise SpecError(
+            f"{sheet.file}: the stress goes to {np.max(np.abs(test.stress)):.3g} MPa; "
+            "no material bears that. Is the unit right?"
+        )
     if test.mode == "biaxial":
         return
     x, y = test.stretch, test.stress

@@ -160,6 +160,8 @@ def _from_many(problem, candidate, method, starts, seed, first) -> Solution:
         evaluations += count
         if cost < best_cost:
             best, best_cost = vector, cost
+    if best is None:
+        raise SpecError(f"{candidate.name}: no start of the optimiser leads to finite stresses")
     vector, count = _descend(problem, candidate, method, best, FINE)
     cost = float(np.sum(residuals(problem, candidate, vector) ** 2))
     if cost < best_cost:

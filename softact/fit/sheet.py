@@ -14,6 +14,15 @@ Area = Annotated[float, BeforeValidator(AREA.parse)]
 MODE_NAMES = ("uniaxial", "compression", "equibiaxial", "planar", "biaxial")
 
 
+def _cycle(value: object) -> int | str | None:
+    text = str(value)
+    if value is None or text == "last":
+        return value
+    if isinstance(value, bool) or not text.isdigit() or int(text) < 1:
+        raise ValueError(f"'{text}' is no cycle; write 1, 2, ... or last")
+    return int(text)
+
+
 class TestSheet(BaseModel):
     """One file of test data and how to read it.
 
@@ -41,7 +50,7 @@ class TestSheet(BaseModel):
     area: Area | None = Field(default=None, gt=0, description="cross-section, undeformed")
     zero: bool = Field(default=False, description="subtract the load of the first point used")
     loading: bool = Field(default=False, description="keep the first loading only")
-    cycle: int | Literal["last"] | None = Field(
+    cycle: Annotated[int | str | None, BeforeValidator(_cycle)] = Field(
         default=None, description="keep the loading of this cycle (1, 2, ... or last)"
     )
     toe: Pressure | None = Field(
@@ -122,8 +131,13 @@ def _sheets_from_yaml(path: Path, options: dict) -> list[TestSheet]:
     tests = data.get("tests") if isinstance(data, dict) else None
     if not isinstance(tests, list) or not all(isinstance(t, dict) and "file" in t for t in tests):
         raise SpecError(f"{path}: wants 'tests:', a list of mappings with 'file', 'mode', ...")
-    sheets = []
+    sheets, faults = [], []
     for i, test in enumerate(tests):
         merged = {**options, **test, "file": path.parent / str(test["file"])}
-        sheets.append(make_sheet(merged, f"{path}: tests.{i}"))
+        try:
+            sheets.append(make_sheet(merged, f"{path}: tests.{i}"))
+        except SpecError as error:
+            faults += error.lines
+    if faults:
+        raise SpecError(*faults)
     return sheets

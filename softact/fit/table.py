@@ -10,7 +10,7 @@ import numpy as np
 
 from softact.errors import SpecError
 from softact.fit.columns import Column, read_heading
-from softact.units import LENGTH
+from softact.units import LENGTH, show
 
 SIZES = ("thickness", "width", "length")
 MAX_BYTES = 200_000_000
@@ -114,7 +114,7 @@ def _find_headings(path: Path, cells, sizes: dict[str, float]) -> tuple[int, tup
                     raise
         if {"x", "y"} <= roles:
             return i + 1, _columns(path, row)
-    found = "; ".join(f"'{', '.join(row)}'" for _, row in cells[:1])
+    found = show(", ".join(cells[0][1]))
     raise SpecError(
         f"{path}: no headings that name a deformation and a load (the first line is {found}); "
         "give --columns, for example --columns 'stretch, nominal_stress MPa'"
@@ -148,7 +148,7 @@ def _numbers(path: Path, columns, cells, sizes: dict[str, float]) -> Table:
                 values[r, i] = float(cell)
             except ValueError:
                 hint = "; write a decimal point" if re.fullmatch(r"-?\d+,\d+", cell) else ""
-                said = f"'{cell[:40]}' is not a number{hint}" if cell else "there is no value"
+                said = f"{show(cell)} is not a number{hint}" if cell else "there is no value"
                 faults.append(f"{path}:{number}: column '{columns[i].heading}': {said}")
                 continue
             if not math.isfinite(values[r, i]):

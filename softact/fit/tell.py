@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from softact.fit.candidates import as_candidate
 from softact.fit.data import Test
 from softact.fit.fit import Fit
 from softact.fit.optimise import model_stress
@@ -117,16 +118,6 @@ def tell_comparison(fit: Fit, law: Law, name: str) -> list[str]:
             f"of {test.stretch[large][worst]:.3g}"
         )
     return lines
-
-
-def as_candidate(law: Law):
-    """Return a material with all constants held, to be evaluated as a fit is."""
-    from softact.fit.candidates import Candidate
-
-    held = {
-        name: getattr(law, name) for name in type(law).model_fields if name not in Law.model_fields
-    }
-    return Candidate(law.name or law.law, type(law), (), held)
 
 
 def _pressure(value: float) -> str:

@@ -35,9 +35,8 @@ def _evaluate(snapshot):
     if not snapshot.layout.tip:
         return {}
     axis = np.asarray(snapshot.layout.axis)
-    _, tip = snapshot.tip
-    clamp, _ = snapshot.motion(snapshot.layout.clamp)
-    chord = tip.mean(axis=0) - clamp.mean(axis=0)
+    clamp = snapshot.motion(snapshot.layout.clamp)
+    chord = snapshot.tip.centre_after - clamp.centre_after
     columns = {
         "bending_angle_deg": _angle(snapshot, snapshot.tip_rotation @ axis, "bending_angle_deg"),
         "chord_angle_deg": _angle(snapshot, chord, "chord_angle_deg"),

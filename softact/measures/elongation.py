@@ -6,8 +6,8 @@ from softact.measures.base import Measure
 def _evaluate(snapshot):
     if not snapshot.layout.tip:
         return {}
-    before, after = snapshot.tip
-    return {"elongation_mm": float((after - before).mean(axis=0) @ snapshot.layout.axis)}
+    moved = snapshot.tip.centre_after - snapshot.tip.centre_before
+    return {"elongation_mm": float(moved @ snapshot.layout.axis)}
 
 
 ELONGATION = Measure(

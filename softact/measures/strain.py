@@ -26,7 +26,7 @@ STRAIN = Measure(
     {"max_principal_stretch": "largest principal stretch"}
     | {f"max_principal_stretch_{c}_mm": f"its undeformed {c} coordinate" for c in "xyz"}
     | {
-        "volume_change_max": "largest |J − 1| at a quadrature point",
+        "volume_change_max": "largest |J − 1| at a quadrature point, mostly at a sharp corner",
         "volume_change_mean": "relative change of the material's whole volume",
     },
     _evaluate,

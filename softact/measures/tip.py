@@ -6,7 +6,7 @@ from softact.measures.base import Measure, vector_columns
 def _evaluate(snapshot):
     if not snapshot.layout.tip:
         return {}
-    return vector_columns("tip_<xyz>_mm", snapshot.tip[1].mean(axis=0))
+    return vector_columns("tip_<xyz>_mm", snapshot.tip.centre_after)
 
 
 TIP = Measure(

@@ -204,7 +204,8 @@ class Spec(Model):
         layout = self.geometry.layout()
         supports = self.supports
         if supports is None:
-            supports = (Support(surface=layout.clamp, fix=("x", "y", "z")),)
+            clamp = Support(surface=layout.clamp, fix=("x", "y", "z")) if layout.clamp else None
+            supports = (clamp,) if clamp else ()
         steps = [
             step.model_copy(update={"pressure": dict.fromkeys(layout.cavities, value)})
             if step.pressure and (value := step.pressure.get(ALL_CAVITIES)) is not None
