@@ -1,5 +1,6 @@
 """`softact fit`: a law's constants from tensile tests."""
 
+import re
 from pathlib import Path
 
 import click
@@ -27,6 +28,12 @@ def _quantity(name: str):
         return number
 
     return read
+
+
+def _file_name(ctx: click.Context, parameter: click.Parameter, value: str | None) -> str | None:
+    if value is not None and not re.fullmatch(r"[\w.-]*\w[\w.-]*", value):
+        raise click.BadParameter(f"'{value}' is no name for files; use letters, digits, . _ -")
+    return value
 
 
 def _pairs(ctx: click.Context, parameter: click.Parameter, values: tuple[str, ...]) -> dict:
@@ -83,7 +90,7 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, values: tuple[str, ..
 @click.option("--compare", multiple=True, metavar="CARD", help="Draw a card beside the fit.")
 @click.option("--density", callback=_quantity("DENSITY"), help="For the card.")
 @click.option("--strength", callback=_quantity("PRESSURE"), help="Tensile strength, for the card.")
-@click.option("--name", help="Name of the card; default: the first file's.")
+@click.option("--name", callback=_file_name, help="Name of the card; default: the first file's.")
 @click.option(
     "-o",
     "--output",
@@ -111,8 +118,6 @@ def fit(data: tuple[str, ...], **given: object) -> None:
     from softact.fit.sheet import TestSheet, sheets_from_argument
 
     reading = {k: given[k] for k in TestSheet.model_fields if given.get(k) not in (None, False)}
-    if "columns" in reading:
-        reading["columns"] = tuple(part.strip() for part in str(reading["columns"]).split(","))
     sheets = [sheet for entry in data for sheet in sheets_from_argument(entry, reading)]
     request = Request(
         sheets=sheets,

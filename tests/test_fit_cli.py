@@ -115,6 +115,9 @@ def test_held_constant_and_warning_of_a_wrong_unit(folder, capsys):
         (["uniaxial.csv", "--density", "3 mm"], "density"),
         (["uniaxial.csv", "--columns", "strain %, -"], "no column for the load"),
         (["uniaxial.csv", "--stress", "cauchy"], "is not the cauchy stress"),
+        (["uniaxial.csv", "--name", "../x"], "no name for files"),
+        (["uniaxial.csv", "--cycle", "0"], "is no cycle"),
+        (["."], "Is a directory"),
         ([], "FILE"),
     ],
 )

@@ -14,6 +14,14 @@ Area = Annotated[float, BeforeValidator(AREA.parse)]
 MODE_NAMES = ("uniaxial", "compression", "equibiaxial", "planar", "biaxial")
 
 
+def _headings(value: object) -> object:
+    if isinstance(value, str):
+        return tuple(part.strip() for part in value.split(","))
+    if value is not None and not isinstance(value, list | tuple):
+        raise ValueError("write the headings as a list, such as [stretch, nominal_stress MPa]")
+    return value
+
+
 def _cycle(value: object) -> int | str | None:
     text = str(value)
     if value is None or text == "last":
@@ -38,7 +46,7 @@ class TestSheet(BaseModel):
         default=None, description="of the load in a sheet with fibres; course is the fibre axis"
     )
     specimen: str | None = Field(default=None, description="name; default: the file's stem")
-    columns: tuple[str, ...] | None = Field(
+    columns: Annotated[tuple[str, ...] | None, BeforeValidator(_headings)] = Field(
         default=None, description="headings in order, where the file has none; '-' skips a column"
     )
     stress: Literal["nominal", "cauchy"] | None = Field(

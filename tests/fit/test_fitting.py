@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from softact.errors import SpecError
-from softact.fit.candidates import ALL_ISOTROPIC, CANDIDATES, chosen
+from softact.fit.candidates import ALL_ISOTROPIC, CANDIDATES, as_candidate, chosen
 from softact.fit.data import Test, read_tests
 from softact.fit.fit import Options, fit, ranked
 from softact.fit.modes import MODES, nominal_stress, sheet_stress
@@ -14,7 +14,7 @@ from softact.fit.optimise import METHODS, make_problem, residuals
 from softact.fit.sheet import sheets_from_argument
 from softact.fit.stability import drucker
 from softact.fit.statistics import certainty, information
-from softact.fit.tell import as_candidate, tell_comparison
+from softact.fit.tell import tell_comparison
 from softact.materials import LAWS, load_card
 
 REPOSITORY = Path(__file__).parents[2]
@@ -373,3 +373,19 @@ def test_certainty_of_a_held_law_is_empty():
     law = LAWS["yeoh"].of(c10=0.11)
     problem = make_problem(three_modes(law))
     assert certainty(problem, as_candidate(law), np.zeros(0)).identifiable
+
+
+def test_a_card_of_any_law_can_be_drawn_beside_a_fit():
+    test = made(LAWS["neo_hookean"].of(c10=0.14), "uniaxial", np.linspace(1, 2, 20))
+    found = fit([test], CANDIDATES["neo_hookean"])
+    for name in ("pet", "ninjaflex", "ecoflex-00-30"):
+        law = load_card(name)
+        (line,) = tell_comparison(found, law, name)
+        ratio = nominal_stress(law, law, "uniaxial", test.stretch[1:]) / test.stress[1:] - 1
+        assert f"{100 * ratio.mean():+.1f} % on average" in line
+
+
+def test_stresses_beyond_reason_are_refused():
+    x = np.linspace(1, 2, 20)
+    with pytest.raises(SpecError, match="no start"):
+        fit([Test("huge", "uniaxial", x, 1e200 * (x - 1))], CANDIDATES["yeoh"])
