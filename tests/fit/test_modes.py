@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.integrate import quad
 
 from softact.fit.modes import (
     MODES,
@@ -179,3 +180,25 @@ def test_equivalent_stretch(mode):
         found = stretch_reaching(mode, 5.0, side)
         assert (found > 1) == (side > 1)
         assert first_invariant(mode, found) == pytest.approx(5.0)
+
+
+# REFERENCE: pressure in kPa in a thick sphere, radii 10 and 11 mm, at inner stretches below.
+INNER = (1.05, 1.1, 1.2, 1.3, 1.4, 1.5, 2.0, 3.0)
+SPHERE = {
+    "neo_hookean": (11.573, 19.445, 28.273, 31.924, 33.006, 32.810, 27.252, 18.596),
+    "yeoh": (9.165, 15.734, 24.599, 30.607, 35.297, 39.316, 56.006, 86.031),
+}
+
+
+@pytest.mark.parametrize("name", SPHERE)
+def test_thick_sphere_by_quadrature_of_the_equibiaxial_stress(name):
+    """P = ∫ Ŵ'(λ)/(λ³ − 1) dλ from λb to λa with Ŵ' twice the equibiaxial nominal stress."""
+    law = LAWS[name].of(**CONSTANTS[name])
+
+    def integrand(s):
+        return 2 * nominal_stress(law, law, "equibiaxial", np.array([s]))[0] / (s**3 - 1)
+
+    for inner, expected in zip(INNER, SPHERE[name], strict=True):
+        outer = np.cbrt(1 + (inner**3 - 1) * (10 / 11) ** 3)
+        pressure = quad(integrand, outer, inner, epsabs=1e-12)[0]
+        assert 1e3 * pressure == pytest.approx(expected, abs=6e-4)
