@@ -16,11 +16,11 @@ from softact.units import Length
 class Tube(Geometry):
     """A quarter (y, z >= 0) of a hollow cylinder along x, open at both ends.
 
-    The cavity is closed by nothing at its ends: hold their x-displacement.
+    It has no closed cavity: press on its wall with ``surface_pressure: {bore: ...}``.
     """
 
     type: Literal["tube"] = "tube"
-    inner_radius: Length = Field(5.0, description="radius of the cavity")
+    inner_radius: Length = Field(5.0, description="radius of the bore")
     outer_radius: Length = Field(7.0, description="radius of the outside")
     length: Length = Field(10.0, description="extent along x")
     mesh_size: Length = Field(1.5, description="edge length of the tetrahedra")
@@ -28,8 +28,8 @@ class Tube(Geometry):
     def layout(self) -> Layout:
         return Layout(
             regions=("body",),
-            surfaces=("cavity", "outer", "clamp", "tip", "symmetry_y", "symmetry_z"),
-            cavities={"cavity": ("cavity",)},
+            surfaces=("bore", "outer", "clamp", "tip", "symmetry_y", "symmetry_z"),
+            cavities={},
             symmetry={"symmetry_y": 1, "symmetry_z": 2},
             length=self.length,
         )
@@ -38,7 +38,7 @@ class Tube(Geometry):
         a, b, length = self.inner_radius, self.outer_radius, self.length
         return {
             "body": pi / 4 * (b**2 - a**2) * length,
-            "cavity": pi / 4 * a**2 * length,
+            "bore": pi / 2 * a * length,
             "outer": pi / 2 * b * length,
             "symmetry_y": (b - a) * length,
         }
@@ -82,7 +82,7 @@ class Tube(Geometry):
                 names[tag] = "symmetry_y" if flat[1] else "symmetry_z"
             else:
                 middle = (self.inner_radius + self.outer_radius) / 2
-                names[tag] = "cavity" if upper[1:].max() < middle else "outer"
+                names[tag] = "bore" if upper[1:].max() < middle else "outer"
         return names
 
 
