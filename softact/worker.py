@@ -14,6 +14,8 @@ from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 
+import numpy as np
+
 from softact.errors import SoftactError
 
 Tell = Callable[[dict], None]
@@ -84,6 +86,7 @@ class _Recorder:
         times["solve"] = time.perf_counter() - started - self.write_time
         times["measure_and_write"] = self.write_time
         status = "no_equilibrium" if progress.stopped else "complete"
+        messages = [m for m in (progress.stopped, *self._beyond_test()) if m]
         if self.writer is not None:
             summary = _parameters(self.spec) | self.row
             counts = {
@@ -97,12 +100,32 @@ class _Recorder:
                 {
                     "times_s": {name: round(t, 4) for name, t in times.items()},
                     "counts": counts,
-                    "messages": [progress.stopped] if progress.stopped else [],
+                    "messages": messages,
                     "history": [asdict(a) for a in progress.attempts],
                 },
             )
         self.tell({"stage": "done", "status": status, "message": progress.stopped})
         return status
+
+    def _beyond_test(self) -> list[str]:
+        """What to say of material that is stretched further at the end than its card was tested."""
+        said = []
+        for name, solid in self.model.solids.items():
+            card = solid.material.card
+            if card is None or card.stretch_range is None:
+                continue
+            f = solid.deformation_gradient(self.stepper.state.x)
+            stretch = np.linalg.svd(f, compute_uv=False)
+            low, high = card.stretch_range
+            beyond = (stretch[..., 0] > high) | (stretch[..., -1] < low)
+            part = self.model.sum(float(solid.volumes[beyond].sum()))
+            whole = self.model.sum(float(solid.volumes.sum()))
+            if part > 0:
+                said.append(
+                    f"region '{name}': {part / whole:.2%} of the volume leaves the stretches "
+                    f"{low:g} to {high:g} to which {card.name or 'its material'} was tested"
+                )
+        return said
 
     def _accept(self, state, attempt, number) -> None:
         from softact.snapshot import Snapshot, gather_nodes
