@@ -1,0 +1,86 @@
+"""From a mesh and a law to an equilibrium, and what the tests read from it."""
+
+from __future__ import annotations
+
+from copy import copy
+from dataclasses import dataclass, field
+
+import numpy as np
+from mpi4py import MPI
+
+from softact.geometry import Layout
+from softact.mesh import Tetrahedra, distribute
+from softact.model import Model, Support
+from softact.stepping import LoadStep, Settings, Stepper
+from softact.terms import State
+
+CLAMP = Support("x_min", {0: 0.0, 1: 0.0, 2: 0.0})
+ROLLERS = [Support(f"{axis}_min", {number: 0.0}) for number, axis in enumerate("xyz")]
+
+
+def build(
+    tets: Tetrahedra, law, element: str = "P2/P1", layers=(), cavities=None, symmetry=None, **layout
+) -> Model:
+    """A model of one material on a mesh of ``meshes``; ``layout``: further fields of Layout."""
+    names = {"clamp": "x_min", "tip": "x_max"} | layout
+    whole = Layout(
+        regions=("body",),
+        surfaces=tuple(tets.surfaces),
+        cavities=cavities or {},
+        symmetry=symmetry or {},
+        **names,
+    )
+    mesh = distribute(MPI.COMM_SELF, lambda: tets, whole)
+    return Model(mesh, {"body": law.material()}, layers, element)
+
+
+@dataclass
+class Solution:
+    """An equilibrium at the end of the steps, and the accepted states on the way.
+
+    path: all accepted states, the unloaded one first. ends: those at the end of each step.
+    """
+
+    model: Model
+    stepper: Stepper
+    path: list[State] = field(default_factory=list)
+    ends: list[State] = field(default_factory=list)
+
+    @property
+    def state(self) -> State:
+        """The last state."""
+        return self.stepper.state
+
+    def displacement(self, point) -> np.ndarray:
+        """Displacement (3,) in mm of the node at ``point``."""
+        return displacement(self.model, self.state, point)
+
+    def reaction(self, surface: str, state: State | None = None) -> np.ndarray:
+        """Force (3,) in N that holds the nodes of a surface, in the last state or another."""
+        force, _ = self.model.force(state or self.state)
+        return force[self.model.displacement_dofs[self.model.surface_nodes(surface)]].sum(axis=0)
+
+
+def displacement(model: Model, state: State, point) -> np.ndarray:
+    """Displacement (3,) in mm of the node at ``point``."""
+    places = model.unknowns.spaces[0].tabulate_dof_coordinates()
+    gaps = np.linalg.norm(places - point, axis=1)
+    assert gaps.min() < 1e-6, f"no node at {point}"
+    return state.x[model.displacement_dofs[gaps.argmin()]]
+
+
+def solve(model: Model, steps, supports, increment: float = 1.0, **settings) -> Solution:
+    """Run the steps (one or a list); fails where no equilibrium is found."""
+    path, ends = [], []
+
+    def keep(state, attempt, number):
+        path.append(State(**{name: copy(value) for name, value in vars(state).items()}))
+        if attempt.fraction == 1.0:
+            ends.append(path[-1])
+
+    settings = Settings(initial_increment=increment, max_increment=increment, **settings)
+    stepper = Stepper(model, settings, keep)
+    steps = [steps] if isinstance(steps, LoadStep) else steps
+    progress = stepper.run(steps, supports)
+    assert progress.stopped is None, progress.stopped
+    return Solution(model, stepper, path, ends)

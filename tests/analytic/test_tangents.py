@@ -1,0 +1,240 @@
+"""Every term's force against its energy and its tangent against its force, by finite differences.
+
+The state is random and admissible, so that no symmetry hides a fault. Central differences over a
+step h are wrong by h² times a third derivative: 1e-6 is asked for.
+"""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from meshes import block
+from petsc4py import PETSc
+from solving import build
+
+from softact.materials import LAWS
+from softact.model import ELEMENTS, BondedLayer
+from softact.terms import (
+    InvertedElementError,
+    Solid,
+    State,
+    SurfaceForce,
+    SurfacePressure,
+    Weight,
+)
+
+STEP = 1e-5
+PAPER = SimpleNamespace(youngs_modulus=65.0, poissons_ratio=0.2, density=7.5e-10)
+
+
+def hollow_block(law, element="P2/P1"):
+    """3 × 3 × 3 mm with a closed cavity in its middle and paper on its base."""
+    tets = block((3, 3, 3), (3.0, 3.0, 3.0), keep=lambda c: (np.abs(c - 1.5) > 0.6).any(axis=1))
+    layers = [BondedLayer("z_min", PAPER, 0.1)]
+    model = build(tets, law, element, layers, cavities={"cavity": ("inside",)})
+    model.add_surface_load(SurfaceForce, "x_max")
+    model.add_surface_load(SurfacePressure, "y_max")
+    model.add_surface_load(SurfacePressure, "inside")
+    return model
+
+
+@pytest.fixture(scope="module")
+def model():
+    return hollow_block(LAWS["yeoh"].of(c10=0.11, c20=0.02, bulk_modulus=10.0))
+
+
+def random_state(model, seed=1, size=0.04):
+    rng = np.random.default_rng(seed)
+    state = State(size * rng.standard_normal(model.unknowns.local))
+    state.pressure = {"cavity": 0.05}
+    state.gravity = np.array([1e3, -2e3, 9810.0])
+    state.traction = {"x_max": np.array([0.01, 0.02, -0.03])}
+    state.surface_pressure = {"y_max": 0.04, "inside": 0.03}
+    assert model.smallest_jacobian(state.x) > 0.1
+    return state
+
+
+def moved(state, change):
+    return State(**{**vars(state), "x": state.x + change})
+
+
+def force(model, term, state):
+    out = np.zeros(model.unknowns.local)
+    term.add_force(state, out)
+    return out
+
+
+def tangent(model, terms, state):
+    """The matrix of some terms, dense."""
+    model.assembler.fixed[:] = 0
+    model.assembler.clear()
+    for term in terms:
+        term.add_tangent(state, None)
+    return dense(model.assembler.finish_matrix())
+
+
+def dense(matrix: PETSc.Mat) -> np.ndarray:
+    copy = PETSc.Mat()
+    return matrix.convert("dense", copy).getDenseArray().copy()
+
+
+def slope(function, state, direction):
+    """Central difference of ``function(state)`` along ``direction``."""
+    ahead, behind = (function(moved(state, s * STEP * direction)) for s in (1, -1))
+    return (ahead - behind) / (2 * STEP)
+
+
+def potential(model, term, state):
+    """The functional whose derivative is the force: with a pressure unknown it is no energy."""
+    if isinstance(term, Solid) and term.pressure_values is not None:
+        p = term.hydrostatic_pressure(state.x)
+        jacobian = np.linalg.det(term.deformation_gradient(state.x))
+        mixed = p * (jacobian - 1) - p**2 / term.material.bulk_modulus
+        return term.energy(state) + float((mixed * term.volumes).sum())
+    return term.energy(state)
+
+
+def terms_of(model):
+    kinds = {type(t).__name__: t for t in model.terms if not isinstance(t, SurfacePressure)}
+    named = {f"SurfacePressure {t.name}": t for t in model.terms if isinstance(t, SurfacePressure)}
+    return kinds | named
+
+
+DEAD = ("Weight", "SurfaceForce")
+CONSERVATIVE = ("Solid", "CavityPressure", "Layer", "LayerBending", *DEAD)
+FOLLOWING = ("SurfacePressure inside", "SurfacePressure y_max")
+
+
+def test_every_term_is_here(model):
+    assert set(terms_of(model)) == {*CONSERVATIVE, *FOLLOWING}
+
+
+@pytest.mark.parametrize("name", CONSERVATIVE)
+def test_force_is_slope_of_energy(model, name):
+    term, state = terms_of(model)[name], random_state(model)
+    direction = np.random.default_rng(2).standard_normal(model.unknowns.local)
+    expected = slope(lambda s: potential(model, term, s), state, direction)
+    found = force(model, term, state) @ direction
+    assert found == pytest.approx(expected, rel=1e-6)
+    assert abs(found) > 0
+
+
+@pytest.mark.parametrize("name", [*CONSERVATIVE, "SurfacePressure inside"])
+def test_tangent_is_slope_of_force(model, name):
+    """On the closed surface the symmetric part is all that there is."""
+    term, state = terms_of(model)[name], random_state(model)
+    direction = np.random.default_rng(2).standard_normal(model.unknowns.local)
+    matrix = tangent(model, [term], state)
+    found = to_local(model, matrix @ to_global(model, direction))
+    expected = slope(lambda s: force(model, term, s), state, direction)
+    assert np.linalg.norm(found - expected) <= 1e-6 * np.linalg.norm(expected)
+    np.testing.assert_allclose(matrix, matrix.T, atol=1e-12 * np.abs(matrix).max(initial=1e-300))
+    assert np.any(matrix) == (name not in DEAD)
+
+
+def to_global(model, local):
+    out = np.empty_like(local)
+    out[model.unknowns.number] = local
+    return out
+
+
+def to_local(model, values):
+    return values[model.unknowns.number]
+
+
+def test_tangent_of_pressure_on_open_surface(model):
+    """It is the symmetric part: the same quadratic form, but not the same matrix."""
+    term, state = terms_of(model)["SurfacePressure y_max"], random_state(model)
+    direction = np.random.default_rng(2).standard_normal(model.unknowns.local)
+    matrix = tangent(model, [term], state)
+    np.testing.assert_allclose(matrix, matrix.T, atol=1e-14)
+    change = slope(lambda s: force(model, term, s), state, direction)
+    there = to_global(model, direction)
+    assert there @ matrix @ there == pytest.approx(direction @ change, rel=1e-6)
+    assert np.linalg.norm(to_local(model, matrix @ there) - change) > 1e-2 * np.linalg.norm(change)
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+@pytest.mark.parametrize("law", ["yeoh", "ogden", "arruda_boyce"])
+def test_all_terms_together(element, law):
+    """Newton's own force and matrix, for each element and for each kind of law."""
+    laws = {
+        "yeoh": LAWS["yeoh"].of(c10=0.11, c20=0.02, bulk_modulus=10.0, d2=0.3),
+        "ogden": LAWS["ogden"].of(mu=[0.3, 0.02], alpha=[1.3, -2.0], bulk_modulus=10.0),
+        "arruda_boyce": LAWS["arruda_boyce"].of(mu=0.2, lambda_m=3.0, bulk_modulus=10.0),
+    }
+    model = hollow_block(laws[law], element)
+    state = random_state(model)
+    state.surface_pressure = {"inside": 0.03}
+    direction = np.random.default_rng(2).standard_normal(model.unknowns.local)
+    matrix = dense(model.tangent(state))
+    found = to_local(model, matrix @ to_global(model, direction))
+    expected = slope(lambda s: model.force(s)[0], state, direction)
+    assert np.linalg.norm(found - expected) <= 1e-6 * np.linalg.norm(expected)
+    np.testing.assert_allclose(matrix, matrix.T, atol=1e-12 * np.abs(matrix).max())
+
+
+OFF = {
+    "pressure": {"cavity": 0.0},
+    "gravity": np.zeros(3),
+    "traction": {},
+    "surface_pressure": {"y_max": 0.0, "inside": 0.0},
+}
+
+
+@pytest.mark.parametrize("load", OFF)
+def test_load_switched_off(model, load):
+    """The whole force changes with each load, and the tangent with those that follow."""
+    state = random_state(model)
+    without = State(**{**vars(state), load: OFF[load]})
+    assert np.linalg.norm(model.force(state)[0] - model.force(without)[0]) > 1e-6
+    changed = np.abs(dense(model.tangent(state)) - dense(model.tangent(without))).max()
+    assert (changed > 1e-6) == (load in ("pressure", "surface_pressure"))
+
+
+@pytest.mark.parametrize("name", ["Layer", "LayerBending"])
+def test_layer_left_out(model, name):
+    """Without the layer the body is softer along the random direction."""
+    state = random_state(model)
+    term = terms_of(model)[name]
+    rest = [t for t in model.terms if t is not term]
+    with_it, without = (tangent(model, terms, state) for terms in (model.terms, rest))
+    assert np.abs(with_it - without).max() > 1e-4 * np.abs(without).max()
+
+
+def test_dead_loads_add_up(model):
+    """Weight ρ V g of 26 mm³ and of the paper, and traction t A on 9 mm², whatever the state."""
+    state = random_state(model)
+    mass = 1.07e-9 * 26 + 7.5e-10 * 0.1 * 9
+    weights = [t for t in model.terms if isinstance(t, Weight)]
+    assert len(weights) == 2
+    total = sum(force(model, t, state)[model.displacement_dofs].sum(axis=0) for t in weights)
+    np.testing.assert_allclose(total, -mass * state.gravity, rtol=1e-12)
+    load = terms_of(model)["SurfaceForce"]
+    total = force(model, load, state)[model.displacement_dofs].sum(axis=0)
+    np.testing.assert_allclose(total, -9 * state.traction["x_max"], rtol=1e-12)
+
+
+def test_pressure_on_closed_surface_has_no_resultant(model):
+    """∮ cof(F) N dA = 0 (Piola's identity), of force and of moment, in any state."""
+    state = random_state(model)
+    for name in ("CavityPressure", "SurfacePressure inside"):
+        forces = force(model, terms_of(model)[name], state)[model.displacement_dofs]
+        places = model.unknowns.spaces[0].tabulate_dof_coordinates()
+        places = places + state.x[model.displacement_dofs]
+        np.testing.assert_allclose(forces.sum(axis=0), 0, atol=1e-14)
+        np.testing.assert_allclose(np.cross(places, forces).sum(axis=0), 0, atol=1e-14)
+    both = (terms_of(model)[n] for n in ("CavityPressure", "SurfacePressure inside"))
+    cavity, surface = (force(model, t, state) for t in both)
+    np.testing.assert_allclose(cavity / 0.05, surface / 0.03, atol=1e-13)
+
+
+def test_inverted_element(model):
+    """An inverted element is told, and makes the whole force not a number."""
+    state = State(np.zeros(model.unknowns.local))
+    places = model.unknowns.spaces[0].tabulate_dof_coordinates()
+    state.x[model.displacement_dofs[:, 0]] = -2 * places[:, 0]
+    with pytest.raises(InvertedElementError):
+        model.solids["body"].second_piola(state)
+    assert np.isnan(model.force(state)[0]).all()
+    assert model.smallest_jacobian(state.x) == pytest.approx(-1.0)
