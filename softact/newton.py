@@ -26,12 +26,17 @@ MUMPS_CONTROLS = {
 
 @dataclass(frozen=True)
 class NewtonOutcome:
-    """What a Newton solve did. ``residuals``: relative out-of-balance force per iteration."""
+    """What a Newton solve did.
+
+    residuals: relative out-of-balance force per iteration. unstable_modes: directions in which
+    the potential energy falls, at the last factorised tangent; none at a stable equilibrium.
+    """
 
     converged: bool
     iterations: int
     residuals: list[float]
     reason: str
+    unstable_modes: int
 
 
 @dataclass
@@ -90,9 +95,14 @@ class Newton:
             self._factor.setMumpsIcntl(control, value)
         return snes
 
-    def negative_eigenvalues(self) -> int:
-        """Negative eigenvalues of the last factorised tangent (Sylvester's law of inertia)."""
-        return self._factor.getInertia()[0]
+    def _unstable_modes(self) -> int:
+        """Negative eigenvalues of the last factorised tangent beyond one per pressure unknown.
+
+        The factors' inertia is the matrix's (Sylvester). The pressure block −1/K is negative, and
+        eliminating it leaves the stiffness of the displacements: the inertias add up (Haynsworth).
+        """
+        pressures = self.model.sum(int((~self._is_force).sum()))
+        return self._factor.getInertia()[0] - pressures
 
     def set_supports(self, supports: Sequence[Support], state: State) -> None:
         """Change what is held from here on."""
@@ -120,7 +130,8 @@ class Newton:
         iterations = self._snes.getIterationNumber()
         self.counts.newton_iterations += iterations
         reason = "" if converged else self._reason or self._explain()
-        return NewtonOutcome(converged, iterations, self._residuals, reason)
+        unstable = self._unstable_modes() if converged and self.counts.factorisations else 0
+        return NewtonOutcome(converged, iterations, self._residuals, reason, unstable)
 
     def _function(self, _snes, x, f) -> None:
         owned = self.model.unknowns.owned

@@ -49,7 +49,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Attempt:
-    """One try at an increment, for the convergence history."""
+    """One try at an increment, for the convergence history; see ``NewtonOutcome``."""
 
     step: str
     fraction: float
@@ -57,6 +57,7 @@ class Attempt:
     converged: bool
     residuals: list[float]
     reason: str
+    unstable_modes: int
 
 
 @dataclass
@@ -106,7 +107,7 @@ class Stepper:
                 self.newton.set_supports(held, self.state)
             supports = held
             if number == 0:
-                self._record(Attempt(step.name, 0.0, 0, True, [], ""))
+                self._record(Attempt(step.name, 0.0, 0, True, [], "", 0))
             if not self._solve_step(step):
                 break
         return self.progress
@@ -137,6 +138,7 @@ class Stepper:
                 outcome.converged,
                 outcome.residuals,
                 outcome.reason,
+                outcome.unstable_modes,
             )
             if outcome.converged:
                 path = [*path[-2:], (target, self.state.x.copy())]

@@ -86,7 +86,7 @@ class _Recorder:
         times["solve"] = time.perf_counter() - started - self.write_time
         times["measure_and_write"] = self.write_time
         status = "no_equilibrium" if progress.stopped else "complete"
-        messages = [m for m in (progress.stopped, *self._beyond_test()) if m]
+        messages = [m for m in (progress.stopped, self._unstable(), *self._beyond_test()) if m]
         if self.writer is not None:
             summary = _parameters(self.spec) | self.row
             counts = {
@@ -106,6 +106,16 @@ class _Recorder:
             )
         self.tell({"stage": "done", "status": status, "message": progress.stopped})
         return status
+
+    def _unstable(self) -> str | None:
+        """What to say of the first unstable equilibrium."""
+        for attempt in self.stepper.progress.attempts:
+            if attempt.converged and attempt.unstable_modes > 0:
+                return (
+                    f"unstable from {attempt.fraction:.2%} of step '{attempt.step}' on: the "
+                    "potential energy falls in some direction, so the actuator would snap or buckle"
+                )
+        return None
 
     def _beyond_test(self) -> list[str]:
         """What to say of material that is stretched further at the end than its card was tested."""
@@ -135,6 +145,7 @@ class _Recorder:
         row = {"step": attempt.step, "increment": number, "step_fraction": attempt.fraction}
         for measure in self.measures:
             row |= measure.evaluate(snapshot)
+        row["unstable_modes"] = attempt.unstable_modes
         row["newton_iterations"] = attempt.iterations
         row["residual"] = attempt.residuals[-1] if attempt.residuals else 0.0
         self.row = row

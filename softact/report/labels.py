@@ -16,7 +16,15 @@ _UNITS = {
 }
 
 #: Columns that say where a row stands or where a largest value lies; not results themselves.
-BOOKKEEPING = {"step", "increment", "step_fraction", "newton_iterations", "residual", "iterations"}
+BOOKKEEPING = {
+    "step",
+    "increment",
+    "step_fraction",
+    "newton_iterations",
+    "residual",
+    "iterations",
+    "unstable_modes",
+}
 
 
 @dataclass(frozen=True)
