@@ -1,0 +1,249 @@
+"""The measures against prescribed motions and against statics."""
+
+import numpy as np
+import pytest
+from meshes import block
+from solving import CLAMP, build, solve
+
+from softact.materials import LAWS
+from softact.measures import MEASURES
+from softact.measures.base import rotation_about
+from softact.mesh import Tetrahedra
+from softact.model import Support
+from softact.snapshot import Snapshot
+from softact.stepping import LoadStep
+from softact.terms import State
+
+LENGTH = 8.0  # mm
+GRAVITY = 9810.0  # mm/s²
+SOFT = LAWS["neo_hookean"].of(c10=0.03, bulk_modulus=30.0, density=1.07e-9)
+
+
+def bar(**layout):
+    return build(block((4, 1, 1), (LENGTH, 2.0, 2.0)), SOFT, origin=(0.0, 1.0, 1.0), **layout)
+
+
+def rows_of(model, displacements, names):
+    """Rows of the measures for a sequence of prescribed displacement fields (points -> places)."""
+    places = model.unknowns.spaces[0].tabulate_dof_coordinates()
+    rows, row = [], {}
+    for move in displacements:
+        state = State(np.zeros(model.unknowns.local))
+        state.x[model.displacement_dofs] = move(places) - places
+        snapshot = Snapshot(model, state, row)
+        row = {}
+        for name in names:
+            row |= MEASURES[name].evaluate(snapshot)
+        rows.append(row)
+    return rows
+
+
+def rows_along(solution, names):
+    """Rows of the measures at all accepted states of a solution."""
+    rows, row = [], {}
+    for state in solution.path:
+        snapshot = Snapshot(solution.model, state, row)
+        row = {}
+        for name in names:
+            row |= MEASURES[name].evaluate(snapshot)
+        rows.append(row)
+    return rows
+
+
+def arc(axis, total):
+    """Bend the bar's axis to an arc of ``total`` degrees about ``axis``; sections stay plane."""
+    along = np.array([1.0, 0.0, 0.0])
+    across = np.cross(axis, along)
+    curvature = np.radians(total) / LENGTH
+
+    def move(points):
+        if not total:
+            return points
+        arms = (points - [0.0, 1.0, 1.0]) * [0.0, 1.0, 1.0]
+        cos, sin = np.cos(curvature * points[:, :1]), np.sin(curvature * points[:, :1])
+        middle = (sin * along + (1 - cos) * across) / curvature
+        in_plane = (arms @ across)[:, None] * (cos * across - sin * along)
+        return np.array([0.0, 1.0, 1.0]) + middle + in_plane + np.outer(arms @ axis, axis)
+
+    return move
+
+
+@pytest.mark.parametrize("total", [30.0, 170.0, 200.0, 400.0])
+def test_bending_angle(total):
+    """The tip's rotation, counted on past half and whole turns; a full ring has 360°, not 0."""
+    axis = np.array([0.0, 1.0, 0.0])
+    model = bar(bending_axis=(0.0, 1.0, 0.0))
+    parts = np.linspace(0, total, 9)
+    rows = rows_of(model, [arc(axis, p) for p in parts], ["bending", "twist"])
+    np.testing.assert_allclose([r["bending_angle_deg"] for r in rows], parts, atol=1e-6)
+    np.testing.assert_allclose([r["twist_angle_deg"] for r in rows], 0, atol=1e-6)
+    # An arc's chord turns half as much.
+    chord = [r["chord_angle_deg"] for r in rows[1:] if r["bending_angle_deg"] < 359]
+    np.testing.assert_allclose(chord, parts[1 : len(chord) + 1] / 2, atol=1e-6)
+
+
+def test_bending_the_other_way_is_negative():
+    model = bar(bending_axis=(0.0, 1.0, 0.0))
+    axis = np.array([0.0, 1.0, 0.0])
+    rows = rows_of(model, [arc(axis, -p) for p in (0, 60, 120, 180, 240)], ["bending"])
+    assert rows[-1]["bending_angle_deg"] == pytest.approx(-240, abs=1e-6)
+
+
+@pytest.mark.parametrize("total", [30.0, 170.0, 200.0, 400.0])
+def test_bending_angle_in_a_free_plane(total):
+    """Where the layout has no bending axis it is found, and kept past half a turn."""
+    axis = np.array([0.0, 0.6, -0.8])
+    model = bar(bending_axis=None)
+    parts = np.linspace(0, total, 8)
+    rows = rows_of(model, [arc(axis, p) for p in parts], ["bending"])
+    np.testing.assert_allclose([r["bending_angle_deg"] for r in rows], parts, atol=1e-5)
+    found = [rows[-1][f"bending_axis_{c}"] for c in "xyz"]
+    np.testing.assert_allclose(found, axis, atol=1e-6)
+
+
+def test_twist():
+    """Sections that turn about the axis: the tip's angle, past half a turn, and no bending."""
+    model = bar(bending_axis=(0.0, 1.0, 0.0))
+    centre = np.array([0.0, 1.0, 1.0])
+
+    def twist(total):
+        def move(points):
+            turned = [
+                rotation_about((1.0, 0.0, 0.0), p[0] / LENGTH * total) @ (p - centre)
+                for p in points
+            ]
+            return np.array(turned) + centre
+
+        return move
+
+    parts = np.linspace(0, 250, 6)
+    rows = rows_of(model, [twist(p) for p in parts], ["bending", "twist"])
+    np.testing.assert_allclose([r["twist_angle_deg"] for r in rows], parts, atol=1e-6)
+    np.testing.assert_allclose([r["bending_angle_deg"] for r in rows], 0, atol=1e-6)
+
+
+def test_tip_elongation_and_strain():
+    """x -> 1.25 x with free contraction: tip at 10 mm, stretch 1.25, volume unchanged."""
+
+    def stretch(points):
+        return points * [1.25, 1.25**-0.5, 1.25**-0.5]
+
+    (row,) = rows_of(bar(), [stretch], ["tip", "elongation", "strain"])
+    assert row["elongation_mm"] == pytest.approx(2.0, rel=1e-12)
+    tip = [row[f"tip_{c}_mm"] for c in "xyz"]
+    np.testing.assert_allclose(tip, [10.0, 1.25**-0.5, 1.25**-0.5], rtol=1e-12)
+    assert row["max_principal_stretch"] == pytest.approx(1.25, rel=1e-9)
+    assert row["volume_change_max"] < 1e-12
+
+
+def test_stress_of_a_stretched_bar():
+    """Uniaxial stretch 1.5: Cauchy stress 2 C10 (λ² − 1/λ), which is also von Mises's."""
+    law = LAWS["neo_hookean"].of(c10=0.14, bulk_modulus=1e6)
+    model = build(block((2, 1, 1), (4.0, 1.0, 1.0)), law)
+    rollers = [Support(f"{axis}_min", {number: 0.0}) for number, axis in enumerate("xyz")]
+    pull = LoadStep("pull", supports=[*rollers, Support("x_max", {0: 2.0})])
+    row = rows_along(solve(model, pull, rollers, 0.5), ["stress"])[-1]
+    exact = 0.28 * (1.5**2 - 1 / 1.5)
+    assert row["max_principal_stress_MPa"] == pytest.approx(exact, rel=1e-5)
+    assert row["max_von_mises_MPa"] == pytest.approx(exact, rel=1e-5)
+
+
+def test_reaction_to_weight():
+    """The clamp carries the weight ρ V g and its moment about the clamp's centre."""
+    model = bar()
+    load = LoadStep("gravity", gravity=(0.0, 0.0, -GRAVITY))
+    solution = solve(model, load, [CLAMP], 0.5)
+    row = rows_along(solution, ["reaction"])[-1]
+    weight = SOFT.density * GRAVITY * LENGTH * 4
+    solid = model.solids["body"]
+    places = solution.model.unknowns.spaces[0].tabulate_dof_coordinates()
+    moved = places + solution.state.x[model.displacement_dofs]
+    # The centre of gravity: the weight term of each component weighs the quadratic functions.
+    unit = model.weights[0]._unit[0][model.displacement_dofs[:, 0]]
+    centre = unit @ moved / unit.sum()
+    assert unit.sum() == pytest.approx(SOFT.density * solid.volumes.sum(), rel=1e-12)
+    force = [row[f"reaction_{c}_N"] for c in "xyz"]
+    np.testing.assert_allclose(force, [0, 0, weight], atol=1e-7 * weight)
+    moment = [row[f"reaction_moment_{c}_Nmm"] for c in "xyz"]
+    arm = centre - [0.0, 1.0, 1.0]
+    np.testing.assert_allclose(moment, np.cross(-arm, [0, 0, -weight]), atol=1e-6 * weight * LENGTH)
+    assert abs(moment[1]) > 0.4 * weight * LENGTH
+
+
+def hollow(**layout):
+    """6 × 3 × 3 mm with a cavity of 2 × 1 × 1 mm that lies above the middle."""
+
+    def keep(centres):
+        inside = np.abs(centres - [3.0, 1.5, 1.875]) < [1.0, 0.5, 0.375]
+        return ~inside.all(axis=1)
+
+    tets = block((3, 3, 4), (6.0, 3.0, 3.0), keep=keep)
+    return build(tets, SOFT, cavities={"cavity": ("inside",)}, **layout)
+
+
+def test_cavity_volume():
+    """V = det F V0 under any affine motion, V0 = 2 × 1 × 0.75 mm³."""
+    turn = rotation_about((0.6, 0.0, 0.8), 50.0)
+    stretched = turn @ np.diag([1.3, 0.8, 1.1]) + 0.1 * np.array([[0, 1, 0], [0, 0, 0], [1, 0, 0]])
+
+    def move(points):
+        return points @ stretched.T + [5.0, -3.0, 2.0]
+
+    rows = rows_of(hollow(), [lambda p: p, move], ["volume"])
+    found = [row["cavity_volume_mm3"] for row in rows]
+    np.testing.assert_allclose(found, [1.5, 1.5 * np.linalg.det(stretched)], rtol=1e-12)
+
+
+def test_work_of_pressure_is_stored():
+    """Quasi-static inflation: ∫ p dV equals the strain energy; trapezoids, so within 1 %."""
+    inflate = LoadStep("inflate", pressure={"cavity": 0.06})
+    solution = solve(hollow(), inflate, [CLAMP], 0.05)
+    rows = rows_along(solution, ["pressure", "volume", "energy"])
+    assert len(rows) == 21
+    assert rows[-1]["pressure_kPa"] == pytest.approx(60.0)
+    assert rows[-1]["cavity_volume_mm3"] > 1.2 * rows[0]["cavity_volume_mm3"]
+    assert rows[-1]["pressure_work_mJ"] == pytest.approx(rows[-1]["strain_energy_mJ"], rel=0.01)
+
+
+def mirrored(tets):
+    """A mesh and its image across y = 0; the face y_min becomes inner and is dropped."""
+    count = len(tets.points)
+    number = np.where(np.abs(tets.points[:, 1]) < 1e-12, np.arange(count), count + np.arange(count))
+    points = np.vstack([tets.points, tets.points * [1.0, -1.0, 1.0]])
+    used, cells = np.unique(np.vstack([tets.cells, number[tets.cells]]), return_inverse=True)
+    place = np.full(2 * count, -1)
+    place[used] = np.arange(len(used))
+    surfaces = {
+        name: np.vstack([place[triangles], place[number[triangles]]])
+        for name, triangles in tets.surfaces.items()
+        if name != "y_min"
+    }
+    cells = cells.reshape(-1, 4)
+    return Tetrahedra(points[used], cells, np.zeros(len(cells), dtype=np.int32), surfaces)
+
+
+def test_half_gives_the_figures_of_the_whole():
+    """All measures of half an actuator with a plane of symmetry are those of the whole."""
+
+    def keep(centres):
+        return ~(np.abs(centres - [3.0, 0.0, 1.875]) < [1.0, 0.5, 0.375]).all(axis=1)
+
+    half = block((3, 3, 4), (6.0, 1.5, 3.0), keep=keep)
+    layout = dict(cavities={"cavity": ("inside",)}, bending_axis=(0.0, 1.0, 0.0))
+    steps = [
+        LoadStep("gravity", gravity=(0.0, 0.0, -GRAVITY)),
+        LoadStep("inflate", pressure={"cavity": 0.03}),
+    ]
+    models = (
+        build(half, SOFT, symmetry={"y_min": 1}, **layout),
+        build(mirrored(half), SOFT, **layout),
+    )
+    rows = [rows_along(solve(model, steps, [CLAMP], 0.5), MEASURES)[-1] for model in models]
+    assert set(rows[0]) == set(rows[1])
+    for title in rows[0]:
+        if title.startswith("max_principal") and title.endswith("y_mm"):
+            assert abs(rows[0][title]) == pytest.approx(abs(rows[1][title]))
+        else:
+            scale = max(abs(rows[1][title]), 1e-6)
+            assert rows[0][title] == pytest.approx(rows[1][title], abs=1e-6 * scale), title
+    assert rows[0]["bending_angle_deg"] != 0
