@@ -50,12 +50,15 @@ def _displacement_space(degree: int):
 def solid(degree: int, pressure_degree: int | None):
     """Stress divergence and incompressibility of a solid: (residual, tangent).
 
-    Π = ∫ W̄(C) + p (J − 1) − p²/(2κ) dX; the stress S = 2 ∂W̄/∂C and its derivative D come as
+    Π = ∫ W̄(C) + p (J − 1) − U*(p) dX; the stress S = 2 ∂W̄/∂C and its derivative D come as
     values at the quadrature points, so that every law of the library uses this one form.
+    U* is the complementary volumetric energy, whose derivative J(p) − 1 inverts p = U'(J):
+    J(p) = p/κ + √(1 + β (p/κ)²) with β = 0 for U = κ/2 (J − 1)² and β = 1 for
+    U = κ/2 ((J² − 1)/2 − ln J). Left to S, the difference of the two would not be convex.
     Without a ``pressure_degree`` there is no p, and S and D hold the volumetric part as well.
 
     Coefficients: residual (unknowns, S (6)); tangent (unknowns, D (36, row by row),
-    T (6): the stress of the geometric stiffness). Constants (both, with a pressure): 1/κ.
+    T (6): the stress of the geometric stiffness). Constants (both, with a pressure): 1/κ, β.
     """
     elements = [compat.lagrange(degree, (3,))]
     if pressure_degree is not None:
@@ -81,9 +84,11 @@ def solid(degree: int, pressure_degree: int | None):
         + ufl.inner(_symmetric(geometric_stress), second)
     ) * _dx()
     if pressure_degree is not None:
-        compliance = ufl.Constant(space.ufl_domain())
-        energy = (p * (ufl.det(deformation_gradient(u)) - 1) - compliance * p**2 / 2) * _dx()
-        volumetric = ufl.derivative(energy, w, test)
+        compliance, logarithmic = (ufl.Constant(space.ufl_domain()) for _ in range(2))
+        swelling = compliance * p
+        grown = swelling + ufl.sqrt(1 + logarithmic * swelling**2)
+        volumetric = ufl.derivative(p * ufl.det(deformation_gradient(u)) * _dx(), w, test)
+        volumetric -= grown * ufl.split(test)[1] * _dx()
         residual += volumetric
         tangent += ufl.derivative(volumetric, w, trial)
     return residual, tangent

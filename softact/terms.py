@@ -107,7 +107,7 @@ class Solid:
         return x[dofs] @ self.pressure_values.T
 
     def _volumetric_stress(self, jacobian):
-        extra = self.material.extra_volumetric(jacobian.ravel())[1].reshape(jacobian.shape)
+        extra = self._extra_volumetric(jacobian.ravel())[1].reshape(jacobian.shape)
         return self.material.bulk_modulus * (jacobian - 1) + extra
 
     def second_piola(self, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -125,7 +125,7 @@ class Solid:
 
     def _add_volumetric(self, stress, moduli, c, jacobian):
         """What the pressure unknown does not carry: all of U(J) without one, else its rest."""
-        _, first, second = self.material.extra_volumetric(jacobian)
+        _, first, second = self._extra_volumetric(jacobian)
         if not self._mixed:
             first = first + self.material.bulk_modulus * (jacobian - 1)
             second = second + self.material.bulk_modulus
@@ -146,8 +146,22 @@ class Solid:
         )
         return stress, moduli
 
+    def _extra_volumetric(self, jacobian):
+        """U, U', U'' of what neither the pressure unknown nor κ/2 (J − 1)² holds."""
+        if self._mixed:
+            return self.material.higher_volumetric(jacobian)
+        return self.material.extra_volumetric(jacobian)
+
     def _constants(self):
-        return [1 / self.material.bulk_modulus] if self._mixed else []
+        if not self._mixed:
+            return []
+        return [1 / self.material.bulk_modulus, float(self.material.logarithmic_volume)]
+
+    def pressure_volume(self, pressure: np.ndarray) -> np.ndarray:
+        """J at which the volumetric energy of the pressure unknown has the slope ``pressure``."""
+        compliance, logarithmic = self._constants()
+        swelling = compliance * pressure
+        return swelling + np.sqrt(1 + logarithmic * swelling**2)
 
     def _unknowns(self, x):
         return Coefficient(x, self._size, self.assembler.unknowns.cell_dofs)
@@ -193,12 +207,11 @@ class Solid:
         f = self.deformation_gradient(state.x).reshape(-1, 3, 3)
         jacobian = np.linalg.det(f)
         c = np.matmul(f.transpose(0, 2, 1), f)
-        density = self.material.energy(c) + self.material.extra_volumetric(jacobian)[0]
+        density = self.material.energy(c) + self._extra_volumetric(jacobian)[0]
         if self._mixed:
-            p = self.hydrostatic_pressure(state.x).ravel()
-            density = density + p**2 / (2 * self.material.bulk_modulus)
-        else:
-            density = density + self.material.bulk_modulus * (jacobian - 1) ** 2 / 2
+            jacobian = self.pressure_volume(self.hydrostatic_pressure(state.x).ravel())
+            density = density + self.material.logarithmic_excess(jacobian)[0]
+        density = density + self.material.bulk_modulus * (jacobian - 1) ** 2 / 2
         return float(density @ self.volumes.ravel())
 
 

@@ -151,7 +151,8 @@ class Material(ABC):
     """A law as the solver sees it: numpy functions of C, MPa, vectorised over n points.
 
     law: the constants. bulk_modulus: K in MPa of the volumetric energy K/2 (J−1)². shear_modulus:
-    of the undeformed state in MPa. density: tonne/mm³. card: strength and tested range.
+    of the undeformed state in MPa. density: tonne/mm³. logarithmic_volume: whether the volumetric
+    energy is K/2 ((J² − 1)/2 − ln J) instead. card: strength and tested range.
     """
 
     def __init__(self, law: Law):
@@ -159,6 +160,7 @@ class Material(ABC):
         self.bulk_modulus = law.initial_bulk_modulus
         self.shear_modulus = law.shear_modulus
         self.density = law.density
+        self.logarithmic_volume = law.logarithmic_volume
         self.card = law.card
 
     @abstractmethod
@@ -180,9 +182,14 @@ class Material(ABC):
     def extra_volumetric(self, J: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return U, dU/dJ, d²U/dJ² (n,) in MPa of what the volumetric energy has beyond K/2 (J−1)².
 
-        These are the terms of D2 to D6 and, for laws whose source writes the volumetric energy as
-        K/2 ((J²−1)/2 − ln J), the difference to that form. Zeros if there is nothing.
+        The sum of ``higher_volumetric`` and ``logarithmic_excess``. Zeros if there is nothing.
         """
+        parts = zip(self.higher_volumetric(J), self.logarithmic_excess(J), strict=True)
+        energy, first, second = (higher + excess for higher, excess in parts)
+        return energy, first, second
+
+    def higher_volumetric(self, J: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return U, dU/dJ, d²U/dJ² (n,) in MPa of the terms of D2 to D6."""
         J = np.asarray(J, dtype=float)
         energy, first, second = np.zeros_like(J), np.zeros_like(J), np.zeros_like(J)
         x = J - 1.0
@@ -191,13 +198,23 @@ class Material(ABC):
                 energy += x ** (2 * i) / d
                 first += 2 * i * x ** (2 * i - 1) / d
                 second += 2 * i * (2 * i - 1) * x ** (2 * i - 2) / d
-        if self.law.logarithmic_volume:
-            half = 0.5 * self.bulk_modulus
-            with np.errstate(divide="ignore", invalid="ignore"):
-                energy += half * (0.5 * (J * J - 1.0) - np.log(J) - x * x)
-                first += half * (J - 1.0 / J - 2.0 * x)
-                second += half * (1.0 / (J * J) - 1.0)
         return energy, first, second
+
+    def logarithmic_excess(self, J: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return U, dU/dJ, d²U/dJ² (n,) in MPa of K/2 ((J²−1)/2 − ln J) − K/2 (J−1)².
+
+        Zeros for laws whose source does not write the volumetric energy in the first form.
+        """
+        J = np.asarray(J, dtype=float)
+        if not self.logarithmic_volume:
+            return np.zeros_like(J), np.zeros_like(J), np.zeros_like(J)
+        half, x = 0.5 * self.bulk_modulus, J - 1.0
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return (
+                half * (0.5 * (J * J - 1.0) - np.log(J) - x * x),
+                half * (J - 1.0 / J - 2.0 * x),
+                half * (1.0 / (J * J) - 1.0),
+            )
 
 
 def _default(entry: FieldInfo) -> float | None:

@@ -89,7 +89,7 @@ def potential(model, term, state):
     if isinstance(term, Solid) and term.pressure_values is not None:
         p = term.hydrostatic_pressure(state.x)
         jacobian = np.linalg.det(term.deformation_gradient(state.x))
-        mixed = p * (jacobian - 1) - p**2 / term.material.bulk_modulus
+        mixed = p * (jacobian - term.pressure_volume(p))
         return term.energy(state) + float((mixed * term.volumes).sum())
     return term.energy(state)
 
