@@ -1,0 +1,1 @@
+"""Timings of softact beside other programs, on the same mesh and load."""
