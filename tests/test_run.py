@@ -1,0 +1,154 @@
+"""Runs from spec to result folder: processes, increments, and loads that go and come back.
+
+The figures must not depend on how they were computed.
+"""
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from softact import run as runs
+from softact import spec as specs
+
+CONFIG = Path(__file__).parents[1] / "configs" / "pneunet_small.yaml"
+# Two chambers and few increments: the physics is the same.
+COARSE = (
+    "geometry.chambers=2",
+    "geometry.mesh_size=6 mm",
+    "solver.initial_increment=0.5",
+    "solver.max_increment=0.5",
+)
+# Of how it was computed, not of the actuator.
+WORK = {"step", "increment", "step_fraction", "newton_iterations", "residual"}
+
+
+@pytest.fixture(scope="module")
+def solved(tmp_path_factory):
+    """Function from processes and overrides to a result folder; each is solved once."""
+    known = {}
+
+    def solve(processes, *changes):
+        if (processes, changes) not in known:
+            folder = tmp_path_factory.mktemp("run") / "result"
+            spec = specs.load(CONFIG, (*COARSE, *changes))
+            outcome = runs.run(spec, folder, processes)
+            assert outcome.status == "complete", outcome.message
+            known[processes, changes] = folder
+        return known[processes, changes]
+
+    return solve
+
+
+@pytest.fixture(autouse=True)
+def without_pictures(monkeypatch):
+    """The report has tests of its own."""
+    monkeypatch.setattr("softact.report.write_report", lambda directory: None)
+
+
+def curve(folder):
+    with (folder / "curve.csv").open() as file:
+        return list(csv.DictReader(file))
+
+
+def assert_same(row, other, tolerance):
+    """All figures within ``tolerance`` of their size; vectors count as a whole."""
+    assert set(row) == set(other)
+    figures = {name: float(row[name]) for name in row if name not in WORK}
+    for name, value in figures.items():
+        scale = max(abs(figures[n]) for n in figures if n == name or same_vector(n, name))
+        scale = max(scale, FLOORS.get(name.rsplit("_", 1)[-1], 1e-3))
+        assert float(other[name]) == pytest.approx(value, abs=tolerance * scale), name
+
+
+# What is zero but for rounding is compared with one of these: deg, mm, N, N·mm.
+FLOORS = {"deg": 1.0, "mm": 1.0, "N": 0.1, "Nmm": 1.0}
+
+
+def same_vector(name, other):
+    return any(
+        name.replace(f"_{a}_", "_*_") == other.replace(f"_{b}_", "_*_") and f"_{a}_" in name
+        for a in "xyz"
+        for b in "xyz"
+    )
+
+
+def test_two_processes_give_the_measures_of_one(solved):
+    """mpirun -n 2 against a single process: every figure of every row to 1e-6."""
+    one, two = curve(solved(1)), curve(solved(2))
+    assert len(one) == len(two) > 4
+    for name in [n for n in one[0] if n.startswith("max_principal") and n.endswith("_mm")]:
+        del one[0][name], two[0][name]  # the unloaded body has no place of largest stress
+    for row, other in zip(one, two, strict=True):
+        assert_same(row, other, 1e-6)
+    assert json.loads((solved(2) / "run.json").read_text())["processes"] == 2
+    assert float(one[-1]["bending_angle_deg"]) > 5 + float(one[0]["bending_angle_deg"])
+
+
+def test_half_the_increments_give_the_same_end(solved):
+    """The state is elastic: how the load was cut up does not matter. Work is by trapezoids."""
+    coarse = curve(solved(1))[-1]
+    fine = curve(solved(1, "solver.initial_increment=0.25", "solver.max_increment=0.25"))[-1]
+    for row in (coarse, fine):
+        del row["pressure_work_mJ"]
+    assert_same(coarse, fine, 1e-6)
+
+
+def test_result_folder_tells_its_story(solved):
+    """The spec that was solved stands beside the result and loads back to the same spec."""
+    folder = solved(1)
+    story = json.loads((folder / "run.json").read_text())
+    assert story["status"] == "complete"
+    again = specs.load(folder / "spec.yaml")
+    assert again.hash == story["spec_hash"] == specs.load(CONFIG, COARSE).hash
+    increments = [h for h in story["history"] if h["converged"]]
+    assert len(increments) == len(curve(folder))
+    assert all(h["residuals"][-1] <= 1e-8 for h in increments if h["residuals"])
+
+
+def test_pressure_up_and_down_returns_to_the_start(solved):
+    """Nothing is left of a pressure that was taken off: the measures to 1e-8."""
+    steps = (
+        "steps=[{name: gravity, gravity: [0, 0, -1]}, {name: up, pressure: 20 kPa}, "
+        "{name: down, pressure: 0 kPa}]"
+    )
+    rows = curve(solved(1, steps))
+    before = next(row for row in rows if row["step"] == "gravity" and row["step_fraction"] == "1.0")
+    after = rows[-1]
+    assert after["step"] == "down"
+    assert (
+        abs(
+            float(max(rows, key=lambda r: float(r["pressure_kPa"]))["bending_angle_deg"])
+            - float(before["bending_angle_deg"])
+        )
+        > 5
+    )
+    for row in (before, after):
+        del row["pressure_work_mJ"]
+    assert_same(before, after, 1e-8)
+
+
+def test_no_equilibrium_keeps_what_was_reached(tmp_path):
+    """A pressure far beyond what the walls hold: exit code 4, and the rows up to there."""
+    spec = specs.load(
+        CONFIG,
+        (
+            *COARSE,
+            "steps=[{name: burst, pressure: 300 kPa}]",
+            "solver.initial_increment=0.015",
+            "solver.max_increment=0.05",
+            "solver.min_increment=0.014",
+        ),
+    )
+    outcome = runs.run(spec, tmp_path / "result")
+    assert (outcome.status, outcome.exit_code) == ("no_equilibrium", 4)
+    assert "no equilibrium found beyond" in outcome.message
+    rows = curve(tmp_path / "result")
+    story = json.loads((tmp_path / "result" / "run.json").read_text())
+    assert story["status"] == "no_equilibrium"
+    assert outcome.message in story["messages"]
+    assert len(rows) == sum(h["converged"] for h in story["history"])
+    assert 0 < float(rows[-1]["pressure_kPa"]) < 300
+    assert np.isfinite(float(rows[-1]["bending_angle_deg"]))
