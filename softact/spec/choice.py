@@ -119,8 +119,11 @@ class MaterialChoice(Choice):
         """Return name -> class of the laws that fit here."""
         from softact.materials import LAWS
 
-        # A thin layer's energy is that of a linear sheet, see softact.terms.Layer.
-        return {k: law for k, law in LAWS.items() if k == "linear" or not self.layer}
+        # A thin layer's energy is that of a linear sheet, see softact.terms.Layer. No geometry
+        # gives fibre directions yet, so laws with fibres can be fitted but not run.
+        if self.layer:
+            return {"linear": LAWS["linear"]}
+        return {name: law for name, law in LAWS.items() if not law.anisotropic}
 
     def model_for(self, data: Any) -> type[BaseModel] | None:
         """See ``Choice.model_for``."""
@@ -160,9 +163,9 @@ class MaterialChoice(Choice):
                 ("law",), f"there is no law {show(law)} here; {nearest(law, self.laws())}"
             )
         if self.model_for(data) is None:
-            laws = ", ".join(self.laws())
+            laws, part = ", ".join(self.laws()), "layer" if self.layer else "region"
             raise fault_at(
-                place, f"{show(data['card'])} is of another law than a layer can have: {laws}"
+                place, f"{show(data['card'])} is of another law than a {part} can have: {laws}"
             )
         try:
             return parse_material(data)
