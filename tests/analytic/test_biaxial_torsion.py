@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy.optimize
 from meshes import block, disc
 from solving import ROLLERS, build, solve
 
@@ -13,18 +14,31 @@ from softact.stepping import LoadStep
 RADIUS, LENGTH = 12.7, 25.4  # mm
 
 
+def biaxial_stretches(**load):
+    """1/λx and λy of a block in plane strain."""
+    law = LAWS["mooney_rivlin"].of(c10=80.0, c01=20.0, bulk_modulus=1e9)
+    model = build(block((1, 1, 1), (1.0, 2.0, 1.0)), law)
+    held = [*ROLLERS, Support("z_max", {2: 0.0})]
+    u = solve(model, LoadStep("press", **load), held, 0.25).displacement((1.0, 2.0, 1.0))
+    return 1 / (1 + u[0]), 1 + u[1] / 2
+
+
 def test_biaxial_block():
     """Stretch 1.2012495: Mooney-Rivlin 80/20 MPa, Cauchy −50 MPa right and +100 MPa on top.
 
-    Plane strain (solids4foam longWall): 2 (C10 + C01)(λ² − λ⁻²) = 150 MPa. True stresses, so the
-    pressure must follow the surface; a dead one gives another stretch.
+    Plane strain (solids4foam longWall): 2 (C10 + C01)(λ² − λ⁻²) = 150 MPa. These are true
+    stresses, so the pressure must follow the surface.
     """
-    law = LAWS["mooney_rivlin"].of(c10=80.0, c01=20.0, bulk_modulus=1e9)
-    model = build(block((1, 1, 1), (1.0, 2.0, 1.0)), law)
-    load = LoadStep("press", surface_pressure={"x_max": 50.0, "y_max": -100.0})
-    solution = solve(model, load, [*ROLLERS, Support("z_max", {2: 0.0})], 0.25)
-    u = solution.displacement((1.0, 2.0, 1.0))
-    np.testing.assert_allclose([1 / (1 + u[0]), 1 + u[1] / 2], 1.2012495, rtol=1e-5)
+    found = biaxial_stretches(surface_pressure={"x_max": 50.0, "y_max": -100.0})
+    np.testing.assert_allclose(found, 1.2012495, rtol=1e-5)
+
+
+def test_biaxial_block_under_dead_loads():
+    """The same as nominal stresses: 2 (C10 + C01)(λ² − λ⁻²) = 100 λ + 50/λ, another stretch."""
+    dead = {"x_max": (-50.0, 0.0, 0.0), "y_max": (0.0, 100.0, 0.0)}
+    exact = scipy.optimize.brentq(lambda s: 200 * (s**2 - s**-2) - 100 * s - 50 / s, 1.0, 2.0)
+    assert abs(exact - 1.2012495) > 1e-3
+    np.testing.assert_allclose(biaxial_stretches(traction=dead), exact, rtol=1e-5)
 
 
 def twisted(model, angle):
