@@ -143,6 +143,8 @@ def _environment(processes: int) -> dict[str, str]:
         environment["OPENBLAS_NUM_THREADS"] = "1"
         # Waiting processes give their core away: another program may need it.
         environment["OMPI_MCA_mpi_yield_when_idle"] = "1"
+        # All processes are on this machine; without a network Open MPI 5 complains about TCP.
+        environment["OMPI_MCA_btl"] = "^tcp"
     if os.geteuid() == 0:
         environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
     return environment
