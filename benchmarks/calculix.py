@@ -151,17 +151,18 @@ def ratios(results: dict[str, Measured]) -> dict[str, float]:
 @click.command()
 @click.option("--rounds", type=click.IntRange(1), default=1, show_default=True)
 @click.option("--small", is_flag=True, help="Four chambers on a coarse mesh, for a quick look.")
+@click.option("--same-element", is_flag=True, help="Also run softact's P2; slow at full size.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), default=RESULTS)
-def main(rounds: int, small: bool, output: Path) -> None:
+def main(rounds: int, small: bool, same_element: bool, output: Path) -> None:
     """Time softact beside CalculiX on the same mesh; medians of the rounds."""
     try:
-        compare(rounds, small, output)
+        compare(rounds, small, same_element, output)
     except SoftactError as error:
         click.echo("\n".join(error.lines), err=True)
         sys.exit(error.exit_code)
 
 
-def compare(rounds: int, small: bool, output: Path) -> None:
+def compare(rounds: int, small: bool, same_element: bool, output: Path) -> None:
     """Run all, print the table and the ratios, write results.json and results.md."""
     output.mkdir(parents=True, exist_ok=True)
     load_before = os.getloadavg()[0]
@@ -194,8 +195,9 @@ def compare(rounds: int, small: bool, output: Path) -> None:
                 last = runs[name][-1]
                 click.echo(f"{name}: command {last.command:.1f} s, solve {last.solve:.1f} s")
         results = {name: median(found) for name, found in runs.items()}
-        # CalculiX's element in softact: what is left then is no matter of elements.
-        results["softact_n2_P2"] = run_softact(files["P2"], cells, 2, folder / "p2")
+        if same_element:
+            # CalculiX's element in softact: what is left then is no matter of elements.
+            results["softact_n2_P2"] = run_softact(files["P2"], cells, 2, folder / "p2")
     faster = ratios(results)
     text = table(results) + "\n\n" + "\n".join(f"ratio {n} {v:.1f}" for n, v in faster.items())
     click.echo(text)
