@@ -3,8 +3,9 @@
 .PHONY: help run test lint docs benchmark setup constraints test-debian13 clean
 
 SPEC ?= configs/pneunet_glove.yaml
-# A run wants one process per core and gains little beyond two.
-PROCS ?= $(shell n=$$(nproc); echo $$((n < 2 ? n : 2)))
+# A run wants one process per core and gains little beyond two. nproc takes OMP_NUM_THREADS for a
+# limit, and make 4.4 (Debian 13) hands the export below to this shell.
+PROCS ?= $(shell n=$$(env -u OMP_NUM_THREADS nproc); echo $$((n < 2 ? n : 2)))
 # One thread per process: processes times threads must not exceed the cores.
 export OMP_NUM_THREADS ?= 1
 
