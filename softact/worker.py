@@ -128,7 +128,7 @@ class _Recorder:
             stretch = np.linalg.svd(f, compute_uv=False)
             low, high = card.stretch_range
             beyond = stretch[..., 0] > high
-            if low < 1:  # a tension test says nothing of its transverse stretches, which are below 1
+            if low < 1:  # a tension test says nothing of its transverse stretches below 1
                 beyond |= stretch[..., -1] < low
             part = self.model.sum(float(solid.volumes[beyond].sum()))
             whole = self.model.sum(float(solid.volumes.sum()))

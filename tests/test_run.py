@@ -152,3 +152,20 @@ def test_no_equilibrium_keeps_what_was_reached(tmp_path):
     assert len(rows) == sum(h["converged"] for h in story["history"])
     assert 0 < float(rows[-1]["pressure_kPa"]) < 300
     assert np.isfinite(float(rows[-1]["bending_angle_deg"]))
+
+
+STRETCHED = """
+geometry: {{type: block, length: 4 mm, width: 4 mm, height: 4 mm, mesh_size: 4 mm}}
+materials: {{body: {{card: elastosil-m4601, stretch_range: [1, {high}]}}}}
+supports: [{{surface: x_min, fix: [x, y, z]}}, {{surface: x_max, move: {{x: 2 mm}}}}]
+steps: [{{name: hang, gravity: [0, 0, -1]}}]
+"""
+
+
+@pytest.mark.parametrize(("high", "warned"), [(1.2, True), (3.0, False)])
+def test_says_what_leaves_the_tested_stretch(high, warned, tmp_path):
+    """A block pulled to 1.5 times its length lies beyond a test to 1.2, not beyond one to 3; its
+    transverse stretches below 1 are no matter for a test in tension."""
+    runs.run(specs.loads(STRETCHED.format(high=high)), tmp_path / "out")
+    messages = json.loads((tmp_path / "out/run.json").read_text())["messages"]
+    assert any("to which elastosil-m4601 was tested" in m for m in messages) == warned
