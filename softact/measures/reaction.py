@@ -17,7 +17,7 @@ REACTION = Measure(
     "force and moment that the clamp exerts on the whole actuator",
     {f"reaction_{c}_N": f"force of the clamp along {c}" for c in "xyz"}
     | {
-        f"reaction_moment_{c}_Nmm": f"moment of the clamp about {c}, at the clamp's centre"
+        f"reaction_moment_{c}_Nmm": f"moment of the clamp about {c}, taken at the origin"
         for c in "xyz"
     },
     _evaluate,
