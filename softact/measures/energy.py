@@ -7,7 +7,7 @@ from softact.measures.volume import VOLUME
 
 def _evaluate(snapshot):
     model, previous = snapshot.model, snapshot.previous
-    stored = [*model.solids.values(), *model.layers]
+    stored = [*model.solids.values(), *model.layers, *model.bending]
     columns = {"strain_energy_mJ": snapshot.layout.copies * model.energy(snapshot.state, stored)}
     if snapshot.layout.cavities:
         now = PRESSURE.evaluate(snapshot) | VOLUME.evaluate(snapshot)
