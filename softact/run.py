@@ -40,11 +40,19 @@ class Outcome:
         return 0 if self.status == "complete" else NoEquilibriumError.exit_code
 
 
-def run(spec, directory: Path, processes: int = 1, progress: Progress | None = None) -> Outcome:
+def run(
+    spec,
+    directory: Path,
+    processes: int = 1,
+    progress: Progress | None = None,
+    report: bool = True,
+) -> Outcome:
     """Solve ``spec`` and write its result folder.
 
-    processes: MPI processes of the solver. Raises MeshError before anything is written, and
-    SoftactError where the solver's process ends in a way that it could not tell of itself.
+    processes: MPI processes of the solver. report: whether report.html and the pictures are made
+    too; ``softact.report.write_report`` makes them later from the folder alone. Raises MeshError
+    before anything is written, and SoftactError where the solver's process ends in a way that it
+    could not tell of itself.
     """
     progress = progress or (lambda event: None)
     directory = Path(directory)
@@ -64,10 +72,11 @@ def run(spec, directory: Path, processes: int = 1, progress: Progress | None = N
         }
         job_file.write_text(json.dumps(job))
         last = _solve(job_file, directory, processes, progress)
-    progress({"stage": "report"})
-    from softact.report import write_report
+    if report:
+        progress({"stage": "report"})
+        from softact.report import write_report
 
-    write_report(directory)
+        write_report(directory)
     return Outcome(last["status"], directory, last.get("message"))
 
 
