@@ -1,7 +1,7 @@
 """Derivatives of every isotropic law's energy, written by hand from its formula.
 
-Principal stretches λi have the product 1. The tests derive their closed forms from these and compare
-them with the library, which differentiates the formula by itself.
+Principal stretches λi have the product 1. The tests derive their closed forms from these and
+compare them with the library, which differentiates the formula by itself.
 """
 
 from types import SimpleNamespace
