@@ -2,12 +2,14 @@
 
 from softact.geometries.block import Block
 from softact.geometries.pneunet import Pneunet
+from softact.geometries.slow_pneunet import SlowPneunet
 from softact.geometries.thick_sphere import ThickSphere
 from softact.geometries.tube import Tube
 
 GEOMETRIES = {
     "block": Block,
     "pneunet": Pneunet,
+    "slow_pneunet": SlowPneunet,
     "thick_sphere": ThickSphere,
     "tube": Tube,
 }

@@ -1,0 +1,181 @@
+"""A slow PneuNet: a row of chambers in one block, joined by a tunnel.
+
+Moseley et al. (2016), Adv. Eng. Mater. 18:978. The bending kind is open below and closed by a film;
+the linear kind has the same wall below as above. Run by itself it writes a mesh:
+``python geometries/slow_pneunet.py --chambers 5 -o block.msh``.
+"""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from softact.boxes import Box, Boxes, Plane
+from softact.geometry import Geometry, Layout, main
+from softact.units import Length
+
+FILM, FLOOR = 0.5, 7.0  # mm, where nothing is given
+
+
+class SlowPneunet(Geometry):
+    """A slow PneuNet: a block with a row of chambers, joined by a tunnel.
+
+    Along x: clamp wall, chambers with walls between them, tip wall. Across y: outer wall, chamber,
+    outer wall. Along z from below, bending kind: film, chamber, roof; the tunnel runs along the
+    floor, and the film alone closes chambers and tunnel below. Linear kind: floor, chamber, roof;
+    the tunnel runs at half height. The film is a region of its own, meshed one element thick.
+    """
+
+    type: Literal["slow_pneunet"] = "slow_pneunet"
+    kind: Literal["bending", "linear"] = Field("bending", description="what the pressure does")
+    chambers: Annotated[int, Field(ge=1, le=200)] = Field(5, description="number of chambers")
+    chamber_height: Length = Field(8.0, description="height of the air space of a chamber")
+    chamber_width: Length = Field(8.0, description="width of the air space of a chamber (y)")
+    chamber_length: Length = Field(2.0, description="length of the air space of a chamber (x)")
+    inner_wall: Length = Field(7.0, description="walls between chambers")
+    outer_wall: Length = Field(7.0, description="side walls (across y)")
+    roof: Length = Field(7.0, description="wall above the chambers")
+    floor: Length | None = Field(
+        None, description="wall below the chambers, linear kind only; by default 7 mm"
+    )
+    clamp_wall: Length = Field(7.0, description="wall between the clamp and the first chamber")
+    tip_wall: Length = Field(7.0, description="wall between the last chamber and the tip")
+    tunnel_width: Length = Field(2.0, description="width of the tunnel that joins the chambers")
+    tunnel_height: Length = Field(2.0, description="height of the tunnel")
+    film_thickness: Length | None = Field(
+        None, description="film below, bending kind only; by default 0.5 mm"
+    )
+    film_width: Length | None = Field(
+        None, description="width of the film, bending kind only; by default that of the block"
+    )
+    symmetry: bool = Field(True, description="model the half y >= 0 only")
+    mesh_size: Length = Field(2.0, description="longest edge along the axes")
+    cavity_mesh_size: Length | None = Field(
+        None, description="the same between the walls of the chambers; by default mesh_size"
+    )
+
+    def faults(self):
+        if self.tunnel_height > self.chamber_height:
+            yield (
+                "tunnel_height",
+                f"{self.tunnel_height:g} mm is taller than the chamber "
+                f"({self.chamber_height:g} mm): the roof would be thinned or vanish",
+            )
+        if self.tunnel_width > self.chamber_width:
+            yield (
+                "tunnel_width",
+                f"{self.tunnel_width:g} mm is wider than the chamber ({self.chamber_width:g} mm): "
+                "the outer walls would be thinned or vanish",
+            )
+        other = ("floor",) if self.bends else ("film_thickness", "film_width")
+        for name in other:
+            if getattr(self, name) is not None:
+                yield name, f"the {self.kind} kind has none; leave it out"
+        if self.bends and self.film_width is not None:
+            if self.film_width < self.chamber_width:
+                yield (
+                    "film_width",
+                    f"{self.film_width:g} mm is narrower than the chamber "
+                    f"({self.chamber_width:g} mm): the film would not close it",
+                )
+            elif self.film_width > self.width:
+                yield (
+                    "film_width",
+                    f"{self.film_width:g} mm is wider than the block ({self.width:g} mm)",
+                )
+
+    @property
+    def bends(self) -> bool:
+        """Whether this is the bending kind."""
+        return self.kind == "bending"
+
+    @property
+    def width(self) -> float:
+        """Width of the block."""
+        return self.chamber_width + 2 * self.outer_wall
+
+    @property
+    def length(self) -> float:
+        """Length of the block."""
+        n = self.chambers
+        walls = self.clamp_wall + self.tip_wall + (n - 1) * self.inner_wall
+        return walls + n * self.chamber_length
+
+    @property
+    def below(self) -> float:
+        """Thickness of what closes the chambers below."""
+        if self.bends:
+            return self.film_thickness or FILM
+        return self.floor or FLOOR
+
+    def layout(self) -> Layout:
+        surfaces = ["clamp", "tip", "cavity", "outer", "base"]
+        return Layout(
+            regions=("body", "film") if self.bends else ("body",),
+            surfaces=(*surfaces, "symmetry") if self.symmetry else tuple(surfaces),
+            cavities={"cavity": ("cavity",)},
+            bending_axis=(0.0, 1.0, 0.0),
+            symmetry={"symmetry": 1} if self.symmetry else {},
+            length=self.length,
+        )
+
+    def volumes(self) -> dict[str, float]:
+        n, width = self.chambers, self.width
+        part = 0.5 if self.symmetry else 1.0
+        cavity = (
+            n * self.chamber_length * self.chamber_width * self.chamber_height
+            + (n - 1) * self.inner_wall * self.tunnel_width * self.tunnel_height
+        )
+        height = self.chamber_height + self.roof + (0.0 if self.bends else self.below)
+        end = width * height
+        film_width = (self.film_width or width) if self.bends else width
+        volumes = {
+            "body": part * (self.length * width * height - cavity),
+            "cavity": part * cavity,
+            "base": part * self.length * film_width,
+        }
+        if self.bends:
+            volumes["film"] = volumes["base"] * self.below
+            end += film_width * self.below
+        return volumes | {"clamp": part * end, "tip": part * end}
+
+    def solid(self) -> Boxes:
+        """The block as boxes painted over each other; the underside of the film is z = 0."""
+        n, length, width = self.chambers, self.length, self.width
+        bottom = self.below
+        ceiling = bottom + self.chamber_height
+        tunnel = bottom if self.bends else bottom + (self.chamber_height - self.tunnel_height) / 2
+        pitch = self.chamber_length + self.inner_wall
+        starts = [self.clamp_wall + i * pitch for i in range(n)]
+
+        def box(name, x0, x1, across, z0, z1):
+            y0 = 0.0 if self.symmetry else -across / 2
+            return Box(name, (x0, y0, z0), (x1, across / 2, z1))
+
+        boxes = [
+            box("body", 0.0, length, width, bottom if self.bends else 0.0, ceiling + self.roof)
+        ]
+        if self.bends:
+            boxes.append(box("film", 0.0, length, self.film_width or width, 0.0, bottom))
+        for start in starts:
+            end = start + self.chamber_length
+            boxes.append(box("cavity", start, end, self.chamber_width, bottom, ceiling))
+        if n > 1:
+            end = starts[-1] + self.chamber_length
+            height = tunnel, tunnel + self.tunnel_height
+            boxes.append(box("cavity", starts[0], end, self.tunnel_width, *height))
+        planes = [Plane("clamp", 0, 0.0), Plane("tip", 0, length), Plane("base", 2, 0.0, True)]
+        if self.symmetry:
+            planes.append(Plane("symmetry", 1, 0.0))
+        regions = self.layout().regions
+        return Boxes(tuple(boxes), regions, ("cavity",), planes=tuple(planes))
+
+    def build(self, gmsh) -> None:
+        self.solid().build(gmsh)
+
+    def mesh(self, gmsh) -> None:
+        size = self.mesh_size
+        self.solid().mesh(size, self.cavity_mesh_size or size).add_to(gmsh)
+
+
+if __name__ == "__main__":
+    main(SlowPneunet)
