@@ -27,6 +27,16 @@ U = K/2 (J − 1)² + Σ (J − 1)^(2i)/Di for i = 2 to 6. K comes from one of `
 Where none is given, ν = {DEFAULT_POISSONS_RATIO} is taken, K = 500 μ, and stands in the resolved
 spec. Laws whose source writes K/2 ((J² − 1)/2 − ln J) use that form.
 
+## Fibres
+
+`holzapfel` is the law of a region with fibres. They lie in the region's wall, whose normal the
+geometry tells (along the radius in a tube or a sphere, z in flat parts); `normal: [0, 1, 0]` in the
+material names another plane. `angle` counts in that plane from the actuator's axis, x. One family
+at an angle needs the whole actuator: a half that is mirrored would have two.
+
+    materials:
+      body: {{law: holzapfel, c10: 0.1 MPa, k1: 20 MPa, angle: 60 deg, families: 2}}
+
 ## Choosing
 
 | what you have | law |

@@ -41,6 +41,10 @@ class ThickSphere(Geometry):
         a, b = self.inner_radius, self.outer_radius
         return {"body": pi / 6 * (b**3 - a**3), "cavity": pi / 6 * a**3, "outer": pi / 2 * b**2}
 
+    def wall_normal(self, region, points):
+        """Along the radius."""
+        return points
+
     def faults(self):
         if self.inner_radius >= self.outer_radius:
             yield (

@@ -43,6 +43,10 @@ class Tube(Geometry):
             "symmetry_y": (b - a) * length,
         }
 
+    def wall_normal(self, region, points):
+        """Along the radius, so that fibres at an angle to the axis are helices."""
+        return points * (0.0, 1.0, 1.0)
+
     def faults(self):
         if self.inner_radius >= self.outer_radius:
             yield (

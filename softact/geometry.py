@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError, field_validator, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
@@ -92,6 +93,14 @@ class Geometry(BaseModel):
         All lengths are at least THINNEST when this is called.
         """
         return iter(())
+
+    def wall_normal(self, region: str, points: np.ndarray) -> np.ndarray:
+        """Normal (n, 3) or (3,) of the wall at undeformed points (n, 3) of a region.
+
+        Fibres lie in the wall, at an angle to the layout's axis. By default the walls are flat and
+        lie in planes of x and y.
+        """
+        return np.array([0.0, 0.0, 1.0])
 
     def volume_tolerance(self, name: str) -> float:
         """Relative error of ``volumes()[name]`` that flat facets on curved walls may make."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import functools
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,7 @@ from softact.assembly import Assembler, Unknowns
 from softact.bending import LayerBending, is_flat
 from softact.elements import facet_tables
 from softact.errors import SpecError
+from softact.fibres import fibre_field
 from softact.mesh import Mesh
 from softact.terms import (
     CavityPressure,
@@ -26,6 +28,7 @@ from softact.terms import (
     Weight,
 )
 
+UP = (0.0, 0.0, 1.0)
 # name in the spec -> displacement degree, pressure degree (None: no pressure unknown)
 ELEMENTS: dict[str, tuple[int, int | None]] = {
     "P2/P1": (2, 1),
@@ -59,7 +62,8 @@ class Model:
     """Everything that decides the equilibrium of an actuator.
 
     mesh: see ``softact.mesh``. materials: region name -> law. layers: thin layers. element: one of
-    ``ELEMENTS``. The residual is the derivative of the potential energy by the unknowns.
+    ``ELEMENTS``. wall_normal: region name, points (n, 3) -> the wall's normal there, for fibres;
+    default: up. The residual is the derivative of the potential energy by the unknowns.
     """
 
     def __init__(
@@ -68,6 +72,7 @@ class Model:
         materials: Mapping[str, object],
         layers: Sequence[BondedLayer] = (),
         element: str = "P2/P1",
+        wall_normal: Callable[[str, np.ndarray], np.ndarray] = lambda region, points: UP,
     ):
         self.mesh, self.comm = mesh, mesh.comm
         self.degree, pressure_degree = ELEMENTS[element]
@@ -86,6 +91,9 @@ class Model:
                 materials[name],
                 self.degree,
                 pressure_degree,
+                fibre_field(
+                    materials[name].law, mesh.layout.axis, functools.partial(wall_normal, name)
+                ),
             )
             for number, name in enumerate(mesh.layout.regions)
         }

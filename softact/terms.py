@@ -48,9 +48,12 @@ class Term(Protocol):
 
 
 class Solid:
-    """One region of tetrahedra with one material."""
+    """One region of tetrahedra with one material.
 
-    def __init__(self, assembler: Assembler, cells, material, degree, pressure_degree):
+    fibres: points (n, 3) mm -> unit vectors (n, families, 3), for a material with fibres.
+    """
+
+    def __init__(self, assembler: Assembler, cells, material, degree, pressure_degree, fibres=None):
         self.assembler = assembler
         self.cells = np.ascontiguousarray(cells, dtype=np.int32)
         self.material = material
@@ -65,11 +68,20 @@ class Solid:
         kernels = assembler.kernels("solid", degree, pressure_degree)
         self._residual, self._tangent = (Kernel(assembler, k, self.cells) for k in kernels)
         self.volumes = self._reference_volumes()
+        self.fibres = None if fibres is None else fibres(self._places(points))
+
+    def _corners(self) -> np.ndarray:
+        """Undeformed corners of the tetrahedra: (cells, 4, 3) mm."""
+        return self.assembler.points[self.assembler.geometry_nodes[self.cells]]
+
+    def _places(self, points: np.ndarray) -> np.ndarray:
+        """Undeformed places of the quadrature points, cell after cell: (cells · points, 3) mm."""
+        shares = np.column_stack([1 - points.sum(axis=1), points])
+        return (shares @ self._corners()).reshape(-1, 3)
 
     def _reference_volumes(self) -> np.ndarray:
         """Undeformed volume that belongs to each quadrature point: (cells, points) mm³."""
-        nodes = self.assembler.geometry_nodes[self.cells]
-        x = self.assembler.points[nodes]
+        x = self._corners()
         determinant = np.abs(np.linalg.det(x[:, 1:] - x[:, :1]))
         return determinant[:, None] * self.weights
 
@@ -98,6 +110,11 @@ class Solid:
         )
         return out
 
+    def fibre_stretch(self, x: np.ndarray) -> np.ndarray:
+        """Stretch along the fibres (cells · points, families), for a material that has some."""
+        f = self.deformation_gradient(x).reshape(-1, 1, 3, 3)
+        return np.linalg.norm((f @ self.fibres[..., None])[..., 0], axis=-1)
+
     def hydrostatic_pressure(self, x: np.ndarray) -> np.ndarray:
         """p (cells, points) MPa at the quadrature points, positive in tension."""
         if not self._mixed:
@@ -120,7 +137,7 @@ class Solid:
         if not (jacobian > 0).all():  # also true of NaN
             raise InvertedElementError
         c = np.matmul(f.transpose(0, 2, 1), f)
-        stress, moduli = self.material.stress_tangent(c)
+        stress, moduli = self.material.stress_tangent(c, self.fibres)
         return *self._add_volumetric(stress, moduli, c, jacobian), jacobian
 
     def _add_volumetric(self, stress, moduli, c, jacobian):
@@ -207,7 +224,7 @@ class Solid:
         f = self.deformation_gradient(state.x).reshape(-1, 3, 3)
         jacobian = np.linalg.det(f)
         c = np.matmul(f.transpose(0, 2, 1), f)
-        density = self.material.energy(c) + self._extra_volumetric(jacobian)[0]
+        density = self.material.energy(c, self.fibres) + self._extra_volumetric(jacobian)[0]
         if self._mixed:
             jacobian = self.pressure_volume(self.hydrostatic_pressure(state.x).ravel())
             density = density + self.material.logarithmic_excess(jacobian)[0]

@@ -39,6 +39,7 @@ def solve(comm, spec, mesh_file: Path, directory: Path, times: dict, tell: Tell)
         {name: law.material() for name, law in spec.materials.items()},
         [BondedLayer(la.surface, la.material, la.thickness) for la in spec.layers],
         spec.solver.element,
+        spec.geometry.wall_normal,
     )
     unknowns = comm.allreduce(model.unknowns.owned)
     writer = None

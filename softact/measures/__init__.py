@@ -7,6 +7,7 @@ from softact.measures.base import Measure
 from softact.measures.bending import BENDING
 from softact.measures.elongation import ELONGATION
 from softact.measures.energy import ENERGY
+from softact.measures.fibres import FIBRES
 from softact.measures.pressure import PRESSURE
 from softact.measures.reaction import REACTION
 from softact.measures.strain import STRAIN
@@ -27,6 +28,7 @@ MEASURES: dict[str, Measure] = {
         REACTION,
         STRESS,
         STRAIN,
+        FIBRES,
         ENERGY,
     )
 }

@@ -1,9 +1,12 @@
 """Faults between the parts of a spec, seen on the plain data so that all are told at once."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
+import numpy as np
+
 from softact.geometry import Geometry, Layout
+from softact.materials import Law
 from softact.measures import MEASURES
 from softact.spec.choice import nearest
 from softact.spec.document import Place
@@ -74,6 +77,34 @@ def _materials(value: Any, layout: Layout) -> Iterator[Fault]:
     for region in layout.regions:
         if region not in value:
             yield ("materials", region), "missing; write the material of this region"
+
+
+def fibre_faults(materials: Mapping[str, Law], layout: Layout) -> Iterator[Fault]:
+    """Yield what is wrong with the directions of fibres in materials that are valid themselves."""
+    for region, law in materials.items():
+        if not law.anisotropic:
+            continue
+        place = ("materials", region)
+        if law.normal is not None:
+            if not np.any(np.cross(law.normal, layout.axis)):
+                yield (
+                    (*place, "normal"),
+                    "the actuator's axis, from which the fibre angle counts, is normal to this "
+                    "plane; name the normal of a plane that holds the axis",
+                )
+            for surface, index in layout.symmetry.items():
+                if law.normal[index] and sum(map(bool, law.normal)) > 1:
+                    yield (
+                        (*place, "normal"),
+                        f"the plane is oblique to the symmetry plane '{surface}', so fibres in it "
+                        "are not symmetric; model the whole actuator or turn the plane",
+                    )
+        if layout.symmetry and law.families == 1 and law.angle % 90 != 0:
+            yield (
+                (*place, "families"),
+                f"one family at {law.angle:g} deg is not symmetric to {', '.join(layout.symmetry)};"
+                " take families: 2, or an angle of 0 or 90 deg, or model the whole actuator",
+            )
 
 
 def _surface(part: dict, place: Place, layout: Layout) -> Iterator[Fault]:

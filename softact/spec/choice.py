@@ -119,11 +119,8 @@ class MaterialChoice(Choice):
         """Return name -> class of the laws that fit here."""
         from softact.materials import LAWS
 
-        # A thin layer's energy is that of a linear sheet, see softact.terms.Layer. No geometry
-        # gives fibre directions yet, so laws with fibres can be fitted but not run.
-        if self.layer:
-            return {"linear": LAWS["linear"]}
-        return {name: law for name, law in LAWS.items() if not law.anisotropic}
+        # A thin layer's energy is that of a linear sheet, see softact.terms.Layer.
+        return {"linear": LAWS["linear"]} if self.layer else LAWS
 
     def model_for(self, data: Any) -> type[BaseModel] | None:
         """See ``Choice.model_for``."""

@@ -15,7 +15,7 @@ from pydantic import (
 from pydantic_core.core_schema import ErrorType
 
 from softact.geometry import Geometry
-from softact.spec.checks import cross_faults
+from softact.spec.checks import cross_faults, fibre_faults
 from softact.spec.choice import fault
 from softact.spec.fields import (
     ALL_CAVITIES,
@@ -192,10 +192,10 @@ class Spec(Model):
             spec = handler(data)
         except ValidationError as error:
             faults = [_again(entry) for entry in error.errors(include_url=False)]
-        faults += [
-            {"type": fault(text), "loc": place, "input": None}
-            for place, text in cross_faults(data, _geometry(data))
-        ]
+        between = list(cross_faults(data, _geometry(data)))
+        if spec is not None and not between:
+            between = list(fibre_faults(spec.materials, spec.geometry.layout()))
+        faults += [{"type": fault(text), "loc": place, "input": None} for place, text in between]
         if faults:
             raise ValidationError.from_exception_data(cls.__name__, faults)
         return spec._resolved()

@@ -1,4 +1,4 @@
-"""Derivatives of every isotropic law's energy, written by hand from its formula.
+"""Derivatives of every law's energy, written by hand from its formula.
 
 Principal stretches λi have the product 1. The tests derive their closed forms from these and
 compare them with the library, which differentiates the formula by itself.
@@ -46,6 +46,18 @@ STRETCH_LAWS = {
 }
 
 
+def _holzapfel(k, stretches):
+    """Fibres at ± the angle to direction 1 in the plane of 1 and 2, which they must not turn.
+
+    Ī4 = λ1² cos² + λ2² sin²; a family carries 2 ψ' where E > 0, with ψ' = k1 E exp(k2 E²).
+    """
+    squares = np.array(stretches) ** 2
+    shares = np.array([np.cos(np.radians(k.angle)) ** 2, np.sin(np.radians(k.angle)) ** 2, 0.0])
+    strain = k.kappa * (squares.sum() - 3) + (1 - 3 * k.kappa) * (shares @ squares - 1)
+    slope = k.families * k.k1 * max(strain, 0.0) * np.exp(k.k2 * strain**2)
+    return list(2 * squares * (k.c10 + slope * (k.kappa + (1 - 3 * k.kappa) * shares)))
+
+
 def principal_slopes(law: str, constants: dict, stretches) -> list:
     """λi ∂W/∂λi in MPa at three principal stretches whose product is 1.
 
@@ -53,6 +65,8 @@ def principal_slopes(law: str, constants: dict, stretches) -> list:
     I2 = Σ λi⁻². Their differences are those of the Cauchy stresses.
     """
     k = SimpleNamespace(**constants)
+    if law == "holzapfel":
+        return _holzapfel(k, stretches)
     if law in STRETCH_LAWS:
         return [STRETCH_LAWS[law](k, s) for s in stretches]
     squares = [s**2 for s in stretches]

@@ -19,7 +19,14 @@ ROLLERS = [Support(f"{axis}_min", {number: 0.0}) for number, axis in enumerate("
 
 
 def build(
-    tets: Tetrahedra, law, element: str = "P2/P1", layers=(), cavities=None, symmetry=None, **layout
+    tets: Tetrahedra,
+    law,
+    element: str = "P2/P1",
+    layers=(),
+    cavities=None,
+    symmetry=None,
+    wall_normal=lambda region, points: (0.0, 0.0, 1.0),
+    **layout,
 ) -> Model:
     """A model of one material on a mesh of ``meshes``; ``layout``: further fields of Layout."""
     names = {"clamp": "x_min", "tip": "x_max"} | layout
@@ -31,7 +38,8 @@ def build(
         **names,
     )
     mesh = distribute(MPI.COMM_SELF, lambda: tets, whole)
-    return Model(mesh, {"body": law.material()}, layers, element)
+    materials = {"body": law.material()}
+    return Model(mesh, materials, layers, element, wall_normal)
 
 
 @dataclass

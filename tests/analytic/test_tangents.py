@@ -155,13 +155,22 @@ def test_tangent_of_pressure_on_open_surface(model):
 
 
 @pytest.mark.parametrize("element", ELEMENTS)
-@pytest.mark.parametrize("law", ["yeoh", "ogden", "arruda_boyce"])
+@pytest.mark.parametrize("law", ["yeoh", "ogden", "arruda_boyce", "holzapfel"])
 def test_all_terms_together(element, law):
     """Newton's own force and matrix, for each element and for each kind of law."""
     laws = {
         "yeoh": LAWS["yeoh"].of(c10=0.11, c20=0.02, bulk_modulus=10.0, d2=0.3),
         "ogden": LAWS["ogden"].of(mu=[0.3, 0.02], alpha=[1.3, -2.0], bulk_modulus=10.0),
         "arruda_boyce": LAWS["arruda_boyce"].of(mu=0.2, lambda_m=3.0, bulk_modulus=10.0),
+        "holzapfel": LAWS["holzapfel"].of(
+            c10=0.1,
+            k1=0.4,
+            k2=0.3,
+            kappa=0.1,
+            angle=35.0,
+            normal=[0.1, 0.3, 1.0],
+            bulk_modulus=10.0,
+        ),
     }
     model = hollow_block(laws[law], element)
     state = random_state(model)

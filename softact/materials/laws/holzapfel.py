@@ -3,7 +3,7 @@
 from typing import ClassVar, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from softact.materials.invariants import InvariantLaw
 from softact.materials.jets import positive
@@ -35,8 +35,18 @@ class Holzapfel(InvariantLaw):
     kappa: Dimensionless = Field(
         default=0.0, ge=0, le=1 / 3, description="dispersion: 0 aligned, 1/3 isotropic"
     )
-    angle: Angle = Field(default=0.0, description="of the fibres to the region's axis, in degrees")
+    angle: Angle = Field(default=0.0, description="of the fibres to the actuator's axis, degrees")
     families: Literal[1, 2] = Field(default=2, description="1: at the angle; 2: at ± the angle")
+    normal: tuple[Dimensionless, Dimensionless, Dimensionless] | None = Field(
+        default=None, description="of the plane of the fibres; default: of the region's wall"
+    )
+
+    @field_validator("normal")
+    @classmethod
+    def _has_a_direction(cls, value):
+        if value is not None and not any(value):
+            raise ValueError("[0, 0, 0] has no direction; write for example [0, 0, 1]")
+        return value
 
     @staticmethod
     def strain_energy(k, i1, i2, *fibre_invariants):
@@ -54,16 +64,18 @@ class Holzapfel(InvariantLaw):
         return energy
 
     def fibre_directions(self, axis: np.ndarray, normal: np.ndarray) -> np.ndarray:
-        """Return unit vectors (n, families, 3) in the plane of ``axis`` and normal × axis.
+        """Return unit vectors (n, families, 3) in the plane normal to ``normal``.
 
-        axis: direction (n,3) from which the angle counts. normal: of the wall (n,3); only its part
-        normal to the axis counts. Raises ValueError where the two are parallel.
+        axis: direction (n,3) from which the angle counts, towards normal × axis; only its part in
+        the plane counts. normal: of the wall (n,3), of any length. Raises ValueError where the two
+        are parallel.
         """
-        axis = axis / np.linalg.norm(axis, axis=1)[:, None]
+        normal = normal / np.linalg.norm(normal, axis=1)[:, None]
         across = np.cross(normal, axis)
         length = np.linalg.norm(across, axis=1)[:, None]
-        if np.any(length < 1e-9 * np.linalg.norm(normal, axis=1)[:, None]):
-            raise ValueError("the wall's normal is parallel to the fibre axis")
+        if np.any(length < 1e-9 * np.linalg.norm(axis, axis=1)[:, None]):
+            raise ValueError("the wall's normal is parallel to the axis of the fibre angle")
         across = across / length
+        axis = np.cross(across, normal)
         angles = np.radians([self.angle, -self.angle][: self.families])
         return np.stack([np.cos(a) * axis + np.sin(a) * across for a in angles], axis=1)

@@ -1,0 +1,30 @@
+"""Which way the fibres of a region lie in the undeformed actuator."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+# Points (n, 3) mm of a region -> the wall's normal (n, 3) there.
+WallNormal = Callable[[np.ndarray], np.ndarray]
+
+
+def fibre_field(
+    law, axis: Sequence[float], wall_normal: WallNormal
+) -> Callable[[np.ndarray], np.ndarray] | None:
+    """Return a function from points (n, 3) mm to unit vectors (n, families, 3).
+
+    law: a law of the library; where it has no fibres, None is returned. axis: of the actuator,
+    from which the law's angle counts. wall_normal: of the geometry; the fibres lie in the wall,
+    unless the law has a ``normal`` of its own.
+    """
+    if not law.anisotropic:
+        return None
+
+    def directions(points: np.ndarray) -> np.ndarray:
+        normal = wall_normal(points) if law.normal is None else np.array(law.normal)
+        shape = (len(points), 3)
+        return law.fibre_directions(np.broadcast_to(axis, shape), np.broadcast_to(normal, shape))
+
+    return directions

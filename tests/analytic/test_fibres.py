@@ -1,0 +1,237 @@
+"""Fibres in a solid: homogeneous blocks and tubes against closed forms and quadrature."""
+
+import numpy as np
+import pytest
+import scipy.integrate
+import scipy.optimize
+from by_hand import principal_slopes
+from meshes import block
+from mpi4py import MPI
+from solving import ROLLERS, build, solve
+
+from softact.geometries.tube import Tube
+from softact.geometry import make_mesh
+from softact.materials import LAWS
+from softact.measures import MEASURES
+from softact.mesh import distribute, read_msh
+from softact.model import Model, Support
+from softact.snapshot import Snapshot
+from softact.stepping import LoadStep
+from softact.terms import State
+
+MATRIX = dict(c10=0.14)
+FIBRES = MATRIX | dict(k1=0.5, k2=0.4, kappa=0.1)
+BLOCKS = {
+    "one family along": FIBRES | dict(angle=0.0, families=1),
+    "one family across": MATRIX | dict(k1=0.5, k2=0.4, kappa=0.0, angle=90.0, families=1),
+    "two families, 30°": FIBRES | dict(angle=30.0, families=2),
+    "two families, 60°, k2 = 0": FIBRES | dict(k2=0.0, angle=60.0, families=2),
+}
+STRETCHES = (0.8, 1.2, 1.5, 1.9)
+
+
+def law_of(constants, bulk, **more):
+    return LAWS["holzapfel"].of(**constants, bulk_modulus=bulk, **more)
+
+
+def uniaxial(constants, stretch):
+    """Nominal stress along x in MPa and the stretch along y, both transverse stresses zero."""
+
+    def slopes(across):
+        return principal_slopes("holzapfel", constants, (stretch, across, 1 / (stretch * across)))
+
+    def difference(across):
+        _, t2, t3 = slopes(across)
+        return t2 - t3
+
+    across = scipy.optimize.brentq(difference, 0.3, 3.0, xtol=1e-14)
+    t1, _, t3 = slopes(across)
+    return (t1 - t3) / stretch, across
+
+
+@pytest.mark.parametrize("normal", [None, [0.0, -2.0, 0.0]], ids=["wall", "given"])
+@pytest.mark.parametrize("name", BLOCKS)
+def test_block_pulled(name, normal):
+    """A cube in uniaxial tension and compression, the fibres in the plane of x and y or x and z."""
+    law = law_of(BLOCKS[name], 1e8, normal=normal)
+    model = build(block((1, 1, 1)), law)
+    stresses, widths = [], []
+    for stretches in (STRETCHES[:1], STRETCHES[1:]):
+        steps = [
+            LoadStep(f"{s}", supports=[*ROLLERS, Support("x_max", {0: s - 1})]) for s in stretches
+        ]
+        solution = solve(model, steps, ROLLERS, 0.25)
+        for state in solution.ends:
+            stresses.append(solution.reaction("x_max", state)[0])
+            corner = model.surface_nodes("x_max")
+            moved = state.x[model.displacement_dofs[corner]].max(axis=0, initial=-1)
+            low = state.x[model.displacement_dofs[corner]].min(axis=0)
+            widest = np.where(np.abs(low) > np.abs(moved), low, moved)
+            widths.append(1 + widest[1 if normal is None else 2])
+    expected = [uniaxial(BLOCKS[name], s) for s in STRETCHES]
+    np.testing.assert_allclose(stresses, [p for p, _ in expected], rtol=1e-6)
+    np.testing.assert_allclose(widths, [w for _, w in expected], rtol=1e-6)
+
+
+def test_fibres_in_compression_carry_nothing():
+    """Pulled across one family without dispersion the block is its matrix alone: neo-Hookean."""
+    for stretch in STRETCHES[1:]:
+        stress, across = uniaxial(BLOCKS["one family across"], stretch)
+        assert stress == pytest.approx(2 * 0.14 * (stretch - stretch**-2), rel=1e-12)
+        assert across == pytest.approx(stretch**-0.5, rel=1e-12)
+    with_fibres, _ = uniaxial(BLOCKS["one family across"], 0.8)
+    assert with_fibres < 1.1 * 2 * 0.14 * (0.8 - 0.8**-2) < 0
+
+
+def random_state(model, size=0.04):
+    rng = np.random.default_rng(4)
+    return State(size * rng.standard_normal(model.unknowns.local))
+
+
+def test_a_turned_body_has_the_same_energy_and_turned_forces():
+    """A rotation after the deformation; without its fibres the block would have less energy."""
+    law = law_of(FIBRES | dict(angle=35.0, families=2), 10.0, normal=[0.1, 0.3, 1.0])
+    model = build(block((2, 2, 2)), law)
+    state = random_state(model)
+    dofs, places = model.displacement_dofs, model.unknowns.spaces[0].tabulate_dof_coordinates()
+    turn = np.linalg.qr(np.random.default_rng(5).standard_normal((3, 3)))[0]
+    turn *= np.linalg.det(turn)
+    turned = State(state.x.copy())
+    turned.x[dofs] = (places + state.x[dofs]) @ turn.T - places
+    assert model.energy(turned) == pytest.approx(model.energy(state), rel=1e-12)
+    np.testing.assert_allclose(
+        model.force(turned)[0][dofs], model.force(state)[0][dofs] @ turn.T, atol=1e-13
+    )
+    bare = build(block((2, 2, 2)), law_of(FIBRES | dict(k1=0.0), 10.0))
+    assert bare.energy(state) < 0.9 * model.energy(state)
+
+
+def test_turned_fibres_in_a_turned_block():
+    """Fibres at 30° to x, or at 0° in a block that is deformed along 30°: one energy."""
+    across = np.diag([1.4, 0.9, 1 / (1.4 * 0.9)])
+    cosine, sine = np.cos(np.pi / 6), np.sin(np.pi / 6)
+    turn = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    energies, stretches = [], []
+    for angle, f in ((30.0, across), (0.0, turn.T @ across @ turn)):
+        model = build(block((1, 1, 1)), law_of(FIBRES | dict(angle=angle, families=1), 1e3))
+        places = model.unknowns.spaces[0].tabulate_dof_coordinates()
+        state = model.initial_state()
+        state.x[model.displacement_dofs] = places @ (f - np.eye(3)).T
+        energies.append(model.energy(state))
+        stretches.append(MEASURES["fibres"].evaluate(Snapshot(model, state))["max_fibre_stretch"])
+    i4 = (across[0, 0] * cosine) ** 2 + (across[1, 1] * sine) ** 2
+    i1 = np.trace(across @ across)
+    strain = 0.1 * (i1 - 3) + 0.7 * (i4 - 1)
+    expected = 0.14 * (i1 - 3) + 0.5 / 0.8 * np.expm1(0.4 * strain**2)
+    assert energies == pytest.approx([expected, expected], rel=1e-12)
+    assert stretches == pytest.approx([np.sqrt(i4)] * 2, rel=1e-12)
+
+
+# --- tubes ----------------------------------------------------------------------------------------
+
+INNER, OUTER, LENGTH = 5.0, 7.0, 1.0  # mm
+
+
+def radial(region, points):
+    """The axis is x."""
+    return points * (0.0, 1.0, 1.0)
+
+
+def exact_tube(constants, inner, axial):
+    """Pressure (MPa) and axial force (N) of a tube whose bore grows to ``inner`` mm.
+
+    axial: stretch along the axis. An incompressible tube keeps r² = a² + (R² − A²)/λz; then
+    p = ∫ (tθ − tr) dr/r and N = π ∫ (2 tz − tθ − tr) r dr + π a² p (Ogden 1984, 5.3.3).
+    """
+
+    def slopes(radius):
+        now = np.sqrt(inner**2 + (radius**2 - INNER**2) / axial)
+        hoop = now / radius
+        tz, thoop, tr = principal_slopes("holzapfel", constants, (axial, hoop, 1 / (axial * hoop)))
+        return now, tz, thoop, tr
+
+    def for_pressure(radius):
+        now, _, thoop, tr = slopes(radius)
+        return (thoop - tr) * radius / (axial * now**2)
+
+    def for_force(radius):
+        _, tz, thoop, tr = slopes(radius)
+        return (2 * tz - thoop - tr) * radius / axial
+
+    pressure = scipy.integrate.quad(for_pressure, INNER, OUTER)[0]
+    force = np.pi * scipy.integrate.quad(for_force, INNER, OUTER)[0]
+    return pressure, force + np.pi * inner**2 * pressure
+
+
+@pytest.mark.parametrize("angle", [35.0, 54.7, 75.0])
+def test_thick_tube_with_two_helices(angle):
+    """Bore radius and axial force within 0.5 %: a quarter with facets of 7.5°, held in length."""
+    constants = MATRIX | dict(k1=0.6, k2=0.5, kappa=0.02, angle=angle, families=2)
+
+    def mapping(points):
+        radius = INNER + (OUTER - INNER) * points[:, 0]
+        turn = np.pi / 2 * points[:, 1]
+        return np.column_stack(
+            [LENGTH * points[:, 2], radius * np.cos(turn), radius * np.sin(turn)]
+        )
+
+    inner, axial = 6.5, 1.1
+    pressure, force = exact_tube(constants, inner, axial)
+    model = build(block((3, 12, 1), mapping=mapping), law_of(constants, 1e6), wall_normal=radial)
+    held = [
+        Support("y_min", {2: 0.0}),
+        Support("y_max", {1: 0.0}),
+        Support("z_min", {0: 0.0}),
+        Support("z_max", {0: LENGTH * (axial - 1)}),
+    ]
+    load = LoadStep("inflate", surface_pressure={"x_min": pressure})
+    solution = solve(model, load, held, 0.25)
+    found = INNER + solution.displacement((0.0, INNER, 0.0))[1]
+    assert found == pytest.approx(inner, rel=0.005)
+    assert 4 * solution.reaction("z_max")[0] == pytest.approx(force, rel=0.005)
+
+
+def test_neutral_angle_of_helices(tmp_path):
+    """A closed tube wound with stiff fibres neither lengthens nor shortens at 54.7°.
+
+    Netting: the pressure pulls p r/2 along and p r around; fibres alone carry that where
+    tan² of their angle is 2. Below it the tube shortens and swells, as McKibben muscles do, above
+    it lengthens. The pressure on the caps pulls at the open end of the tube that is modelled.
+    """
+    tube = Tube.model_validate(
+        {"inner_radius": "5 mm", "outer_radius": "5.5 mm", "length": "4 mm", "mesh_size": "1.2 mm"}
+    )
+    path, layout = tmp_path / "tube.msh", tube.layout()
+    make_mesh(tube, path)
+    mesh = distribute(MPI.COMM_SELF, lambda: read_msh(path, layout), layout)
+    pressure = 2e-4  # MPa: small strains
+    pull = pressure * 5.0**2 / (5.5**2 - 5.0**2)
+    neutral = np.degrees(np.arctan(np.sqrt(2)))
+    strain = {}
+    for angle in (neutral - 8, neutral, neutral + 8):
+        law = law_of(dict(c10=0.1, k1=200.0, angle=angle, families=2), 1e4)
+        model = Model(mesh, {"body": law.material()}, wall_normal=tube.wall_normal)
+        load = LoadStep(
+            "inflate", surface_pressure={"bore": pressure}, traction={"tip": (pull, 0.0, 0.0)}
+        )
+        solution = solve(model, load, [Support("clamp", {0: 0.0})], 1.0)
+        moved = solution.state.x[model.displacement_dofs[model.surface_nodes("tip"), 0]]
+        strain[angle] = moved.mean() / 4.0
+    below, at, above = (strain[angle] / pressure for angle in strain)
+    assert below < 0 < above
+    assert abs(at) < 0.03 * min(-below, above)
+    expected = [membrane_strain(angle) for angle in strain]
+    np.testing.assert_allclose([below, above], [expected[0], expected[2]], rtol=0.05)
+
+
+def membrane_strain(angle, c10=0.1, k1=200.0):
+    """Axial strain per pressure (1/MPa) of the closed tube as a thin one, small strains.
+
+    The matrix in plane stress, incompressible, with G = 2 C10: σx = 4 G (εx + εθ/2); each of the
+    two families has W = 2 k1 εf² with εf = εx cos² + εθ sin².
+    """
+    share = np.array([np.cos(np.radians(angle)) ** 2, np.sin(np.radians(angle)) ** 2])
+    stiffness = 8 * c10 * np.array([[1.0, 0.5], [0.5, 1.0]]) + 8 * k1 * np.outer(share, share)
+    # Mean stresses along, around and through the wall, by p: the last one counts from the others.
+    along, around, through = 5.0**2 / (5.5**2 - 5.0**2), 5.0 / 0.5, -5.0 / (5.0 + 5.5)
+    return np.linalg.solve(stiffness, [along - through, around - through])[0]
