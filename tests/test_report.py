@@ -36,9 +36,9 @@ def no_drawing(monkeypatch):
 
 
 def page_of(directory):
-    """The page without scripts and pictures, and the data in it."""
+    """The page without scripts and pictures, its plots, and the data of the 3-D view."""
     text = write_report(directory).read_text()
-    return visible(text), data_of(text)
+    return visible(text), plots_of(text), view_of(text)
 
 
 def visible(text):
@@ -46,8 +46,14 @@ def visible(text):
     return re.sub(r"base64,[A-Za-z0-9+/=]+", "", text)
 
 
-def data_of(text):
-    return json.loads(re.search(r'id="data">(.*?)</script>', text, re.S)[1])
+def view_of(text):
+    return json.loads(re.search(r'id="data">(.*?)</script>', text, re.S)[1])["view"]
+
+
+def plots_of(text):
+    """Title -> plot, as the page's script reads them."""
+    found = re.findall(r"<script type='application/json'>(.*?)</script>", text, re.S)
+    return {plot["title"]: plot for plot in map(json.loads, found)}
 
 
 def table_row(text, name):
@@ -105,49 +111,50 @@ def test_the_data_stand_safely_in_the_page(tmp_path, no_drawing):
     writer.finish("complete", {}, {"history": [
         {"step": "</script>", "fraction": 1.0, "iterations": 3, "converged": True,
          "residuals": [1.0, float("nan"), 0.0]}]})  # fmt: skip
-    text, data = page_of(tmp_path / "r")
+    text, plots, _ = page_of(tmp_path / "r")
     assert "<b>x" not in text
-    assert data["history"][0]["step"] == "</script>"
-    assert data["history"][0]["residuals"] == [1.0]
+    table = plots["Newton iterations of each increment"]["table"]
+    assert table["step and part of it"] == ["</script> 100.0 %"]
+    assert plots["Residual in each increment"]["traces"][0]["y"] == [1.0]
 
 
 def test_an_early_end_is_told(tmp_path, no_drawing):
     message = "beyond 19.95 kPa: too many Newton iterations"
     bent_beam.write(tmp_path / "r", 90.0, 2, "no_equilibrium", messages=[message])
-    text, _ = page_of(tmp_path / "r")
+    text, _, _ = page_of(tmp_path / "r")
     assert "No equilibrium found beyond this point." in text and message in text
     assert "Complete." not in text
 
 
 def test_an_incomplete_run_is_told(tmp_path, no_drawing):
     bent_beam.write(tmp_path / "r", 90.0, 2, status=None)
-    text, data = page_of(tmp_path / "r")
+    text, _, view = page_of(tmp_path / "r")
     assert "<strong>Incomplete.</strong>" in text and "Complete.<" not in text
-    assert len(data["view"]["states"]) == 3
+    assert len(view["states"]) == 3
 
 
 def test_a_run_without_any_increment(tmp_path, no_drawing):
     ResultsWriter(tmp_path / "r", "name: r\n", {}).finish("no_equilibrium", {}, {"messages": ["x"]})
-    text, data = page_of(tmp_path / "r")
+    text, plots, view = page_of(tmp_path / "r")
     assert "no equilibrium state at all" in text and "there are no figures" in text
-    assert data == {"view": None, "charts": [], "history": []}
+    assert (plots, view) == ({}, None) and "href='#view'" not in text
 
 
 def test_a_torn_field_file_leaves_the_rest(tmp_path):
     bent_beam.write(tmp_path / "r", 90.0, 2)
     (tmp_path / "r" / "fields.h5").write_bytes(b"torn")
-    text, data = page_of(tmp_path / "r")
+    text, plots, view = page_of(tmp_path / "r")
     assert "fields.h5 cannot be read" in text
-    assert data["view"] is None and len(data["charts"]) > 3
+    assert view is None and len(plots) > 5
     assert table_row(text, "Bending angle")[-1] == "90.00"
 
 
 def test_failed_drawing_is_told_and_the_rest_stands(tmp_path, monkeypatch):
     bent_beam.write(tmp_path / "r", 90.0, 2)
     monkeypatch.setattr(pictures, "_TIME_LIMIT_S", 0.05)
-    text, data = page_of(tmp_path / "r")
+    text, _, view = page_of(tmp_path / "r")
     assert "The pictures of the actuator are missing: drawing took longer than 0.05 s" in text
-    assert data["view"]["outer"] > 0 and "<img" not in text
+    assert view["outer"] > 0 and "<img" not in text
 
 
 def test_a_crash_while_drawing_is_told(tmp_path, monkeypatch):
@@ -170,13 +177,12 @@ def test_several_cavities(tmp_path, no_drawing):
             "cavity_volume_lower_mm3": 2000.0 - n, "twist_angle_deg": 3.0 * n,
         })  # fmt: skip
     writer.finish("complete")
-    text, data = page_of(tmp_path / "r")
-    charts = {chart["title"]: chart for chart in data["charts"]}
-    assert charts["Twist"]["x"] == "Pressure upper (kPa)"
-    assert [line["name"] for line in charts["Pressures"]["series"]] == [
+    text, plots, _ = page_of(tmp_path / "r")
+    assert plots["Twist"]["x"] == "Pressure upper (kPa)"
+    assert [line["name"] for line in plots["Pressures"]["traces"]] == [
         "Pressure upper", "Pressure lower",
     ]  # fmt: skip
-    assert len(charts["Cavity volume"]["series"]) == 2
+    assert len(plots["Cavity volume"]["traces"]) == 2
     assert table_row(text, "Twist angle")[1:] == ["0.00", "3.00", "6.00", "9.00", "12.00"]
     assert table_row(text, "Cavity volume lower")[-1] == "1.996"
 
@@ -187,10 +193,10 @@ def test_a_run_without_pressure_is_drawn_against_the_step(tmp_path, no_drawing):
         for n in range(3):
             writer.increment({"step": step, "step_fraction": n / 2, "reaction_x_N": 1.0 + n})
     writer.finish("complete")
-    _, data = page_of(tmp_path / "r")
-    (chart,) = data["charts"]
-    assert chart["x"].startswith("Load")
-    assert chart["series"][0]["x"] == [0.0, 0.5, 1.0, 1.0, 1.5, 2.0]
+    _, plots, _ = page_of(tmp_path / "r")
+    (plot,) = plots.values()
+    assert plot["x"].startswith("Load")
+    assert plot["traces"][0]["x"] == [0.0, 0.5, 1.0, 1.0, 1.5, 2.0]
 
 
 # ---- what it computes ----

@@ -92,8 +92,8 @@ def picture(driver):
 
 def test_drawn_without_console_errors(page):
     assert page.execute_script("return document.body.dataset.ready") == "yes"
-    assert len(page.find_elements("css selector", "#charts .js-plotly-plot")) >= 4
-    assert len(page.find_elements("css selector", "#historycharts .js-plotly-plot")) == 2
+    assert len(page.find_elements("css selector", "#curves .js-plotly-plot")) >= 4
+    assert len(page.find_elements("css selector", "#convergence .js-plotly-plot")) == 2
     log = page.get_log("browser")
     assert [entry for entry in log if entry["level"] in ("SEVERE", "ERROR")] == []
 

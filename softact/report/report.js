@@ -1,93 +1,4 @@
-"use strict";
-/* Draws the curves and the 3-D view from the data that stand in the page. */
-
-const FONT = { family: "system-ui, -apple-system, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif",
-  color: "#15202b", size: 12 };
-const GRID = { gridcolor: "#e3e7ea", zerolinecolor: "#c3cbd1", linecolor: "#8a949b",
-  automargin: true, exponentformat: "power" };
-const PLAIN = { displaylogo: false, displayModeBar: false, responsive: true };
-
-async function inflated(base64) {
-  const packed = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
-  return new Response(stream).arrayBuffer();
-}
-
-async function loadPlotly() {
-  const source = new TextDecoder().decode(await inflated(byId("plotly").textContent));
-  const script = document.createElement("script");
-  script.textContent = source;
-  document.head.append(script);
-}
-
-function byId(id) {
-  return document.getElementById(id);
-}
-
-function chartIn(parent, traces, layout) {
-  const box = document.createElement("div");
-  box.className = "chart";
-  parent.append(box);
-  const { title, ...rest } = layout;
-  return Plotly.newPlot(box, traces, {
-    title: { text: `<b>${title}</b>`, x: 0, xanchor: "left", font: { size: 14 } },
-    font: FONT, margin: { l: 56, r: 12, t: 40, b: 46 }, hovermode: "closest",
-    paper_bgcolor: "white", plot_bgcolor: "white", showlegend: traces.length > 1,
-    legend: { x: 0.02, y: 0.98, bgcolor: "rgba(255,255,255,0.75)" }, dragmode: false, ...rest,
-  }, PLAIN);
-}
-
-function drawCharts(charts) {
-  return Promise.all(charts.map((chart) => chartIn(byId("charts"), chart.series.map((line) => ({
-    type: "scatter", mode: "lines+markers", name: line.name, x: line.x, y: line.y,
-    line: { color: line.colour, width: 2 }, marker: { size: 5 },
-    hovertemplate: "%{x:.4~g}, %{y:.4~g}<extra></extra>",
-  })), {
-    title: chart.title,
-    xaxis: { ...GRID, title: { text: chart.x } },
-    yaxis: { ...GRID, title: { text: chart.y }, ...(chart.equal ? { scaleanchor: "x" } : {}) },
-  })));
-}
-
-function drawHistory(history) {
-  if (!history.length) return Promise.resolve();
-  const good = "#0072b2", bad = "#d55e00";
-  const bars = [true, false].map((converged) => {
-    const some = history.map((item, index) => ({ ...item, index })).
-      filter((item) => item.converged === converged);
-    return {
-      type: "bar", name: converged ? "accepted" : "no equilibrium",
-      marker: { color: converged ? good : bad },
-      x: some.map((item) => item.index + 1), y: some.map((item) => item.iterations),
-      text: some.map((item) => `${item.step} ${(100 * (item.fraction ?? 0)).toFixed(1)} %`),
-      textposition: "none", hovertemplate: "%{text}: %{y} iterations<extra></extra>",
-    };
-  });
-  const lines = history.filter((item) => item.residuals.length).map((item) => ({
-    type: "scatter", mode: "lines+markers", showlegend: false,
-    x: item.residuals.map((_, n) => n), y: item.residuals,
-    line: { color: item.converged ? good : bad, width: 1.2 }, marker: { size: 4 }, opacity: 0.6,
-    name: `${item.step} ${(100 * (item.fraction ?? 0)).toFixed(1)} %`,
-    hovertemplate: "%{fullData.name}: %{y:.1e}<extra></extra>",
-  }));
-  const legend = { orientation: "h", x: 0, y: 1.12, yanchor: "top" };
-  return Promise.all([
-    chartIn(byId("historycharts"), bars, {
-      title: "Newton iterations of each increment", barmode: "stack", legend,
-      margin: { l: 56, r: 12, t: 58, b: 46 },
-      xaxis: { ...GRID, title: { text: "Attempted increment" } },
-      yaxis: { ...GRID, title: { text: "Iterations" } },
-    }),
-    lines.length && chartIn(byId("historycharts"), lines, {
-      title: "Residual in each increment", showlegend: false,
-      xaxis: { ...GRID, title: { text: "Iteration" }, dtick: lines.length > 8 ? undefined : 1 },
-      yaxis: { ...GRID, title: { text: "Relative residual" }, type: "log",
-        exponentformat: "power", dtick: 2 },
-    }),
-  ]);
-}
-
-/* ---- the 3-D view ---- */
+/* The 3-D view of one run; what it rests on is in base/base.js. */
 
 async function unpack(view) {
   const raw = await inflated(view.data);
@@ -100,10 +11,6 @@ async function unpack(view) {
     if (k % (n * count) >= n) shades[k] += shades[k - n];
   }
   return { triangles, steps, shades };
-}
-
-function narrow() {
-  return window.innerWidth < 740;
 }
 
 class Shape {
@@ -187,13 +94,13 @@ class Shape {
     const power = 10 ** Math.floor(Math.log10(coarse));
     const dtick = power * [1, 2, 5, 10].find((step) => step * power >= coarse);
     const axes = ["x", "y", "z"].map((name, n) => ({
-      range: box[n], title: { text: name }, showbackground: false, gridcolor: "#dfe4e8",
+      range: box[n], title: { text: name }, showbackground: false, gridcolor: "@line",
       zeroline: false, dtick, tick0: 0, showspikes: false,
     }));
     const xyz = ([x, y, z]) => ({ x, y, z });
     const eye = xyz(camera.eye.map((part) => 2 * part)), up = xyz(camera.up);
     return {
-      font: FONT, margin: { l: 0, r: 0, t: 0, b: 0 }, paper_bgcolor: "white",
+      font: fonts(), margin: { l: 0, r: 0, t: 0, b: 0 }, paper_bgcolor: "@paper",
       scene: {
         aspectmode: "manual", aspectratio: xyz(this.sides()),
         dragmode: Math.abs(up.z) > 0.99 ? "turntable" : "orbit",
@@ -231,10 +138,18 @@ class Shape {
   }
 
   draw() {
-    return Plotly.newPlot("shape", [this.trace(), this.cube()], this.layout(), {
+    return Plotly.newPlot("shape", [this.trace(), this.cube()], themed(this.layout()), {
       displaylogo: false, responsive: true,
       modeBarButtons: [["toImage", "zoom3d", "pan3d", "resetCameraDefault3d"]],
     });
+  }
+
+  /* New colours of text, grid and background; the camera is left alone. */
+  recolour() {
+    const { paper_bgcolor, font, scene } = themed(this.layout());
+    const grid = Object.fromEntries(["xaxis", "yaxis", "zaxis"].map((axis) =>
+      [`scene.${axis}.gridcolor`, scene[axis].gridcolor]));
+    return Plotly.relayout("shape", { paper_bgcolor, "font.color": font.color, ...grid });
   }
 
   /* Redraw the surface and leave the camera alone; one drawing at a time, the last of which
@@ -302,21 +217,7 @@ async function drawView(view) {
   });
   await shape.draw();
   say();
+  onTheme(() => shape.recolour());
 }
 
-async function main() {
-  const data = JSON.parse(byId("data").textContent);
-  await loadPlotly();
-  await Promise.all([drawCharts(data.charts), drawHistory(data.history), drawView(data.view)]);
-}
-
-main().then(() => {
-  document.body.dataset.ready = "yes";
-}, (error) => {
-  const note = document.createElement("p");
-  note.className = "banner bad";
-  note.textContent = `The curves and the 3-D view could not be drawn (${error.message}); ` +
-    "a browser of 2023 or later is needed.";
-  document.querySelector("header").append(note);
-  document.body.dataset.ready = "failed";
-});
+whenReady((data) => drawView(data.view));

@@ -1,0 +1,179 @@
+"use strict";
+/* Draws the figures of a page from the data that stand in them; see softact/report/base. */
+
+const PLAIN = { displaylogo: false, displayModeBar: false, responsive: true };
+const AXIS = { gridcolor: "@line", zerolinecolor: "@strong", linecolor: "@strong",
+  automargin: true, exponentformat: "power" };
+const jobs = [], themeJobs = [];
+
+function byId(id) {
+  return document.getElementById(id);
+}
+
+/* Call ``job(data)`` once the figures stand. */
+function whenReady(job) {
+  jobs.push(job);
+}
+
+/* Call ``job`` when the colours change: light to dark, or to paper. */
+function onTheme(job) {
+  themeJobs.push(job);
+}
+
+function narrow() {
+  return window.innerWidth < 740;
+}
+
+/* A copy with colour tokens such as "@c1" replaced by the colours of the moment. */
+function themed(value) {
+  if (typeof value === "string") {
+    if (!/^@[a-z]+\d?$/.test(value)) return value;
+    return getComputedStyle(document.documentElement).
+      getPropertyValue(`--${value.slice(1)}`).trim() || value;
+  }
+  if (Array.isArray(value)) {
+    return value.length && typeof value[0] === "number" ? value : value.map(themed);
+  }
+  if (value === null || typeof value !== "object" || ArrayBuffer.isView(value)) return value;
+  return Object.fromEntries(Object.entries(value).map(([key, part]) => [key, themed(part)]));
+}
+
+function fonts() {
+  return { family: "system-ui, -apple-system, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif",
+    color: "@ink", size: 12 };
+}
+
+async function inflated(base64) {
+  const packed = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Response(stream).arrayBuffer();
+}
+
+async function loadPlotly() {
+  const packed = byId("plotly").textContent;
+  if (!packed) return;
+  const script = document.createElement("script");
+  script.textContent = new TextDecoder().decode(await inflated(packed));
+  document.head.append(script);
+}
+
+/* Layout of a plot: what all have in common, then its own. */
+function layoutOf(plot) {
+  const { xaxis, yaxis, ...own } = plot.layout;
+  const legend = plot.traces.filter((trace) => trace.showlegend !== false).length > 1;
+  return {
+    font: fonts(), margin: { l: 56, r: 12, t: 12, b: 46 }, hovermode: "closest",
+    paper_bgcolor: "@paper", plot_bgcolor: "@paper", showlegend: legend, dragmode: false,
+    colorway: ["@c1", "@c2", "@c3", "@c4", "@c5", "@c6", "@c7", "@c8"],
+    legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom", bgcolor: "rgba(0,0,0,0)" },
+    hoverlabel: { bgcolor: "@pale", bordercolor: "@strong", font: { color: "@ink" } },
+    ...own,
+    xaxis: { ...AXIS, title: { text: plot.x }, ...xaxis },
+    yaxis: { ...AXIS, title: { text: plot.y }, ...yaxis },
+  };
+}
+
+const HOVER = "%{x:.4~g}, %{y:.4~g}";
+
+function tracesOf(plot) {
+  return plot.traces.map((trace) => ({
+    ...(["scatter", "bar", "scattergl"].includes(trace.type) ? {
+      hovertemplate: plot.traces.length > 1 ? HOVER : `${HOVER}<extra></extra>`,
+    } : {}), ...trace,
+  }));
+}
+
+function drawPlot(box, plot) {
+  return Plotly.react(box, themed(tracesOf(plot)), themed(layoutOf(plot)), PLAIN);
+}
+
+/* ---- data as CSV ---- */
+
+/* Columns {head: values} of a plot: its own table, or what its curves are made of. */
+function columnsOf(plot) {
+  if (plot.table) return plot.table;
+  const traces = plot.traces.filter((trace) => trace.x && trace.y);
+  const [xHead, yHead] = [plot.x || "x", plot.y || "y"];
+  const first = traces[0], same = (trace) => JSON.stringify(trace.x) === JSON.stringify(first.x);
+  if (traces.length === 1) return { [xHead]: first.x, [yHead]: first.y };
+  const names = new Set(traces.map((trace) => trace.name));
+  if (traces.every(same) && names.size === traces.length) {
+    return { [xHead]: first.x,
+      ...Object.fromEntries(traces.map((trace) => [`${trace.name}: ${yHead}`, trace.y])) };
+  }
+  return {
+    curve: traces.flatMap((trace) => trace.x.map(() => trace.name ?? "")),
+    [xHead]: traces.flatMap((trace) => trace.x), [yHead]: traces.flatMap((trace) => trace.y),
+  };
+}
+
+function csvOf(plot) {
+  const columns = columnsOf(plot), heads = Object.keys(columns);
+  const cell = (value) => {
+    const text = value === null || value === undefined ? "" : String(value);
+    return /[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+  };
+  const rows = columns[heads[0]].map((_, n) => heads.map((head) => cell(columns[head][n])));
+  return [heads.map(cell), ...rows].map((row) => row.join(",")).join("\n") + "\n";
+}
+
+function save(name, text) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([text], { type: "text/csv" }));
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}
+
+/* ---- all figures ---- */
+
+async function drawFigure(figure) {
+  const plot = JSON.parse(figure.querySelector("script").textContent);
+  const box = figure.querySelector(".plot"), link = figure.querySelector(".csv");
+  const give = () => save(plot.file, csvOf(plot));
+  link.addEventListener("click", give);
+  link.addEventListener("keydown", (event) => {
+    if (event.key === "Enter" || event.key === " ") give();
+  });
+  const wide = figure.classList.contains("wide");
+  onTheme(({ width, height }) => drawPlot(box, { ...plot, layout: { ...plot.layout, height,
+    width: width && wide ? 2 * width : width } }));
+  return drawPlot(box, plot);
+}
+
+function changeTheme(sizes = {}) {
+  themeJobs.forEach((job) => job(sizes));
+}
+
+function watchTheme() {
+  const root = document.documentElement;
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => changeTheme());
+  // Half of the width of a sheet of A4 for each; paper is white.
+  window.addEventListener("beforeprint", () => {
+    root.classList.add("light");
+    changeTheme({ width: 330, height: 270 });
+  });
+  window.addEventListener("afterprint", () => {
+    root.classList.remove("light");
+    changeTheme({ width: undefined, height: undefined });
+  });
+}
+
+async function start() {
+  await loadPlotly();
+  await Promise.all([...document.querySelectorAll("figure.chart")].map(drawFigure));
+  const data = JSON.parse(byId("data").textContent);
+  for (const job of jobs) await job(data);
+  watchTheme();
+}
+
+document.addEventListener("DOMContentLoaded", () => start().then(() => {
+  document.body.dataset.ready = "yes";
+}, (error) => {
+  const note = document.createElement("p");
+  note.className = "banner bad";
+  note.textContent = `The plots could not be drawn (${error.message}); a browser of 2023 or ` +
+    "later is needed.";
+  document.querySelector("header").append(note);
+  document.body.dataset.ready = "failed";
+}));

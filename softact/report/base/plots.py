@@ -1,0 +1,108 @@
+"""Plots of a page: plotly's traces, names with units, and the data as CSV."""
+
+import json
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from html import escape
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Plot:
+    """One plot.
+
+    traces, layout: as plotly has them; colours may be tokens ("@c1", see the package). x, y: names
+    of the axes with their units, also the heads of the CSV. table: head -> column of the CSV; where
+    it is None, the CSV is made from x and y of the traces. id: of the element, for scripts and
+    links. wide: takes a row of its own; a phone scrolls it. note: HTML below the plot.
+    """
+
+    title: str
+    traces: Sequence[Mapping]
+    x: str = ""
+    y: str = ""
+    layout: Mapping = field(default_factory=dict)
+    table: Mapping[str, Sequence] | None = None
+    id: str = ""
+    wide: bool = False
+    note: str = ""
+
+
+def numbers(values) -> list[float | None]:
+    """Values for JSON with seven digits; None where one is not finite."""
+    return [
+        float(f"{v:.7g}") if np.isfinite(v) else None for v in np.asarray(values, float).ravel()
+    ]
+
+
+def xy(name: str, x, y, *, colour: str = "", mode: str = "lines+markers", **more) -> dict:
+    """A trace for ``lines``: name, abscissae and ordinates of equal length.
+
+    mode: "lines", "markers" or both. more: further keys of plotly's scatter trace.
+    """
+    line = {"width": 2, **({"color": colour} if colour else {}), **more.pop("line", {})}
+    marker = {"size": 5, **({"color": colour} if colour else {}), **more.pop("marker", {})}
+    trace = {"type": "scatter", "mode": mode, "name": name, "x": numbers(x), "y": numbers(y)}
+    return {**trace, "line": line, "marker": marker, **more}
+
+
+def lines(title: str, x: str, y: str, traces: Sequence[Mapping], **more) -> Plot:
+    """Curves over one abscissa. traces: of ``xy``, coloured in turn where they name no colour.
+
+    more: equal=True for the same scale on both axes; layout; the other fields of ``Plot``.
+    """
+    layout = dict(more.pop("layout", {}))
+    if more.pop("equal", False):
+        layout["yaxis"] = {"scaleanchor": "x", **layout.get("yaxis", {})}
+    coloured = [_coloured(trace, number) for number, trace in enumerate(traces)]
+    return Plot(title, coloured, x, y, layout, **more)
+
+
+def _coloured(trace: Mapping, number: int) -> dict:
+    colour = f"@c{number % 8 + 1}"
+    keys = {key: {"color": colour, **trace.get(key, {})} for key in ("line", "marker")}
+    return {**trace, **keys}
+
+
+def bars(title: str, x: str, y: str, names: Sequence[str], values, **more) -> Plot:
+    """One bar for each name, drawn sideways so that long names can be read; x is its value."""
+    trace = {
+        "type": "bar", "orientation": "h", "name": x, "x": numbers(values), "y": list(names),
+        "marker": {"color": "@c1"}, "hovertemplate": "%{y}: %{x:.4~g}<extra></extra>",
+    }  # fmt: skip
+    layout = {"yaxis": {"autorange": "reversed", "type": "category"}, **more.pop("layout", {})}
+    head = {y: list(names), x: trace["x"]}
+    return Plot(title, [trace], x, y, layout, table=more.pop("table", head), **more)
+
+
+def script_json(data) -> str:
+    """Strict JSON that may stand in a script element."""
+    return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+
+
+def figures(plots: Iterable[Plot]) -> str:
+    """HTML of the plots, in a grid of as many columns as there is room for."""
+    return f"<div class='charts'>{''.join(_figure(plot) for plot in plots)}</div>"
+
+
+def file_stem(text: str) -> str:
+    """A name for a file from a title."""
+    return re.sub(r"[^\w.-]+", "_", text).strip("_").lower() or "data"
+
+
+def _figure(plot: Plot) -> str:
+    data = {
+        "title": plot.title, "x": plot.x, "y": plot.y, "traces": plot.traces,
+        "layout": plot.layout, "table": plot.table, "file": f"{file_stem(plot.title)}.csv",
+    }  # fmt: skip
+    mark = f" id='{escape(plot.id, quote=True)}'" if plot.id else ""
+    note = f"<p class='note'>{plot.note}</p>" if plot.note else ""
+    return (
+        f"<figure class='chart{' wide' if plot.wide else ''}'><figcaption>"
+        f"<b>{escape(plot.title)}</b> <a class='csv' role='button' tabindex='0' "
+        f"title='Data of this plot as CSV'>CSV</a></figcaption><div class='plot'{mark} role='img' "
+        f"aria-label='{escape(plot.title, quote=True)}'></div>{note}"
+        f"<script type='application/json'>{script_json(data)}</script></figure>"
+    )
