@@ -1,6 +1,7 @@
 """The actuators that softact can mesh: one file each, one line each in the registry."""
 
 from softact.geometries.block import Block
+from softact.geometries.omnidirectional import Omnidirectional
 from softact.geometries.pneunet import Pneunet
 from softact.geometries.slow_pneunet import SlowPneunet
 from softact.geometries.thick_sphere import ThickSphere
@@ -8,6 +9,7 @@ from softact.geometries.tube import Tube
 
 GEOMETRIES = {
     "block": Block,
+    "omnidirectional": Omnidirectional,
     "pneunet": Pneunet,
     "slow_pneunet": SlowPneunet,
     "thick_sphere": ThickSphere,

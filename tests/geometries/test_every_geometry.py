@@ -51,6 +51,11 @@ CASES = [
     ("slow_pneunet", {"chambers": 2, "symmetry": False, "film_width": "9 mm"}),
     ("slow_pneunet", {"kind": "linear", "chambers": 3, "floor": "3 mm"}),
     ("slow_pneunet", {"chambers": 1, "tunnel_width": "8 mm", "tunnel_height": "8 mm"}),
+    ("omnidirectional", {"modules": 3}),
+    ("omnidirectional", {"modules": 2, "cavities": 4, "on_top": "wall", "gap": "2 mm"}),
+    ("omnidirectional", {"modules": 2, "cavities": 4, "symmetry": True, "channels": False}),
+    ("omnidirectional", {"modules": 2, "on_top": "wall", "symmetry": True, "top_wall": "2 mm"}),
+    ("omnidirectional", {"modules": 1, "cavities": 5, "mesh_size": "2 mm"}),
 ]  # fmt: skip
 
 
@@ -108,19 +113,21 @@ def test_surfaces_have_the_closed_form_areas(geometry, meshed):
         assert area == pytest.approx(geometry.volumes()[name], rel=tolerance)
 
 
-def test_cavity_closes_and_holds_the_closed_form_volume(geometry, meshed):
+def test_cavities_close_and_hold_the_closed_form_volumes(geometry, meshed):
     if not geometry.layout().cavities:
         pytest.skip("this geometry is solid")
     solid = meshed(geometry)
-    middles, areas = solid.outward_areas("cavity")
-    open_axes = list(solid.layout.symmetry.values())
-    leak = np.delete(areas.sum(axis=0), open_axes)
-    assert np.abs(leak).max(initial=0) < 1e-9 * np.linalg.norm(areas, axis=1).sum()
-    # Divergence theorem with the field (0, y, 0): a plane y = 0 and all planes normal to x or z
-    # that close the cavity have no flux.
-    volume = -(middles[:, 1] * areas[:, 1]).sum()
-    tolerance = geometry.volume_tolerance("cavity")
-    assert volume == pytest.approx(geometry.volumes()["cavity"], rel=tolerance)
+    for cavity, walls in solid.layout.cavities.items():
+        parts = [solid.outward_areas(wall) for wall in walls]
+        middles, areas = (np.vstack(part) for part in zip(*parts, strict=True))
+        open_axes = list(solid.layout.symmetry.values())
+        leak = np.delete(areas.sum(axis=0), open_axes)
+        assert np.abs(leak).max(initial=0) < 1e-9 * np.linalg.norm(areas, axis=1).sum()
+        # Divergence theorem with the field (0, y, 0): a plane y = 0 and all planes normal to x or
+        # z that close the cavity have no flux.
+        volume = -(middles[:, 1] * areas[:, 1]).sum()
+        tolerance = geometry.volume_tolerance(cavity)
+        assert volume == pytest.approx(geometry.volumes()[cavity], rel=tolerance)
 
 
 def test_ends_and_symmetry_lie_where_the_layout_says(geometry, meshed):

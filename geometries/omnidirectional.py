@@ -1,0 +1,233 @@
+"""An omnidirectional bellows: three or four corrugated cavities around the axis.
+
+Xavier et al. (2021), Sensors and Actuators A 332:113199. Run by itself it writes a mesh:
+``python geometries/omnidirectional.py --cavities 4 -o bellows.msh``.
+"""
+
+from math import asin, ceil, cos, pi, sin
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from softact.boxes import OUTSIDE, Plane
+from softact.geometry import THINNEST, Geometry, Layout, main
+from softact.prisms import EDGES_OF_A_CIRCLE, Prism, Prisms, Shapes
+from softact.units import Length
+
+
+class Omnidirectional(Geometry):
+    """A corrugated cylinder whose cavities lie around the axis, divided by inner walls.
+
+    Each module along x is a wide chamber between two halves of a gap. In the chamber the outside
+    has the actuator radius, in the gap the midsection radius, where a channel of each cavity runs
+    on to the next module. The inner walls are planes through the axis, as long as the actuator.
+    The outer half gaps of the two ends are solid. cavity_1 is the topmost; the others follow
+    towards y and down.
+    """
+
+    type: Literal["omnidirectional"] = "omnidirectional"
+    cavities: Annotated[int, Field(ge=3, le=6)] = Field(3, description="number of cavities")
+    modules: Annotated[int, Field(ge=1, le=100)] = Field(11, description="number of modules")
+    pitch: Length = Field(10.0, description="length of a module")
+    gap: Length = Field(3.0, description="length of the gap between two chambers, outside")
+    actuator_radius: Length = Field(12.0, description="radius r_a of the outside")
+    midsection_radius: Length = Field(4.5, description="radius r_m of the outside in the gaps")
+    top_wall: Length = Field(1.5, description="thickness t_t of the outer wall of the chambers")
+    side_wall: Length = Field(
+        1.0, description="thickness t_s of the walls that face the gaps, and of the midsection"
+    )
+    inner_wall: Length = Field(1.0, description="thickness t_i of the walls between the cavities")
+    channels: bool = Field(
+        True, description="join the chambers of a cavity by a channel through the gaps; else solid"
+    )
+    on_top: Literal["cavity", "wall"] = Field(
+        "cavity", description="what lies in the plane y = 0 above the axis"
+    )
+    symmetry: bool = Field(
+        False,
+        description="model the half y >= 0 only: the cavities of the other half get the pressures "
+        "of their mirror images",
+    )
+    mesh_size: Length = Field(3.5, description="longest edge")
+
+    def faults(self):
+        if self.chamber_length < THINNEST:
+            yield (
+                "pitch",
+                f"leaves {self.chamber_length:g} mm for the length of a chamber: the chambers "
+                "would vanish between their walls and the gaps",
+            )
+        if self.midsection_radius >= self.actuator_radius:
+            yield (
+                "midsection_radius",
+                f"{self.midsection_radius:g} mm is not less than actuator_radius "
+                f"({self.actuator_radius:g} mm): the gaps would vanish",
+            )
+        inside = max(self._apex, self.channel_radius if self.channels else 0.0)
+        if self.chamber_radius - inside < THINNEST:
+            yield (
+                "top_wall",
+                f"{self.top_wall:g} mm leaves nothing beside the inner walls or the channels in "
+                "the gaps: the chambers would vanish",
+            )
+        if self.channels and self.channel_radius - self._apex < THINNEST:
+            yield (
+                "midsection_radius",
+                f"{self.midsection_radius:g} mm less the side walls and the inner walls leaves no "
+                "room: the channels in the gaps would vanish",
+            )
+
+    @property
+    def chamber_length(self) -> float:
+        """Length of the air space of a chamber."""
+        return self.pitch - self.gap - 2 * self.side_wall
+
+    @property
+    def chamber_radius(self) -> float:
+        """Radius of the air space in the chambers."""
+        return self.actuator_radius - self.top_wall
+
+    @property
+    def channel_radius(self) -> float:
+        """Radius of the air space in the gaps."""
+        return self.midsection_radius - self.side_wall
+
+    @property
+    def length(self) -> float:
+        """Length of the actuator."""
+        return self.modules * self.pitch
+
+    @property
+    def _apex(self) -> float:
+        """Distance from the axis to the inner corner of a cavity."""
+        return self.inner_wall / 2 / sin(pi / self.cavities)
+
+    def _middle(self, number: int) -> float:
+        """Direction of the middle of a cavity (0, 1, ...) in the plane y, z; radians from y."""
+        turns = (number + (0.5 if self.on_top == "wall" else 0.0)) / self.cavities
+        return pi / 2 - 2 * pi * turns
+
+    def _meshed(self) -> dict[str, tuple[float, float]]:
+        """Cavity -> direction of its middle, and which part of it is meshed."""
+        found = {}
+        for number in range(self.cavities):
+            angle = self._middle(number)
+            across = cos(angle) if self.symmetry else 1.0
+            if across > -1e-9:
+                found[f"cavity_{number + 1}"] = angle, 0.5 if across < 1e-9 else 1.0
+        return found
+
+    def layout(self) -> Layout:
+        cavities = tuple(self._meshed())
+        surfaces = ("clamp", "tip", "outer", *cavities)
+        return Layout(
+            regions=("body",),
+            surfaces=(*surfaces, "symmetry") if self.symmetry else surfaces,
+            cavities={name: (name,) for name in cavities},
+            bending_axis=(0.0, 1.0, 0.0) if self.symmetry else None,
+            symmetry={"symmetry": 1} if self.symmetry else {},
+            length=self.length,
+        )
+
+    def _sector(self, radius: float) -> float:
+        """Area of a cavity's section: between two planes half a wall off the axis, in a circle."""
+        angle = pi / self.cavities - asin(self.inner_wall / 2 / radius)
+        return radius**2 * angle - self._apex * radius * sin(angle)
+
+    def _cavity(self) -> float:
+        """Volume of a whole cavity."""
+        chambers = self.modules * self.chamber_length * self._sector(self.chamber_radius)
+        if not self.channels:
+            return chambers
+        between = (self.modules - 1) * (self.pitch - self.chamber_length)
+        return chambers + between * self._sector(self.channel_radius)
+
+    def volumes(self) -> dict[str, float]:
+        half = 0.5 if self.symmetry else 1.0
+        notches = (self.modules - 1) * self.gap
+        disc, midsection = (pi * r**2 for r in (self.actuator_radius, self.midsection_radius))
+        outside = self.length * disc - notches * (disc - midsection)
+        cavities = {name: part * self._cavity() for name, (_, part) in self._meshed().items()}
+        body = half * (outside - self.cavities * self._cavity())
+        return {"body": body, "clamp": half * disc, "tip": half * disc, **cavities}
+
+    def volume_tolerance(self, name: str) -> float:
+        def lacking(radius):
+            """Area between a circle and its polygon, at most."""
+            edges = max(EDGES_OF_A_CIRCLE, ceil(2 * pi * radius / self.mesh_size))
+            return pi * radius**2 * (2 * pi / edges) ** 2 / 6
+
+        share = 1 if name in ("body", "clamp", "tip") else 1 / self.cavities
+        if name in ("clamp", "tip"):
+            return lacking(self.actuator_radius) / (pi * self.actuator_radius**2)
+        air = self.modules * self.chamber_length * lacking(self.chamber_radius)
+        air += self.length * lacking(self.channel_radius) if self.channels else 0.0
+        if share < 1:
+            return share * air / self._cavity()
+        skin = self.length * (lacking(self.actuator_radius) + lacking(self.midsection_radius))
+        return (air + skin) * (0.5 if self.symmetry else 1) / self.volumes()["body"]
+
+    def _shapes(self, occ) -> Shapes:
+        """Discs of the outside, and sectors of the cavities in chambers and in gaps."""
+        shapes: Shapes = {
+            "wide": [(2, occ.addDisk(0, 0, 0, *[self.actuator_radius] * 2))],
+            "narrow": [(2, occ.addDisk(0, 0, 0, *[self.midsection_radius] * 2))],
+        }
+        for name, (angle, _) in self._meshed().items():
+            for kind, radius in (
+                ("chamber", self.chamber_radius),
+                ("channel", self.channel_radius),
+            ):
+                shapes[f"{kind} of {name}"] = [(2, self._add_sector(occ, angle, radius))]
+        if self.symmetry:
+            size = 2 * self.actuator_radius
+            for name, faces in shapes.items():
+                half = [(2, occ.addRectangle(0, -size, 0, size, 2 * size))]
+                shapes[name], _ = occ.intersect(faces, half)
+        return shapes
+
+    def _add_sector(self, occ, angle: float, radius: float) -> int:
+        half = pi / self.cavities - asin(self.inner_wall / 2 / radius)
+        axis = occ.addPoint(0, 0, 0)
+        apex = occ.addPoint(self._apex * cos(angle), self._apex * sin(angle), 0)
+        ends = [
+            occ.addPoint(radius * cos(angle + turn), radius * sin(angle + turn), 0)
+            for turn in (-half, half)
+        ]
+        sides = [
+            occ.addLine(apex, ends[0]),
+            occ.addCircleArc(ends[0], axis, ends[1]),
+            occ.addLine(ends[1], apex),
+        ]
+        occ.remove([(0, axis)])
+        return occ.addPlaneSurface([occ.addCurveLoop(sides)])
+
+    def solid(self) -> Prisms:
+        """The actuator as prisms painted over each other."""
+        pitch, length = self.pitch, self.length
+        prisms = [Prism("body", "wide", 0.0, length)]
+        middles = [(i + 0.5) * pitch for i in range(self.modules)]
+        for i in range(1, self.modules):
+            notch = i * pitch - self.gap / 2, i * pitch + self.gap / 2
+            prisms += [Prism(OUTSIDE, "wide", *notch), Prism("body", "narrow", *notch)]
+        for name in self._meshed():
+            if self.channels and self.modules > 1:
+                prisms.append(Prism(name, f"channel of {name}", middles[0], middles[-1]))
+            for middle in middles:
+                ends = middle - self.chamber_length / 2, middle + self.chamber_length / 2
+                prisms.append(Prism(name, f"chamber of {name}", *ends))
+        planes = [Plane("clamp", 0, 0.0), Plane("tip", 0, length)]
+        if self.symmetry:
+            planes.append(Plane("symmetry", 1, 0.0))
+        cavities = tuple(self._meshed())
+        return Prisms(self._shapes, tuple(prisms), ("body",), cavities, planes=tuple(planes))
+
+    def build(self, gmsh) -> None:
+        self.solid().build(gmsh)
+
+    def mesh(self, gmsh) -> None:
+        self.solid().mesh(gmsh, self.mesh_size)
+
+
+if __name__ == "__main__":
+    main(Omnidirectional)
