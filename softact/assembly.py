@@ -199,6 +199,7 @@ class Assembler:
         )
         self.points = np.ascontiguousarray(mesh.domain.geometry.x)
         self.fixed = np.zeros(unknowns.local, dtype=np.uint8)
+        self.symmetric = True
         self._build_pattern()
         self._extra: list[tuple[np.ndarray, np.ndarray]] = []
         self.extra_values = np.empty(0)
@@ -288,8 +289,9 @@ class Assembler:
                 _pointer(columns),
             )
         )
-        matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-        matrix.setOption(PETSc.Mat.Option.SYMMETRY_ETERNAL, True)
+        if self.symmetric:
+            matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+            matrix.setOption(PETSc.Mat.Option.SYMMETRY_ETERNAL, True)
         return matrix
 
     def kernels(self, name: str, *arguments) -> tuple[ctypes.c_void_p, ...]:
@@ -313,6 +315,25 @@ class Assembler:
             _pointer(self.fixed),
             _pointer(self.values),
         )
+
+    def add_block_matrix(self, cells: np.ndarray, local: np.ndarray, matrices: np.ndarray) -> None:
+        """Add matrices (k, n, 3, n, 3) of the displacements of some nodes of each cell.
+
+        local: (k, n) which nodes of its cell. Supported unknowns are left out.
+        """
+        rows, columns = local[:, :, None], local[:, None, :]
+        start = self._base[cells[:, None, None], rows, columns].astype(np.int64)
+        length = self._row_length[cells[:, None], local]
+        c = np.arange(3)
+        place = (
+            start[:, :, None, :, None]
+            + (c * length[..., None])[:, :, :, None, None]
+            + c[None, None, None, None]
+        )
+        dofs = self.unknowns.cell_dofs[cells[:, None, None], 3 * local[..., None] + c]
+        free = self.fixed[dofs] == 0
+        kept = matrices * free[:, :, :, None, None] * free[:, None, None]
+        self.values += np.bincount(place.ravel(), kept.ravel(), len(self.values))
 
     def clear(self) -> None:
         """Start a new matrix."""

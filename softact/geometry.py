@@ -61,6 +61,13 @@ class Layout:
     length: float = 0.0
 
     @property
+    def outside(self) -> tuple[str, ...]:
+        """Surfaces that may touch something: no cavity walls, symmetry planes, layers inside."""
+        walls = {name for names in self.cavities.values() for name in names}
+        hidden = walls | set(self.symmetry) | set(self.layers)
+        return tuple(name for name in self.surfaces if name not in hidden)
+
+    @property
     def copies(self) -> int:
         """How many mirrored parts make the whole actuator."""
         return 2 ** len(self.symmetry)

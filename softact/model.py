@@ -13,6 +13,9 @@ from petsc4py import PETSc
 from softact import compat
 from softact.assembly import Assembler, Unknowns
 from softact.bending import LayerBending, is_flat
+from softact.contact.contacts import Contacts
+from softact.contact.facets import ContactFacets
+from softact.contact.rigid import Obstacle, RigidContact
 from softact.elements import facet_tables
 from softact.errors import SpecError
 from softact.fibres import fibre_field
@@ -63,7 +66,8 @@ class Model:
 
     mesh: see ``softact.mesh``. materials: region name -> law. layers: thin layers. element: one of
     ``ELEMENTS``. wall_normal: region name, points (n, 3) -> the wall's normal there, for fibres;
-    default: up. The residual is the derivative of the potential energy by the unknowns.
+    default: up. obstacles: rigid bodies. The residual is the derivative of the potential energy by
+    the unknowns.
     """
 
     def __init__(
@@ -73,6 +77,7 @@ class Model:
         layers: Sequence[BondedLayer] = (),
         element: str = "P2/P1",
         wall_normal: Callable[[str, np.ndarray], np.ndarray] = lambda region, points: UP,
+        obstacles: Sequence[Obstacle] = (),
     ):
         self.mesh, self.comm = mesh, mesh.comm
         self.degree, pressure_degree = ELEMENTS[element]
@@ -120,6 +125,8 @@ class Model:
             if la.material.density
         ]
         self.surface_loads: dict[tuple[type, str], SurfaceForce | SurfacePressure] = {}
+        self.contacts = Contacts(self.comm, [self._against(obstacle) for obstacle in obstacles])
+        self.assembler.symmetric = self.contacts.symmetric
         self._ghosted = self.unknowns.create_vector()
         self.pressure_weights = self._pressure_weights()
         self.force_floor = self._force_floor()
@@ -127,6 +134,10 @@ class Model:
     def facets(self, *surfaces: str) -> np.ndarray:
         """Cells and local facets of the named surfaces together."""
         return np.vstack([self.mesh.facets[name] for name in surfaces])
+
+    def _against(self, obstacle: Obstacle) -> RigidContact:
+        surfaces = obstacle.surfaces or self.mesh.layout.outside
+        return RigidContact(obstacle, ContactFacets(self, surfaces))
 
     def _bending(self, layer: BondedLayer):
         """Arguments of the layer's bending term, None where it has none (see the docs)."""
@@ -150,6 +161,7 @@ class Model:
             *self.bending,
             *self.weights,
             *self.surface_loads.values(),
+            *self.contacts,
         ]
 
     def add_surface_load(self, kind: type[SurfaceForce | SurfacePressure], surface: str) -> None:
@@ -161,7 +173,12 @@ class Model:
 
     def initial_state(self) -> State:
         """The unloaded state."""
-        return State(np.zeros(self.unknowns.local))
+        rigid = [c.obstacle for c in self.contacts if isinstance(c, RigidContact)]
+        return State(
+            np.zeros(self.unknowns.local),
+            shift={obstacle.name: np.zeros(3) for obstacle in rigid},
+            presence={obstacle.name: float(obstacle.active) for obstacle in rigid},
+        )
 
     # --- parallel vectors -------------------------------------------------------------------
 
@@ -238,10 +255,10 @@ class Model:
         return self.sum_shared(out)
 
     def _force_floor(self) -> float:
-        """Force (N) below which nothing is out of balance: a strain of 1e-9 over the body."""
+        """Force (N) below which nothing is out of balance: a strain of 1e-12 over the body."""
         volume = self.sum(sum(float(s.volumes.sum()) for s in self.solids.values()))
         stiffest = max(s.material.shear_modulus for s in self.solids.values())
-        return 1e-9 * stiffest * volume ** (2 / 3)
+        return 1e-12 * stiffest * volume ** (2 / 3)
 
     # --- supports ---------------------------------------------------------------------------
 

@@ -87,7 +87,9 @@ class Newton:
         ksp.setType(PETSc.KSP.Type.PREONLY)
         ksp.setOperators(model.assembler.matrix)
         pc = ksp.getPC()
-        pc.setType(PETSc.PC.Type.CHOLESKY)  # LDLT: the tangent is symmetric and indefinite
+        # LDLT where the tangent is symmetric (and indefinite); friction makes it unsymmetric.
+        symmetric = model.contacts.symmetric
+        pc.setType(PETSc.PC.Type.CHOLESKY if symmetric else PETSc.PC.Type.LU)
         pc.setFactorSolverType("mumps")
         pc.setFactorSetUpSolverType()
         self._factor = pc.getFactorMatrix()
@@ -101,6 +103,8 @@ class Newton:
         The factors' inertia is the matrix's (Sylvester). The pressure block −1/K is negative, and
         eliminating it leaves the stiffness of the displacements: the inertias add up (Haynsworth).
         """
+        if not self.model.contacts.symmetric:
+            return 0  # LU factors have no inertia
         pressures = self.model.sum(int((~self._is_force).sum()))
         return self._factor.getInertia()[0] - pressures
 
@@ -150,10 +154,13 @@ class Newton:
         self._before = State(self._state.x.copy())
 
     def _shorten(self, x, step) -> bool:
-        """Shorten Newton's step (x becomes x − step) until no element turns inside out."""
+        """Shorten Newton's step (x becomes x − step) until no element turns inside out and no
+        contact is lost."""
         here, change = self.model.to_local(x), self.model.to_local(step)
         for halvings in range(MAX_HALVINGS):
-            if self.model.smallest_jacobian(here - change * 0.5**halvings) > 0.0:
+            there = here - change * 0.5**halvings
+            sound = self.model.smallest_jacobian(there) > 0.0
+            if sound and self.model.contacts.admissible(self._state, here, there):
                 if halvings:
                     step.scale(0.5**halvings)
                 return halvings > 0
@@ -161,7 +168,8 @@ class Newton:
 
     def _test(self, _snes, iteration, _norms):
         reason = PETSc.SNES.ConvergedReason
-        force = self._out_of_balance / max(self._internal, self.model.force_floor)
+        floor = self.model.force_floor / self.tolerance
+        force = self._out_of_balance / max(self._internal, floor)
         volume = self._volume_error / self._volume_scale if self._volume_scale else 0.0
         error = max(force, volume)
         self._residuals.append(float(error))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -22,8 +22,9 @@ class LoadStep:
     """Loads at the end of a step; they ramp linearly from the last ones. None: unchanged.
 
     pressure: cavity -> MPa. gravity: (3,) mm/s². traction: surface -> (3,) MPa.
-    surface_pressure: surface -> MPa. supports: replace the ones before. max_increment: fraction
-    of the step, None for the solver's.
+    surface_pressure: surface -> MPa. supports: replace the ones before. shift: obstacle -> (3,) mm
+    from where it was placed. presence: obstacle -> 1 (put there) or 0 (removed: its force fades
+    over the step). max_increment: fraction of the step, None for the solver's.
     """
 
     name: str
@@ -32,6 +33,8 @@ class LoadStep:
     traction: Mapping[str, Sequence[float]] | None = None
     surface_pressure: Mapping[str, float] | None = None
     supports: Sequence[Support] | None = None
+    shift: Mapping[str, Sequence[float]] | None = None
+    presence: Mapping[str, float] | None = None
     max_increment: float | None = None
 
 
@@ -107,6 +110,8 @@ class Stepper:
                 self.newton.set_supports(held, self.state)
             supports = held
             if number == 0:
+                self.model.contacts.check_clear(self.state)
+                self.model.contacts.remember(self.state)
                 self._record(Attempt(step.name, 0.0, 0, True, [], "", 0))
             if not self._solve_step(step):
                 break
@@ -123,6 +128,8 @@ class Stepper:
     def _solve_step(self, step: LoadStep) -> bool:
         s = self.settings
         ramp = _Ramp(self.state, step, *self.newton.held(self.state))
+        ramp.apply(self.state, 0.0)
+        self.model.contacts.check_clear(self.state, step.presence or ())
         largest = step.max_increment or s.max_increment
         size = min(s.initial_increment, largest)
         path = [(0.0, self.state.x.copy())]
@@ -141,6 +148,7 @@ class Stepper:
                 outcome.unstable_modes,
             )
             if outcome.converged:
+                self.model.contacts.remember(self.state)
                 path = [*path[-2:], (target, self.state.x.copy())]
                 size = min(largest, size * _growth(outcome.iterations))
             else:
@@ -160,19 +168,30 @@ class Stepper:
         order = {"none": 0, "linear": 1, "quadratic": 2}[self.settings.predictor]
         guesses = [extrapolate(path[-(order + 1) :], target)] if order and len(path) > 1 else []
         outcome = None
-        for guess in (*guesses, path[-1][1]):
-            self.state.x = guess.copy()
+        contacts, start = self.model.contacts, path[-1][1]
+        for guess in (*guesses, start):
             held = ramp.apply(self.state, target)
-            outcome = self.newton.solve(self.state, held)
+            if guess is not start and not contacts.admissible(self.state, start, guess):
+                continue
+            self.state.x = guess.copy()
+            outcome = self._equilibrium(held)
             if outcome.converged or outcome.iterations > 1:
                 break  # a guess with inverted elements ends at once: then start from the last state
+        return outcome
+
+    def _equilibrium(self, held) -> NewtonOutcome:
+        """Newton, and once more with stiffer contact as long as bodies overlap too far."""
+        outcome = self.newton.solve(self.state, held)
+        while outcome.converged and self.model.contacts.stiffen(self.state):
+            again = self.newton.solve(self.state, held)
+            outcome = replace(again, iterations=outcome.iterations + again.iterations)
         return outcome
 
 
 class _Ramp:
     """Loads and prescribed displacements between the start and the end of a step."""
 
-    NAMED = ("pressure", "traction", "surface_pressure")
+    NAMED = ("pressure", "traction", "surface_pressure", "shift", "presence")
 
     def __init__(self, state: State, step: LoadStep, held_now, held_then):
         self._held = held_now, held_then
@@ -183,6 +202,8 @@ class _Ramp:
             start, change = dict(getattr(state, kind)), getattr(step, kind) or {}
             end = start | {name: np.asarray(v, float) for name, v in change.items()}
             start = {name: start.get(name, np.zeros_like(v)) for name, v in end.items()}
+            if kind == "presence":  # what is put there is there from the start
+                start |= {name: value for name, value in end.items() if value == 1.0}
             self._named[kind] = start, end
 
     def apply(self, state: State, fraction: float) -> np.ndarray:

@@ -23,7 +23,9 @@ class State:
     """Unknowns and loads at one moment, as this process holds them.
 
     x: (local,) unknowns, ghosts included. pressure: cavity -> MPa. gravity: (3,) mm/s².
-    traction: surface -> (3,) MPa. surface_pressure: surface -> MPa.
+    traction: surface -> (3,) MPa. surface_pressure: surface -> MPa. shift, presence: how far an
+    obstacle was moved (3,) mm, and whether it is there. memory: what contacts keep from the last
+    equilibrium (see ``softact.contact``).
     """
 
     x: np.ndarray
@@ -31,6 +33,9 @@ class State:
     gravity: np.ndarray = field(default_factory=lambda: np.zeros(3))
     traction: dict[str, np.ndarray] = field(default_factory=dict)
     surface_pressure: dict[str, float] = field(default_factory=dict)
+    shift: dict[str, np.ndarray] = field(default_factory=dict)
+    presence: dict[str, float] = field(default_factory=dict)
+    memory: dict[str, np.ndarray | float] = field(default_factory=dict)
 
 
 class InvertedElementError(Exception):

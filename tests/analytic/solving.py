@@ -26,6 +26,7 @@ def build(
     cavities=None,
     symmetry=None,
     wall_normal=lambda region, points: (0.0, 0.0, 1.0),
+    obstacles=(),
     **layout,
 ) -> Model:
     """A model of one material on a mesh of ``meshes``; ``layout``: further fields of Layout."""
@@ -39,7 +40,7 @@ def build(
     )
     mesh = distribute(MPI.COMM_SELF, lambda: tets, whole)
     materials = {"body": law.material()}
-    return Model(mesh, materials, layers, element, wall_normal)
+    return Model(mesh, materials, layers, element, wall_normal, obstacles)
 
 
 @dataclass

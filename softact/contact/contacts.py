@@ -1,0 +1,79 @@
+"""All contacts of a model: what the solver asks of them between and during its iterations."""
+
+from __future__ import annotations
+
+from mpi4py import MPI
+
+from softact.errors import SpecError
+
+# Overlap that is still contact, of the element size; stiffer from ENOUGH of it on.
+LIMIT = 0.02
+ENOUGH = 0.75
+STIFFER, STIFFEST = 4.0, 1e4
+
+
+class Contacts:
+    """The contacts of a model, in order; collective over the processes of ``comm``."""
+
+    def __init__(self, comm, contacts=()):
+        self._comm = comm
+        self._all = list(contacts)
+
+    def __iter__(self):
+        return iter(self._all)
+
+    def __len__(self):
+        return len(self._all)
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether the tangent is: without friction."""
+        return all(contact.symmetric for contact in self._all)
+
+    def remember(self, state) -> None:
+        """Take ``state`` as the last equilibrium: from it friction is counted on."""
+        for contact in self._all:
+            state.memory = state.memory | contact.remember(state)
+
+    def stiffen(self, state) -> bool:
+        """Raise the stiffness where bodies overlap too far; whether it was raised anywhere."""
+        raised = False
+        for contact in self._all:
+            overlap = -self.smallest_gap(contact, state)[1]
+            key = f"{contact.name}.stiffness"
+            factor = state.memory.get(key, 1.0)
+            if overlap > ENOUGH * LIMIT and factor < STIFFEST:
+                state.memory = state.memory | {key: STIFFER * factor}
+                raised = True
+        return raised
+
+    def smallest_gap(self, contact, state) -> tuple[float, float]:
+        """Smallest gap (mm) and smallest gap by element size over all processes; inf: none."""
+        return tuple(self._comm.allreduce(v, op=MPI.MIN) for v in contact.smallest_gap(state))
+
+    def force(self, contact, state):
+        """Force (3,) N on the meshed part of the body."""
+        return self._comm.allreduce(contact.force(state))
+
+    def admissible(self, state, x, to) -> bool:
+        """Whether Newton may go from ``x`` to ``to`` (local unknowns) at the loads of ``state``."""
+        fine = all([contact.admissible(state, x, to) for contact in self._all])
+        return bool(self._comm.allreduce(fine, op=MPI.LAND)) if self._all else True
+
+    def check_clear(self, state, names=None) -> None:
+        """Raise SpecError where an obstacle (one of ``names``) that is there overlaps the body."""
+        for contact in self._all:
+            if not hasattr(contact, "obstacle") or contact.presence(state) != 1.0:
+                continue
+            if names is not None and contact.name not in names:
+                continue
+            _, ratio = self.smallest_gap(contact, state)
+            if ratio < -LIMIT:
+                found = self._comm.allgather(contact.deepest(state))
+                depth, place = min(found, key=lambda pair: pair[0])
+                where = ", ".join(f"{c:.3g}" for c in place)
+                raise SpecError(
+                    f"obstacles.{contact.name}: overlaps the body by {-depth:.3g} mm near "
+                    f"({where}) mm when it is put there; place it free of the body, or let it "
+                    "touch"
+                )

@@ -1,0 +1,89 @@
+"""Facets of the body that may touch something, with quadrature points on the curved facets."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softact.contact.pressure import ONSET, STIFFNESS
+
+# A quadratic facet is split into four triangles on its own nodes; each has the three points of
+# the rule that integrates quadratics exactly. A uniform pressure then gives exact nodal forces.
+PIECES = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))
+CORNERS = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0.5, 0], [0, 0.5, 0.5], [0.5, 0, 0.5]])
+RULE = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6
+POINTS = np.vstack([RULE @ CORNERS[list(piece)] for piece in PIECES])  # barycentric (12, 3)
+
+
+def shape_functions(barycentric: np.ndarray, nodes: int) -> np.ndarray:
+    """Values (..., nodes) at barycentric coordinates (..., 3); corners, then middles 01 12 20."""
+    if nodes == 3:
+        return barycentric
+    a, b, c = np.moveaxis(barycentric, -1, 0)
+    return np.stack(
+        [a * (2 * a - 1), b * (2 * b - 1), c * (2 * c - 1), 4 * a * b, 4 * b * c, 4 * c * a],
+        axis=-1,
+    )
+
+
+class ContactFacets:
+    """The facets of some surfaces of a model, as one process holds them.
+
+    nodes: (k, n) displacement nodes, corners then middles of the edges, normals outward.
+    dofs: (k, n, 3) local unknowns. points: (k, n, 3) undeformed places, mm. areas: (k, 12) mm² of
+    each quadrature point. size: (k,) mean edge length, mm. stiffness: (k,) MPa/mm of the penalty.
+    onset: (k,) mm.
+    """
+
+    def __init__(self, model, surfaces):
+        self._model = model
+        facets = outside(model.mesh, np.unique(model.facets(*surfaces), axis=0))
+        self.cells = facets[:, 0]
+        self.nodes = model.facet_nodes(facets)
+        self.dofs = model.displacement_dofs[self.nodes]
+        self.points = model.unknowns.spaces[0].tabulate_dof_coordinates()[self.nodes]
+        self.values = shape_functions(POINTS, self.nodes.shape[1])
+        a, b, c = (self.points[:, i] for i in range(3))
+        area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+        self.areas = np.repeat(area[:, None] / len(POINTS), len(POINTS), axis=1)
+        self.size = sum(np.linalg.norm(e, axis=1) for e in (b - a, c - b, a - c)) / 3
+        shear = np.array([s.material.shear_modulus for s in model.solids.values()])
+        self.stiffness = STIFFNESS * shear[model.mesh.region[self.cells]] / self.size
+        self.onset = ONSET * self.size
+        inside = model.cell_nodes[self.cells]
+        self._local = np.argmax(inside[:, None] == self.nodes[:, :, None], axis=2)
+
+    def __len__(self):
+        return len(self.cells)
+
+    def node_places(self, x: np.ndarray) -> np.ndarray:
+        """Deformed places (k, n, 3) of the nodes, mm. x: (local,) unknowns."""
+        return self.points + x[self.dofs]
+
+    def places(self, x: np.ndarray) -> np.ndarray:
+        """Deformed places (k, 12, 3) of the quadrature points, mm."""
+        return np.einsum("qn,knc->kqc", self.values, self.node_places(x))
+
+    def add_force(self, tractions: np.ndarray, out: np.ndarray, on=slice(None)) -> None:
+        """Add the nodal forces of tractions (k', 12, 3), force per area, of the facets ``on``."""
+        forces = np.einsum("qn,kq,kqc->knc", self.values, self.areas[on], tractions)
+        out += np.bincount(self.dofs[on].ravel(), forces.ravel(), len(out))
+
+    def add_tangent(self, moduli: np.ndarray, on: np.ndarray) -> None:
+        """Add the tangent of moduli (k', 12, 3, 3), d traction / d place, of the facets ``on``."""
+        weighted = moduli * self.areas[on][..., None, None]
+        matrices = np.einsum("qi,qj,kqab->kiajb", self.values, self.values, weighted, optimize=True)
+        self._model.assembler.add_block_matrix(self.cells[on], self._local[on], matrices)
+
+
+def outside(mesh, facets: np.ndarray) -> np.ndarray:
+    """Those of ``facets`` (k, 2: cell, local facet) that lie on the boundary of the body."""
+    import dolfinx
+
+    topology = mesh.domain.topology
+    topology.create_entities(2)
+    topology.create_connectivity(2, 3)
+    topology.create_connectivity(3, 2)
+    table = topology.connectivity(3, 2)
+    boundary = dolfinx.mesh.exterior_facet_indices(topology)
+    numbers = table.array.reshape(-1, 4)[facets[:, 0], facets[:, 1]]
+    return facets[np.isin(numbers, boundary)]

@@ -1,0 +1,164 @@
+"""Contact with a rigid obstacle: a term of the potential energy.
+
+The pressure of ``pressure.py`` acts at the quadrature points of the body's curved facets, per
+undeformed area, along the normal of the obstacle. There are no forces at single nodes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from softact.contact.facets import ContactFacets
+from softact.contact.friction import STICK, friction
+from softact.contact.pressure import pressure
+
+# What a step of Newton's method may press in on its way, of the element size and of the
+# obstacle's room.
+DEEPEST, ROOM = 0.5, 0.5
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """A rigid body: shape (see ``shapes``), Coulomb coefficient, whether it is there from the
+    start, whether it is a load cell, and the surfaces that may touch it (None: all outside)."""
+
+    name: str
+    shape: object
+    friction: float = 0.0
+    active: bool = True
+    load_cell: bool = False
+    surfaces: tuple[str, ...] | None = None
+
+
+class RigidContact:
+    """Contact of some facets of the body with one obstacle.
+
+    State: ``shift[name]`` (3,) mm how far the obstacle was moved; ``presence[name]`` 1 where it is
+    there, 0 where not; between, it was removed and the force of the last equilibrium fades.
+    ``memory[name.what]``: stiffness (factor), traction, slip and place at the last equilibrium.
+    """
+
+    def __init__(self, obstacle: Obstacle, facets: ContactFacets):
+        self.obstacle, self.facets = obstacle, facets
+        self.name, self.symmetric = obstacle.name, obstacle.friction == 0
+
+    def _memory(self, state, what, default):
+        return state.memory.get(f"{self.name}.{what}", default)
+
+    def presence(self, state) -> float:
+        """See the class."""
+        return float(state.presence.get(self.name, self.obstacle.active))
+
+    def gaps(self, state, x=None):
+        """Signed gap (k, 12) mm at the quadrature points, normals and curvatures there."""
+        places = self._places(state, state.x if x is None else x)
+        g, n, h = self.obstacle.shape.distance(places.reshape(-1, 3))
+        form = places.shape[:2]
+        return g.reshape(form), n.reshape(*form, 3), h.reshape(*form, 3, 3)
+
+    def _places(self, state, x):
+        """Places of the points (k, 12, 3) as seen from the obstacle."""
+        return self.facets.places(x) - state.shift.get(self.name, np.zeros(3))
+
+    def _stiffness(self, state):
+        return self.facets.stiffness * self._memory(state, "stiffness", 1.0)
+
+    def _evaluate(self, state, moduli=False):
+        """Facets in touch, their tractions (m, 12, 3) on the body, moduli or None, slip or None."""
+        g, n, h = self.gaps(state)
+        on = np.flatnonzero((g < 0).any(axis=1))
+        g, n, h = g[on], n[on], h[on]
+        stiffness = np.broadcast_to(self._stiffness(state)[on, None], g.shape)
+        p, slope, _ = pressure(g, stiffness, self.facets.onset[on, None])
+        traction, modulus, slip = p[..., None] * n, None, None
+        if moduli:
+            normals = n[..., :, None] * n[..., None, :]
+            modulus = p[..., None, None] * h - slope[..., None, None] * normals
+        if self.obstacle.friction:
+            arguments = (p, slope, STICK * stiffness, n, h, self._trial_slip(state, on))
+            flat = (a.reshape(-1, *a.shape[2:]) for a in arguments)
+            t, m, slip = friction(self.obstacle.friction, *flat)
+            traction = traction + t.reshape(traction.shape)
+            slip = slip.reshape(traction.shape)
+            if moduli:
+                modulus = modulus + m.reshape(modulus.shape)
+        return on, traction, modulus, slip
+
+    def _trial_slip(self, state, on):
+        now = self._places(state, state.x)[on]
+        before = self._memory(state, "place", None)
+        if before is None:
+            return np.zeros_like(now)
+        return self._memory(state, "slip", None)[on] + now - before[on]
+
+    def tractions(self, state) -> np.ndarray:
+        """Force per undeformed area (k, 12, 3) of the obstacle on the body, MPa."""
+        everywhere = np.zeros((*self.facets.areas.shape, 3))
+        presence = self.presence(state)
+        if presence == 1.0:
+            on, traction, _, _ = self._evaluate(state)
+            everywhere[on] = traction
+        elif presence > 0.0:
+            everywhere += presence * self._memory(state, "traction", 0.0)
+        return everywhere
+
+    def force(self, state) -> np.ndarray:
+        """Force (3,) N of the obstacle on this process's part of the body."""
+        return np.einsum("kq,kqc->c", self.facets.areas, self.tractions(state))
+
+    def add_force(self, state, out):
+        if self.presence(state) == 1.0:
+            on, traction, _, _ = self._evaluate(state)
+            self.facets.add_force(-traction, out, on)
+        elif self.presence(state) > 0.0:
+            self.facets.add_force(-self.tractions(state), out)
+
+    def add_tangent(self, state, previous):
+        if self.presence(state) == 1.0:
+            on, _, modulus, _ = self._evaluate(state, moduli=True)
+            self.facets.add_tangent(-modulus, on)
+
+    def energy(self, state):
+        if self.presence(state) != 1.0:
+            return 0.0
+        g, _, _ = self.gaps(state)
+        stiffness = self._stiffness(state)[:, None]
+        _, _, potential = pressure(g, stiffness, self.facets.onset[:, None])
+        return float(np.sum(self.facets.areas * potential))
+
+    def remember(self, state) -> dict[str, np.ndarray]:
+        """Memory of this equilibrium."""
+        if self.presence(state) != 1.0:
+            return {}
+        found = {f"{self.name}.traction": self.tractions(state)}
+        if self.obstacle.friction:
+            on, _, _, slip = self._evaluate(state)
+            everywhere = np.zeros((*self.facets.areas.shape, 3))
+            everywhere[on] = slip
+            found[f"{self.name}.slip"] = everywhere
+            found[f"{self.name}.place"] = self._places(state, state.x)
+        return found
+
+    def admissible(self, state, x, to) -> bool:
+        """Whether Newton may go from ``x`` to ``to``: no point so deep that it is lost."""
+        if self.presence(state) != 1.0 or not len(self.facets):
+            return True
+        deepest = np.minimum(DEEPEST * self.facets.size, ROOM * self.obstacle.shape.room)[:, None]
+        now, then = self.gaps(state, x)[0], self.gaps(state, to)[0]
+        return bool((then >= np.minimum(now, -deepest)).all())
+
+    def smallest_gap(self, state) -> tuple[float, float]:
+        """Smallest gap, and its smallest ratio to the element size (both below zero: overlap)."""
+        if self.presence(state) != 1.0 or not len(self.facets):
+            return np.inf, np.inf
+        g, _, _ = self.gaps(state)
+        return float(g.min()), float((g / self.facets.size[:, None]).min())
+
+    def deepest(self, state) -> tuple[float, np.ndarray]:
+        """Smallest gap (mm) and where it is (3,), mm."""
+        if not len(self.facets):
+            return np.inf, np.zeros(3)
+        g, _, _ = self.gaps(state)
+        return float(g.min()), self.facets.places(state.x).reshape(-1, 3)[g.argmin()]
