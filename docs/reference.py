@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from softact import catalogue
+from softact.spec.contact import OBSTACLES, ObstacleChange
 from softact.spec.models import Layer, Solver, Spec, Step, Support, Traction
 from softact.units import DIMENSIONS
 
@@ -19,6 +20,8 @@ PARTS = (
     (Support, "An entry of `supports`"),
     (Step, "An entry of `steps`"),
     (Traction, "A step's `traction`"),
+    *((model, f"An entry of `obstacles`: type `{name}`") for name, model in OBSTACLES.items()),
+    (ObstacleChange, "An entry of a step's `obstacles`"),
     (Solver, "`solver`"),
 )
 

@@ -173,7 +173,7 @@ class Model:
 
     def initial_state(self) -> State:
         """The unloaded state."""
-        rigid = [c.obstacle for c in self.contacts if isinstance(c, RigidContact)]
+        rigid = [contact.obstacle for contact in self.contacts if contact.rigid]
         return State(
             np.zeros(self.unknowns.local),
             shift={obstacle.name: np.zeros(3) for obstacle in rigid},

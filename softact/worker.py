@@ -40,7 +40,9 @@ def solve(comm, spec, mesh_file: Path, directory: Path, times: dict, tell: Tell)
         [BondedLayer(la.surface, la.material, la.thickness) for la in spec.layers],
         spec.solver.element,
         spec.geometry.wall_normal,
+        _obstacles(spec),
     )
+    model.contacts.check_clear(model.initial_state())
     unknowns = comm.allreduce(model.unknowns.owned)
     writer = None
     if comm.rank == 0:
@@ -171,6 +173,15 @@ def _supports(supports):
     return [Support(s.surface, s.values) for s in supports]
 
 
+def _obstacles(spec):
+    from softact.contact.rigid import Obstacle
+
+    return [
+        Obstacle(name, o.shape(), o.friction, o.active, o.load_cell, o.surfaces)
+        for name, o in spec.obstacles.items()
+    ]
+
+
 def _load_steps(spec):
     from softact.stepping import LoadStep
 
@@ -182,6 +193,12 @@ def _load_steps(spec):
             traction={step.traction.surface: step.traction.value} if step.traction else None,
             surface_pressure=step.surface_pressure,
             supports=_supports(step.supports) if step.supports is not None else None,
+            shift={n: o.move for n, o in (step.obstacles or {}).items() if o.move is not None},
+            presence={
+                n: float(o.active)
+                for n, o in (step.obstacles or {}).items()
+                if o.active is not None
+            },
             max_increment=step.largest_increment,
         )
         for step in spec.steps

@@ -63,7 +63,7 @@ class Contacts:
     def check_clear(self, state, names=None) -> None:
         """Raise SpecError where an obstacle (one of ``names``) that is there overlaps the body."""
         for contact in self._all:
-            if not hasattr(contact, "obstacle") or contact.presence(state) != 1.0:
+            if not contact.rigid or contact.presence(state) != 1.0:
                 continue
             if names is not None and contact.name not in names:
                 continue

@@ -40,6 +40,8 @@ class RigidContact:
     ``memory[name.what]``: stiffness (factor), traction, slip and place at the last equilibrium.
     """
 
+    rigid = True
+
     def __init__(self, obstacle: Obstacle, facets: ContactFacets):
         self.obstacle, self.facets = obstacle, facets
         self.name, self.symmetric = obstacle.name, obstacle.friction == 0

@@ -5,6 +5,7 @@ A new measure is one file with a ``Measure`` and one line in ``MEASURES``.
 
 from softact.measures.base import Measure
 from softact.measures.bending import BENDING
+from softact.measures.contact import CONTACT
 from softact.measures.elongation import ELONGATION
 from softact.measures.energy import ENERGY
 from softact.measures.fibres import FIBRES
@@ -26,6 +27,7 @@ MEASURES: dict[str, Measure] = {
         TWIST,
         VOLUME,
         REACTION,
+        CONTACT,
         STRESS,
         STRAIN,
         FIBRES,

@@ -36,8 +36,10 @@ def cross_faults(data: Any, geometry: Geometry | None) -> Iterator[Fault]:
         yield from _surface(layer, ("layers", index), layout)
     if data.get("supports") is not None:
         yield from _supports(data["supports"], ("supports",), layout)
+    yield from _obstacles(data.get("obstacles"), layout)
     for index, step in steps:
         yield from _step(step, ("steps", index), layout)
+        yield from _known_obstacles(step, ("steps", index), data.get("obstacles"))
 
 
 def _mappings(value: Any) -> list[tuple[int, dict]]:
@@ -105,6 +107,24 @@ def fibre_faults(materials: Mapping[str, Law], layout: Layout) -> Iterator[Fault
                 f"one family at {law.angle:g} deg is not symmetric to {', '.join(layout.symmetry)};"
                 " take families: 2, or an angle of 0 or 90 deg, or model the whole actuator",
             )
+
+
+def _obstacles(value: Any, layout: Layout) -> Iterator[Fault]:
+    if not isinstance(value, dict):
+        return
+    for name, obstacle in value.items():
+        surfaces = obstacle.get("surfaces") if isinstance(obstacle, dict) else None
+        for index, surface in enumerate(surfaces if isinstance(surfaces, list) else ()):
+            place = ("obstacles", name, "surfaces", index)
+            yield from _known_surface(surface, place, layout)
+
+
+def _known_obstacles(step: dict, place: Place, known: Any) -> Iterator[Fault]:
+    known = known if isinstance(known, dict) else {}
+    for name in step["obstacles"] if isinstance(step.get("obstacles"), dict) else ():
+        if name not in known:
+            hint = nearest(name, known) if known else "the spec has none; write obstacles:"
+            yield (*place, "obstacles", name), f"there is no obstacle {show(name)}; {hint}"
 
 
 def _surface(part: dict, place: Place, layout: Layout) -> Iterator[Fault]:

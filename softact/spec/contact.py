@@ -1,15 +1,21 @@
-"""Rigid obstacles and contact between surfaces, as a spec writes them."""
+"""Rigid obstacles, as a spec writes them."""
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, Tag
-from pydantic import Discriminator as ByKey
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    model_validator,
+)
 
-from softact.spec.choice import fault
-from softact.spec.fields import Name, three
-from softact.units import Angle, Dimensionless, Length
+from softact.spec.choice import Choice, fault, fault_at, given, nearest
+from softact.spec.fields import three
+from softact.units import Angle, Dimensionless, Length, show
 
 
 def _direction(value: tuple[float, float, float]) -> tuple[float, float, float]:
@@ -24,6 +30,8 @@ Direction = Annotated[
     BeforeValidator(three),
     AfterValidator(_direction),
 ]
+Edge = Annotated[Length, Field(gt=0)]
+Edges = Annotated[tuple[Edge, Edge, Edge], BeforeValidator(three)]
 Turns = Annotated[tuple[Angle, Angle, Angle], BeforeValidator(three)]
 MOST_FRICTION = 10.0
 
@@ -41,7 +49,7 @@ class _Part(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
 
-class _Obstacle(_Part):
+class Obstacle(_Part):
     """What all obstacles have."""
 
     friction: Friction = Field(0.0, description="Coulomb coefficient")
@@ -56,7 +64,7 @@ class _Obstacle(_Part):
         raise NotImplementedError
 
 
-class PlaneObstacle(_Obstacle):
+class PlaneObstacle(Obstacle):
     """A half space: all that lies behind a plane."""
 
     type: Literal["plane"]
@@ -64,60 +72,61 @@ class PlaneObstacle(_Obstacle):
     normal: Direction = Field(description="direction of the free side: [0, 0, 1]")
 
     def shape(self):
-        """See ``_Obstacle.shape``."""
+        """See ``Obstacle.shape``."""
         from softact.contact.shapes import Plane
 
         return Plane(self.point, self.normal)
 
 
-class BlockObstacle(_Obstacle):
+class BlockObstacle(Obstacle):
     """A box."""
 
     type: Literal["block"]
     center: Point = Field(description="its middle")
-    size: Point = Field(description="edge lengths along its own axes")
+    size: Edges = Field(description="edge lengths along its own axes")
     rotation: Turns = Field(
         (0.0, 0.0, 0.0), description="turned about x, then about y, then about z"
     )
 
     def shape(self):
-        """See ``_Obstacle.shape``."""
+        """See ``Obstacle.shape``."""
         from softact.contact.shapes import Block
 
-        return Block(self.center, self.size, tuple(map(tuple, _rotation(self.rotation).T)))
+        axes = _rotation(self.rotation).T.tolist()
+        return Block(self.center, self.size, tuple(tuple(axis) for axis in axes))
 
 
-class CylinderObstacle(_Obstacle):
+class CylinderObstacle(Obstacle):
     """A round bar."""
 
     type: Literal["cylinder"]
     center: Point = Field(description="its middle")
     axis: Direction = Field(description="direction of its axis: [0, 1, 0]")
-    radius: Length = Field(gt=0)
+    radius: Length = Field(gt=0, description="its radius")
     length: Length | None = Field(None, gt=0, description="default: endless")
 
     def shape(self):
-        """See ``_Obstacle.shape``."""
+        """See ``Obstacle.shape``."""
         from softact.contact.shapes import Cylinder
 
         return Cylinder(self.center, self.axis, self.radius, self.length)
 
 
-class SphereObstacle(_Obstacle):
+class SphereObstacle(Obstacle):
     """A ball."""
 
     type: Literal["sphere"]
     center: Point = Field(description="its middle")
-    radius: Length = Field(gt=0)
+    radius: Length = Field(gt=0, description="its radius")
 
     def shape(self):
-        """See ``_Obstacle.shape``."""
+        """See ``Obstacle.shape``."""
         from softact.contact.shapes import Sphere
 
         return Sphere(self.center, self.radius)
 
 
-OBSTACLES = {
+OBSTACLES: dict[str, type[Obstacle]] = {
     "plane": PlaneObstacle,
     "block": BlockObstacle,
     "cylinder": CylinderObstacle,
@@ -125,18 +134,62 @@ OBSTACLES = {
 }
 
 
-def _known_type(value: Any) -> Any:
-    from softact.spec.choice import fault_at, nearest
+def _rotation(turns: tuple[float, float, float]) -> np.ndarray:
+    """Rotation matrix of turns (degrees) about x, then y, then z."""
+    matrix = np.eye(3)
+    for axis, turn in enumerate(turns):
+        c, s = math.cos(math.radians(turn)), math.sin(math.radians(turn))
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        one = np.eye(3)
+        one[[i, j], [i, j]] = c
+        one[i, j], one[j, i] = -s, s
+        matrix = one @ matrix
+    return matrix
 
-    if isinstance(value, dict):
-        kind = value.get("type")
-        if kind is None:
-            raise fault_at(("type",), f"missing; write one of: {', '.join(OBSTACLES)}")
-        if kind not in OBSTACLES:
-            raise fault_at(("type",), f"there is no obstacle {kind!r}; {nearest(kind, OBSTACLES)}")
-    return value
+
+class ObstacleChoice(Choice):
+    """An obstacle: the key ``type`` says which."""
+
+    def model_for(self, data: Any) -> type[BaseModel] | None:
+        """See ``Choice.model_for``."""
+        kind = data.get("type") if isinstance(data, dict) else None
+        return OBSTACLES.get(kind) if isinstance(kind, str) else None
+
+    def validate(self, data: Any) -> BaseModel:
+        """See ``Choice.validate``."""
+        names = ", ".join(OBSTACLES)
+        if isinstance(data, Obstacle):
+            return data
+        if not isinstance(data, dict):
+            raise fault(f"{given(data)}; write a mapping with 'type' (one of {names}) and its keys")
+        if "type" not in data:
+            raise fault_at(("type",), f"missing; write one of: {names}")
+        if (model := self.model_for(data)) is None:
+            kind = data["type"]
+            known = nearest(kind, OBSTACLES)
+            raise fault_at(("type",), f"there is no obstacle {show(kind)}; {known}")
+        return model.model_validate(data)
+
+    def options(self) -> list[type[BaseModel]]:
+        """See ``Choice.options``."""
+        return list(OBSTACLES.values())
 
 
-def _kind(value: Any) -> str:
-    kind = value.get("type") if isinstance(value, dict) else getattr(value, "type", None)
-    return kind if kind in OBSTACLES else "plane"
+AnyObstacle = Annotated[Obstacle, ObstacleChoice()]
+
+
+class ObstacleChange(_Part):
+    """What a step does with an obstacle."""
+
+    move: Point | None = Field(
+        None, description="where to, counted from where it was placed: [0 mm, 0 mm, 3 mm]"
+    )
+    active: bool | None = Field(
+        None, description="true puts it there, false removes it: its force fades over the step"
+    )
+
+    @model_validator(mode="after")
+    def _changes_something(self) -> Self:
+        if self.move is None and self.active is None:
+            raise fault("changes nothing; give it move or active")
+        return self

@@ -33,7 +33,8 @@ def _geometries() -> dict[str, type[Geometry]]:
     return GEOMETRIES
 
 
-def _three(value: Any) -> tuple[Any, ...]:
+def three(value: Any) -> tuple[Any, ...]:
+    """Return a list of three as a tuple; anything else is a fault."""
     if not isinstance(value, list | tuple) or len(value) != 3:
         count = f"{len(value)} values are given" if isinstance(value, list) else given(value)
         raise fault(f"{count}; write a list of three for x, y, z")
@@ -41,7 +42,7 @@ def _three(value: Any) -> tuple[Any, ...]:
 
 
 def _gravity(value: Any) -> tuple[float, float, float]:
-    values = _three(value)
+    values = three(value)
     if any(isinstance(entry, str) for entry in values):
         return tuple(_acceleration(i, entry) for i, entry in enumerate(values))
     numbers = [isinstance(v, int | float) and not isinstance(v, bool) for v in values]
@@ -104,7 +105,7 @@ Measures = Annotated[
     PlainSerializer(lambda v: v if v == "all" else list(v), when_used="json"),
     WithJsonSchema(MEASURES_SCHEMA),
 ]
-Vector = Annotated[tuple[Pressure, Pressure, Pressure], BeforeValidator(_three)]
+Vector = Annotated[tuple[Pressure, Pressure, Pressure], BeforeValidator(three)]
 GEOMETRY = GeometryChoice(_geometries)
 AnyGeometry = Annotated[Geometry, GEOMETRY]
 AnyMaterial = Annotated[Law, MaterialChoice()]

@@ -17,6 +17,7 @@ from pydantic_core.core_schema import ErrorType
 from softact.geometry import Geometry
 from softact.spec.checks import cross_faults, fibre_faults
 from softact.spec.choice import fault
+from softact.spec.contact import AnyObstacle, ObstacleChange
 from softact.spec.fields import (
     ALL_CAVITIES,
     GEOMETRY,
@@ -101,6 +102,9 @@ class Step(Model):
     supports: tuple[Support, ...] | None = Field(
         None, strict=False, description="replace the supports from this step on"
     )
+    obstacles: dict[Name, ObstacleChange] | None = Field(
+        None, description="obstacles moved, put there or removed: {name: {move: ...}}"
+    )
     max_increment: Dimensionless | None = Field(
         None,
         gt=0,
@@ -113,7 +117,8 @@ class Step(Model):
     def _changes_something(self) -> Self:
         if self.gravity is None and self._changes_only_gravity:
             raise fault(
-                "this step changes nothing; give it gravity, pressure, traction or supports"
+                "this step changes nothing; give it gravity, pressure, traction, supports or "
+                "obstacles"
             )
         return self
 
@@ -127,7 +132,7 @@ class Step(Model):
     @property
     def _changes_only_gravity(self) -> bool:
         others = (self.pressure, self.traction, self.surface_pressure, self.supports)
-        return others == (None,) * 4
+        return (*others, self.obstacles) == (None,) * 5
 
 
 class Solver(Model):
@@ -173,6 +178,9 @@ class Spec(Model):
     layers: tuple[Layer, ...] = Field((), strict=False, description="thin layers on surfaces")
     supports: tuple[Support, ...] | None = Field(
         None, strict=False, description="default: the clamp of the geometry, all components"
+    )
+    obstacles: dict[Name, AnyObstacle] = Field(
+        {}, description="rigid bodies: name -> plane, block, cylinder or sphere"
     )
     steps: tuple[Step, ...] = Field(
         strict=False, description="in order; each starts from the last state"

@@ -1,0 +1,51 @@
+"""What presses on the actuator from outside, and how well contact keeps the gap closed."""
+
+import math
+
+import numpy as np
+
+from softact.measures.base import Measure, vector_columns
+
+
+def _whole(snapshot, force) -> np.ndarray:
+    """Force on the whole actuator from that on the part that was meshed."""
+    for plane in snapshot.layout.symmetry.values():
+        force = np.where(np.arange(3) == plane, 0.0, 2.0) * force
+    return force
+
+
+def _evaluate(snapshot):
+    contacts, state = snapshot.model.contacts, snapshot.state
+    columns, blocked, worst = {}, None, 0.0
+    for contact in contacts:
+        gap, ratio = contacts.smallest_gap(contact, state)
+        worst = max(worst, -ratio)
+        if contact.rigid:
+            force = _whole(snapshot, contacts.force(contact, state))
+            columns |= vector_columns(f"contact_force_{contact.name}_<xyz>_N", force)
+            moved = state.shift.get(contact.name, np.zeros(3))
+            columns |= vector_columns(f"obstacle_{contact.name}_<xyz>_mm", moved)
+            if contact.obstacle.load_cell:
+                blocked = force if blocked is None else blocked + force
+        if math.isfinite(gap):
+            columns[f"contact_gap_{contact.name}_mm"] = gap
+    if blocked is not None:
+        columns["blocked_force_N"] = float(np.linalg.norm(blocked))
+    if len(contacts):
+        columns["contact_overlap_percent"] = 100 * worst
+    return columns
+
+
+CONTACT = Measure(
+    "contact",
+    "forces of the obstacles on the whole actuator, and how far bodies overlap",
+    {f"contact_force_<obstacle>_{c}_N": f"force of an obstacle along {c}" for c in "xyz"}
+    | {f"obstacle_<obstacle>_{c}_mm": f"how far an obstacle has moved along {c}" for c in "xyz"}
+    | {
+        "contact_gap_<contact>_mm": "smallest gap to an obstacle or of a contact, below zero: the "
+        "largest overlap; empty where the obstacle is not there or no gap is near",
+        "blocked_force_N": "size of the force on the obstacles with load_cell: true",
+        "contact_overlap_percent": "largest overlap of all contacts, of the local element size",
+    },
+    _evaluate,
+)
