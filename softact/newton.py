@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from petsc4py import PETSc
@@ -136,6 +136,16 @@ class Newton:
         reason = "" if converged else self._reason or self._explain()
         unstable = self._unstable_modes() if converged and self.counts.factorisations else 0
         return NewtonOutcome(converged, iterations, self._residuals, reason, unstable)
+
+    def imbalance(self, state: State, x: np.ndarray, fixed_values: np.ndarray) -> float:
+        """Out-of-balance force (N) of a guess ``x`` at the loads of ``state``; inf: inadmissible."""
+        trial = replace(state, x=x.copy())
+        trial.x[self._fixed_dofs] = fixed_values
+        with np.errstate(all="ignore"):
+            force, _ = self.model.force(trial)
+        force[self._fixed_dofs] = 0.0
+        norm = self._norm(force[: self.model.unknowns.owned][self._is_force])
+        return norm if np.isfinite(norm) else np.inf
 
     def _function(self, _snes, x, f) -> None:
         owned = self.model.unknowns.owned

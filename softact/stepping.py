@@ -166,9 +166,16 @@ class Stepper:
 
     def _attempt(self, ramp: _Ramp, path, target: float) -> NewtonOutcome:
         order = {"none": 0, "linear": 1, "quadratic": 2}[self.settings.predictor]
-        guesses = [extrapolate(path[-(order + 1) :], target)] if order and len(path) > 1 else []
+        orders = {order, 1} if len(self.model.contacts) else {order}
+        guesses = [
+            extrapolate(path[-(k + 1) :], target)
+            for k in sorted(orders, reverse=True)
+            if k and len(path) > 1
+        ]
         outcome = None
         contacts, start = self.model.contacts, path[-1][1]
+        if len(contacts):
+            guesses = self._nearest(guesses, start, ramp.apply(self.state, target))
         for guess in (*guesses, start):
             held = ramp.apply(self.state, target)
             if guess is not start and not contacts.admissible(self.state, start, guess):
@@ -178,6 +185,12 @@ class Stepper:
             if outcome.converged or outcome.iterations > 1:
                 break  # a guess with inverted elements ends at once: then start from the last state
         return outcome
+
+    def _nearest(self, guesses, start, held) -> list[np.ndarray]:
+        """The better of the guesses, or none where ``start`` is better: where bodies begin to
+        touch, the path has a kink, and no polynomial goes through it."""
+        best = min((*guesses, start), key=lambda x: self.newton.imbalance(self.state, x, held))
+        return [] if best is start else [best]
 
     def _equilibrium(self, held) -> NewtonOutcome:
         """Newton, and once more with stiffer contact as long as bodies overlap too far."""

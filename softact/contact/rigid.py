@@ -16,7 +16,7 @@ from softact.contact.pressure import pressure
 
 # What a step of Newton's method may press in on its way, of the element size and of the
 # obstacle's room.
-DEEPEST, ROOM = 0.5, 0.5
+DEEPEST, ROOM = 0.05, 0.5
 
 
 @dataclass(frozen=True)
