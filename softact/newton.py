@@ -138,7 +138,7 @@ class Newton:
         return NewtonOutcome(converged, iterations, self._residuals, reason, unstable)
 
     def imbalance(self, state: State, x: np.ndarray, fixed_values: np.ndarray) -> float:
-        """Out-of-balance force (N) of a guess ``x`` at the loads of ``state``; inf: inadmissible."""
+        """Out-of-balance force (N) of a guess at the loads of ``state``; inf: inadmissible."""
         trial = replace(state, x=x.copy())
         trial.x[self._fixed_dofs] = fixed_values
         with np.errstate(all="ignore"):
