@@ -135,6 +135,15 @@ _OTHER_KINDS = {
 }
 
 
+def conversion(unit: str, to: str) -> float:
+    """Return the factor from ``unit`` to ``to``; raises ValueError where no such factor is."""
+    kind, factor = _in_internal(unit, to)
+    if factor is None:
+        what = "no unit" if kind == "unknown" else kind
+        raise ValueError(f"{show(unit)} is {what}, and a unit such as '{to}' is wanted")
+    return _to_float(factor)
+
+
 def show(value: Any) -> str:
     """Return ``value`` in quotes as in the spec, on one line, shortened where it is long."""
     text = one_line(str(value))

@@ -36,9 +36,7 @@ def read_table(path: Path, headings: tuple[str, ...] | None) -> Table:
 
     headings: used in place of the file's own. Raises SpecError naming file, line and column.
     """
-    lines = _lines(path)
-    separator = _separator(lines)
-    cells = [(number, _split(line, separator)) for number, line in lines]
+    cells = read_rows(path)
     sizes: dict[str, float] = {}
     if headings is not None:
         columns = _columns(path, headings)
@@ -46,6 +44,26 @@ def read_table(path: Path, headings: tuple[str, ...] | None) -> Table:
     else:
         start, columns = _find_headings(path, cells, sizes)
     return _numbers(path, columns, cells[start:], sizes)
+
+
+def read_rows(path: Path) -> list[tuple[int, list[str]]]:
+    """Return line number and cells of each line that is neither empty nor a comment (#).
+
+    Raises SpecError where the file is no text or holds nothing.
+    """
+    lines = _lines(path)
+    separator = _separator(lines)
+    return [(number, _split(line, separator)) for number, line in lines]
+
+
+def cell_fault(cell: str) -> str | None:
+    """Return what is wrong with a cell that should hold a number, None where it does."""
+    try:
+        value = float(cell)
+    except ValueError:
+        hint = "; write a decimal point" if re.fullmatch(r"-?\d+,\d+", cell) else ""
+        return f"{show(cell)} is not a number{hint}" if cell else "there is no value"
+    return None if math.isfinite(value) else f"'{cell}' is not a finite number"
 
 
 def _lines(path: Path) -> list[tuple[int, str]]:
@@ -144,16 +162,10 @@ def _numbers(path: Path, columns, cells, sizes: dict[str, float]) -> Table:
     for r, (number, row) in enumerate(cells):
         for i in used:
             cell = row[i] if i < len(row) else ""
-            try:
+            if fault := cell_fault(cell):
+                faults.append(f"{path}:{number}: column '{columns[i].heading}': {fault}")
+            else:
                 values[r, i] = float(cell)
-            except ValueError:
-                hint = "; write a decimal point" if re.fullmatch(r"-?\d+,\d+", cell) else ""
-                said = f"{show(cell)} is not a number{hint}" if cell else "there is no value"
-                faults.append(f"{path}:{number}: column '{columns[i].heading}': {said}")
-                continue
-            if not math.isfinite(values[r, i]):
-                said = f"'{cell}' is not a finite number"
-                faults.append(f"{path}:{number}: column '{columns[i].heading}': {said}")
     if faults:
         more = (
             [f"{path}: and {len(faults) - 5} more faults of this kind"] if len(faults) > 5 else []

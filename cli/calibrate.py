@@ -1,0 +1,67 @@
+"""`softact calibrate`: constants of a spec from a measured curve of the actuator."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command(short_help="Adjust constants of a spec to a measured curve of the actuator.")
+@click.argument("spec", type=click.Path(path_type=Path))
+@click.option(
+    "--data",
+    type=click.Path(path_type=Path),
+    required=True,
+    metavar="FILE",
+    help="CSV with headings such as 'pressure_kPa, bending_angle_deg' (softact list measures).",
+)
+@click.option(
+    "--vary",
+    multiple=True,
+    required=True,
+    metavar="PATH[=LOW..HIGH]",
+    help="A value of the spec to adjust; default bounds: a tenth to ten times. May be repeated.",
+)
+@click.option("--x", metavar="COLUMN", help="Abscissa among the columns; default: the first.")
+@click.option(
+    "--set",
+    "overrides",
+    multiple=True,
+    metavar="PATH=VALUE",
+    help="Replace a value of the spec first. May be repeated.",
+)
+@click.option(
+    "--max-runs", type=click.IntRange(2, 1000), default=30, show_default=True, help="Runs at most."
+)
+@click.option(
+    "-n",
+    "--processes",
+    type=click.IntRange(1, 1024),
+    default=1,
+    show_default=True,
+    metavar="PROCS",
+    help="MPI processes of each run.",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Folder for the outcome.  [default: results/<name of the spec>-calibrated]",
+)
+def calibrate(spec: Path, output: Path | None, **given: object) -> None:
+    """Adjust named constants of a spec so that its run meets a measured curve.
+
+    Every row of the data is a point of the curve; the first column is the abscissa, all others are
+    to be met. Each run is told; the calibrated spec, the curves, a plot and the best run go into
+    the folder. Exits with 2 for wrong data, 4 where the run of the spec as it is finds no
+    equilibrium before the data end.
+
+    \b
+    Examples:
+      softact calibrate finger.yaml --data angle.csv --vary materials.body.c10
+      softact calibrate finger.yaml --data angle.csv \\
+        --vary materials.body.c10='0.05 MPa..0.3 MPa' --vary materials.body.c20
+    """
+    from softact.fit.calibrate import Request, run_request
+
+    run_request(Request(spec=spec, **given), output, click.echo)

@@ -1,0 +1,258 @@
+"""Constants of a spec adjusted so that its run meets a measured curve.
+
+Bounded Gauss-Newton (scipy's trust region) on few runs: sensitivities are forward differences of
+whole runs, taken anew after each accepted step. Intervals are linearised, with Student's t.
+"""
+
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.stats import t as student
+
+from softact import results
+from softact.errors import NoEquilibriumError, SpecError
+from softact.fit.knobs import Knob, read_knobs, turned
+from softact.fit.measured import Measured, predicted, reached, read_measured, run_columns
+from softact.run import run
+from softact.spec import Spec, load
+
+STEP = 0.02  # relative change of a constant for its sensitivity: far above the solver's tolerance
+MET = 2e-5  # of the largest measured value: nobody measures better
+SETTLED = 1e-3  # relative change of all constants below which the search ends
+ALIKE = 1e-3  # smallest over largest singular value at which constants are not told apart
+
+
+@dataclass(frozen=True)
+class Request:
+    """What to calibrate. vary: see ``read_knobs``. x: abscissa or None. max_runs: then it ends."""
+
+    spec: Path
+    data: Path
+    vary: Sequence[str]
+    overrides: Sequence[str] = ()
+    x: str | None = None
+    processes: int = 1
+    max_runs: int = 30
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One run: values of the knobs, predicted columns (None: it ended early), its folder."""
+
+    values: tuple[float, ...]
+    columns: dict[str, np.ndarray] | None
+    folder: Path
+
+
+@dataclass
+class Calibration:
+    """The outcome.
+
+    spec: with the constants that were found. first, best: the runs before and after. interval:
+    half width of the 95 % interval per knob; NaN at a bound, infinite where the data do not
+    determine it.
+    """
+
+    spec: Spec
+    knobs: list[Knob]
+    measured: Measured
+    first: Trial
+    best: Trial
+    interval: np.ndarray
+    runs: int
+    remarks: list[str] = field(default_factory=list)
+
+    def rmse(self, trial: Trial) -> dict[str, float]:
+        """Root mean square error of each measured column in its unit."""
+        return {
+            name: float(np.sqrt(np.mean((trial.columns[name] - self.measured.values[name]) ** 2)))
+            for name in self.measured.names
+        }
+
+
+class _EnoughError(Exception):
+    """The search may end: the curve is met, or the runs are used up."""
+
+
+class _Search:
+    """Runs trials, remembers them, and gives residuals and sensitivities to the optimiser.
+
+    Knobs are counted in their sizes, residuals in the largest measured value of their column.
+    """
+
+    def __init__(self, request: Request, spec: Spec, knobs, measured, folder: Path, say):
+        self.request, self.spec, self.knobs, self.measured = request, spec, knobs, measured
+        self.folder, self.say = folder, say
+        self.sizes = np.array([knob.size for knob in knobs])
+        self.low = np.array([knob.low for knob in knobs]) / self.sizes
+        self.high = np.array([knob.high for knob in knobs]) / self.sizes
+        self.trials: dict[tuple[float, ...], Trial] = {}
+        self.jacobian: np.ndarray | None = None
+
+    def trial(self, position: np.ndarray) -> Trial:
+        """The run at a position, from memory where it was done already."""
+        values = tuple(float(f"{v:.10g}") for v in position * self.sizes)
+        if values not in self.trials:
+            if len(self.trials) == self.request.max_runs:
+                raise _EnoughError
+            self.trials[values] = self._run(values)
+        return self.trials[values]
+
+    def _run(self, values: tuple[float, ...]) -> Trial:
+        started, number = time.perf_counter(), len(self.trials) + 1
+        folder = self.folder / f"run{number}"
+        spec = turned(self.spec, self.knobs, values)
+        outcome = run(spec, folder, self.request.processes, report=False)
+        curve = results.read(folder).curve
+        columns = predicted(curve, self.measured)
+        trial = Trial(values, columns, folder)
+        words = ", ".join(
+            f"{knob.path} {knob.text(float(f'{value:.5g}'))}"
+            for knob, value in zip(self.knobs, values, strict=True)
+        )
+        taken = f"({time.perf_counter() - started:.1f} s)"
+        if columns is None:
+            self.say(f"run {number}: {words}: ended before the data do {taken}")
+            if number == 1:
+                kind = NoEquilibriumError if outcome.exit_code else SpecError
+                raise kind(*filter(None, (outcome.message, reached(curve, self.measured))))
+        else:
+            self.say(f"run {number}: {words}: RMSE {self._error(trial):.3%} of the largest {taken}")
+        return trial
+
+    def _scaled(self, trial: Trial) -> np.ndarray:
+        if trial.columns is None:
+            return np.full(self.measured.count, np.inf)
+        parts = []
+        for name in self.measured.names:
+            data = self.measured.values[name]
+            parts.append((trial.columns[name] - data) / np.max(np.abs(data)))
+        return np.concatenate(parts)
+
+    def _error(self, trial: Trial) -> float:
+        return float(np.sqrt(np.mean(self._scaled(trial) ** 2)))
+
+    @property
+    def best(self) -> Trial:
+        """The trial that is nearest to the data."""
+        return min(self.trials.values(), key=self._error)
+
+    def residuals(self, position: np.ndarray) -> np.ndarray:
+        """Prediction less data; infinite where the run ended early, so that the step is cut."""
+        trial = self.trial(position)
+        if self._error(trial) < MET and self.jacobian is not None:
+            raise _EnoughError
+        return self._scaled(trial)
+
+    def sensitivities(self, position: np.ndarray) -> np.ndarray:
+        """Derivatives of the residuals by the knobs, one run for each."""
+        here, columns = self._scaled(self.trial(position)), []
+        for i, value in enumerate(position):
+            change = STEP * max(abs(value), 0.1)
+            columns.append(self._sensitivity(position, here, i, change))
+        self.jacobian = np.stack(columns, axis=1)
+        return self.jacobian
+
+    def _sensitivity(self, position, here, i: int, change: float) -> np.ndarray:
+        """Forward difference, backward at a bound or where the forward run ends early."""
+        for signed in (change, -change):
+            if not self.low[i] <= position[i] + signed <= self.high[i]:
+                continue
+            there = position.copy()
+            there[i] += signed
+            moved = self._scaled(self.trial(there))
+            if np.isfinite(moved).all():
+                return (moved - here) / signed
+        raise SpecError(
+            f"--vary {self.knobs[i].path}: the run ends early or a bound is met on both sides of "
+            f"{self.knobs[i].text(position[i] * self.sizes[i])}, so its effect cannot be found"
+        )
+
+
+def calibrate(
+    request: Request, spec: Spec, say: Callable[[str], None], scratch: Path
+) -> Calibration:
+    """Search the constants; ``scratch`` receives a folder for each run. say: one line at a time.
+
+    Raises SpecError for wrong data or knobs before the first run, and where a run of the spec as
+    it is does not reach the data (NoEquilibriumError where it found no equilibrium).
+    """
+    measured = read_measured(request.data, run_columns(spec), request.x)
+    knobs = read_knobs(request.vary, spec)
+    if not knobs:
+        raise SpecError("nothing to adjust; name a value with --vary, such as materials.body.c10")
+    if measured.count < len(knobs):
+        raise SpecError(
+            f"{measured.source}: {measured.count} values do not determine {len(knobs)} constants"
+        )
+    search = _Search(request, spec, knobs, measured, scratch, say)
+    start = np.array([knob.value for knob in knobs]) / search.sizes
+    remarks = []
+    try:
+        least_squares(
+            search.residuals,
+            start,
+            search.sensitivities,
+            bounds=(search.low, search.high),
+            xtol=SETTLED,
+            ftol=1e-6,
+            gtol=1e-12,
+        )
+    except _EnoughError:
+        if len(search.trials) == request.max_runs:
+            remarks.append(f"stopped after {request.max_runs} runs (--max-runs): not settled")
+    first = next(iter(search.trials.values()))
+    interval = _interval(search, remarks)
+    best, runs = search.best, len(search.trials)
+    found = turned(spec, knobs, best.values)
+    return Calibration(found, knobs, measured, first, best, interval, runs, remarks)
+
+
+def _interval(search: _Search, remarks: list[str]) -> np.ndarray:
+    """Half widths of the 95 % intervals, in the knobs' units."""
+    best = search.best
+    position = np.array(best.values) / search.sizes
+    margin = 1e-3 * (search.high - search.low)
+    held = (position < search.low + margin) | (position > search.high - margin)
+    for knob, at_bound in zip(search.knobs, held, strict=True):
+        if at_bound:
+            remarks.append(f"{knob.path} is at a bound: the data pull it further")
+    interval = np.full(len(position), np.nan)
+    free = np.flatnonzero(~held)
+    if search.jacobian is None or not len(free):
+        return interval
+    freedom = search.measured.count - len(free)
+    size = np.linalg.norm(search.jacobian, axis=0)[free]
+    if freedom < 1 or np.any(size == 0.0):
+        interval[free] = np.inf
+        return interval
+    _, singular, directions = np.linalg.svd(search.jacobian[:, free] / size, full_matrices=False)
+    if singular[-1] < ALIKE * singular[0]:
+        names = ", ".join(search.knobs[i].path for i in free)
+        remarks.append(f"the data hardly tell {names} apart: vary fewer, or measure more")
+    deviation = np.sqrt(np.sum((directions.T / singular) ** 2, axis=1)) / size
+    scatter = np.sqrt(np.sum(search._scaled(best) ** 2) / freedom)
+    interval[free] = student.ppf(0.975, freedom) * scatter * deviation * search.sizes[free]
+    return interval
+
+
+def run_request(
+    request: Request, directory: Path | None, say: Callable[[str], None]
+) -> Calibration:
+    """Calibrate, tell, and write the folder (default results/<name>-calibrated)."""
+    from softact.fit.calibration_files import tell, write
+
+    spec = load(request.spec, request.overrides)
+    directory = directory or Path("results") / f"{spec.name}-calibrated"
+    with tempfile.TemporaryDirectory(prefix="softact-calibrate-") as scratch:
+        outcome = calibrate(request, spec, say, Path(scratch))
+        for line in tell(outcome):
+            say(line)
+        for line in write(request, outcome, directory):
+            say(line)
+    return outcome

@@ -1,0 +1,121 @@
+"""What a calibration tells and leaves behind: spec, curves, numbers, plot, the best run."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+
+from softact.fit.calibrate import Calibration, Request
+from softact.report.labels import column
+from softact.results import csv_text, json_text, write_atomic
+
+
+def tell(outcome: Calibration) -> list[str]:
+    """Return the constants with their intervals, and the errors before and after."""
+    lines = [""]
+    for knob, value, half in zip(outcome.knobs, outcome.best.values, outcome.interval, strict=True):
+        lines.append(
+            f"{knob.path} = {knob.text(float(f'{value:.6g}'))}   {_interval(half)}, "
+            f"was {knob.text(knob.value)}"
+        )
+    before, after = outcome.rmse(outcome.first), outcome.rmse(outcome.best)
+    for name in outcome.measured.names:
+        largest = np.max(np.abs(outcome.measured.values[name]))
+        lines.append(
+            f"{name}: RMSE {before[name]:.4g} before, {after[name]:.4g} after "
+            f"({after[name] / largest:.2%} of the largest), {outcome.runs} runs"
+        )
+    return [*lines, *(f"attention: {remark}" for remark in outcome.remarks)]
+
+
+def _interval(half: float) -> str:
+    if np.isnan(half):
+        return "at a bound"
+    return f"± {half:.2g} (95 %)" if np.isfinite(half) else "not determined"
+
+
+def write(request: Request, outcome: Calibration, directory: Path) -> list[str]:
+    """Write all files; return a line for each."""
+    directory.mkdir(parents=True, exist_ok=True)
+    head = [f"# Calibrated by softact to {request.data.name} over {outcome.measured.x}:"]
+    head += [f"# {line}" for line in tell(outcome)[1:]]
+    files = {
+        "spec": (f"{outcome.spec.name}.yaml", "\n".join(head) + "\n" + outcome.spec.to_yaml()),
+        "curves": ("curves.csv", csv_text(_rows(outcome))),
+        "numbers": ("calibration.json", json_text(_numbers(request, outcome))),
+    }
+    said = []
+    for what, (name, text) in files.items():
+        write_atomic(directory / name, text)
+        said.append(f"{what + ':':9s}{directory / name}")
+    _plot(directory / "calibration.png", outcome)
+    said.append(f"plot:    {directory / 'calibration.png'}")
+    shutil.rmtree(directory / "run", ignore_errors=True)
+    shutil.move(outcome.best.folder, directory / "run")
+    return [*said, f"run:     {directory / 'run'} (softact report makes its report)"]
+
+
+def _rows(outcome: Calibration) -> list[dict[str, float]]:
+    """Measured, before and after, a row for each measured point."""
+    measured = outcome.measured
+    rows = []
+    for i, x in enumerate(measured.values[measured.x]):
+        row = {measured.x: float(x)}
+        for name in measured.names:
+            row[f"measured_{name}"] = float(measured.values[name][i])
+            row[f"before_{name}"] = float(outcome.first.columns[name][i])
+            row[f"after_{name}"] = float(outcome.best.columns[name][i])
+        rows.append(row)
+    return rows
+
+
+def _numbers(request: Request, outcome: Calibration) -> dict:
+    return {
+        "spec": request.spec.name,
+        "data": request.data.name,
+        "runs": outcome.runs,
+        "constants": {
+            knob.path: {
+                "value": value,
+                "unit": knob.unit,
+                "before": knob.value,
+                "confidence_95": half,
+                "bounds": [knob.low, knob.high],
+            }
+            for knob, value, half in zip(
+                outcome.knobs, outcome.best.values, outcome.interval, strict=True
+            )
+        },
+        "rmse_before": outcome.rmse(outcome.first),
+        "rmse_after": outcome.rmse(outcome.best),
+        "remarks": outcome.remarks,
+    }
+
+
+def _plot(path: Path, outcome: Calibration) -> None:
+    """A panel for each measured column: data, the run before and the run after."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    measured = outcome.measured
+    order = np.argsort(measured.values[measured.x])
+    abscissa = column(measured.x)
+    x = measured.values[measured.x][order] * abscissa.factor
+    figure = Figure(figsize=(6.4, 4.2 * len(measured.names)), layout="constrained")
+    FigureCanvasAgg(figure)
+    panels = figure.subplots(len(measured.names), 1, squeeze=False).ravel()
+    for panel, name in zip(panels, measured.names, strict=True):
+        label = column(name)
+        for trial, style, said in (
+            (outcome.first, {"color": "0.55", "ls": "--"}, "before"),
+            (outcome.best, {"color": "#0b62a4"}, "calibrated"),
+        ):
+            panel.plot(x, trial.columns[name][order] * label.factor, label=said, **style)
+        panel.plot(x, measured.values[name][order] * label.factor, "o", ms=4, mfc="none",
+                   mec="k", label=f"measured ({Path(measured.source).name})")  # fmt: skip
+        panel.set(xlabel=str(abscissa), ylabel=str(label))
+        panel.grid(alpha=0.25)
+        panel.legend()
+    temporary = path.with_name(f".{path.name}.part")
+    figure.savefig(temporary, format="png", dpi=120)
+    temporary.replace(path)

@@ -1,0 +1,140 @@
+"""Values of a spec that a calibration varies: where they stand, their unit, their bounds."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from softact.errors import SpecError
+from softact.spec import Spec, loads
+from softact.spec.choice import nearest
+from softact.units import conversion, show
+
+_VALUE = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
+WIDEST = 10.0  # default bounds: a tenth and ten times the value of the spec
+
+
+@dataclass(frozen=True)
+class Knob:
+    """A value of a spec: its dotted path, and value and bounds in ``unit`` (may be empty)."""
+
+    path: str
+    value: float
+    unit: str
+    low: float
+    high: float
+
+    @property
+    def size(self) -> float:
+        """What a change of the value is compared with."""
+        return abs(self.value) or (self.high - self.low) / 2
+
+    def text(self, value: float) -> str:
+        """The value as a spec has it."""
+        return f"{value:.10g} {self.unit}".strip()
+
+    def override(self, value: float) -> str:
+        """The value as an override of the spec."""
+        return f"{self.path}={self.text(value)}"
+
+
+def read_knobs(options: Sequence[str], spec: Spec) -> list[Knob]:
+    """Return what ``--vary PATH`` or ``--vary 'PATH=LOW..HIGH'`` names in a spec.
+
+    Raises SpecError with one line per fault; the spec must be valid at all bounds.
+    """
+    dumped = spec.model_dump(mode="json", exclude_none=True)
+    knobs, faults = [], []
+    for option in options:
+        try:
+            knobs.append(_knob(option, dumped))
+            _check(knobs[-1], spec)
+        except SpecError as error:
+            faults += [f"--vary {show(option)[1:-1]}: {line}" for line in error.lines]
+    paths = [knob.path for knob in knobs]
+    faults += [
+        f"--vary {path}: given twice" for path in sorted(set(paths)) if paths.count(path) > 1
+    ]
+    if faults:
+        raise SpecError(*faults)
+    return knobs
+
+
+def _knob(option: str, dumped: dict) -> Knob:
+    path, equals, bounds = option.partition("=")
+    value, unit = _split(_lookup(dumped, path.strip()))
+    if not equals:
+        if value == 0.0:
+            raise SpecError("is 0 in the spec; give bounds, such as PATH='-0.01 MPa..0.05 MPa'")
+        low, high = sorted((value / WIDEST, value * WIDEST))
+        return Knob(path.strip(), value, unit, low, high)
+    ends = bounds.split("..")
+    if len(ends) != 2:
+        raise SpecError(f"{show(bounds)} are no bounds; write LOW..HIGH, each with its unit")
+    low, high = (_in_unit(end, unit) for end in ends)
+    if not low < high:
+        raise SpecError(f"the lower bound {low:g} is not below the upper one {high:g}")
+    if not low <= value <= high:
+        raise SpecError(f"the spec's own value {value:g} {unit} is not between the bounds")
+    return Knob(path.strip(), value, unit, low, high)
+
+
+def _lookup(dumped: Any, path: str) -> Any:
+    value, done = dumped, []
+    for key in path.split("."):
+        here = ".".join(done) or "the spec"
+        if isinstance(value, list):
+            names = [entry.get("name") for entry in value if isinstance(entry, dict)]
+            place = names.index(key) if key in names else int(key) if key.isdecimal() else -1
+            if not 0 <= place < len(value):
+                raise SpecError(f"{here} has {len(value)} entries, counted from 0, no {show(key)}")
+            value = value[place]
+        elif isinstance(value, dict):
+            if key not in value:
+                raise SpecError(f"{here} has no value {show(key)}; {nearest(key, value)}")
+            value = value[key]
+        else:
+            raise SpecError(f"{here} is a single value and has no {show(key)}")
+        done.append(key)
+    if isinstance(value, dict | list):
+        inside = f"; name one of {', '.join(value)}" if isinstance(value, dict) else ""
+        raise SpecError(f"stands for several values{inside}")
+    return value
+
+
+def _split(value: Any) -> tuple[float, str]:
+    """'0.11 MPa' -> (0.11, 'MPa'). Raises SpecError for what cannot be varied steadily."""
+    if isinstance(value, float):
+        return value, ""
+    match = _VALUE.fullmatch(value) if isinstance(value, str) else None
+    if match is None:
+        raise SpecError(f"{show(value)} is no value that can be varied; only sizes with a unit are")
+    return float(match[1]), match[2]
+
+
+def _in_unit(text: str, unit: str) -> float:
+    match = _VALUE.fullmatch(text)
+    if match is None:
+        raise SpecError(f"{show(text)} is no bound; write a number with its unit")
+    if not unit or match[2] == unit:
+        if match[2] != unit:
+            raise SpecError(f"{show(text)}: a number without unit is wanted")
+        return float(match[1])
+    try:
+        return float(match[1]) * conversion(match[2], unit)
+    except ValueError as error:
+        raise SpecError(f"{show(text)}: {error}") from None
+
+
+def _check(knob: Knob, spec: Spec) -> None:
+    for value in (knob.low, knob.high):
+        try:
+            turned(spec, [knob], [value])
+        except SpecError as error:
+            raise SpecError(*(f"at the bound {line}" for line in error.lines)) from None
+
+
+def turned(spec: Spec, knobs: Sequence[Knob], values: Sequence[float]) -> Spec:
+    """Return the spec with the knobs turned to ``values``."""
+    changes = [knob.override(value) for knob, value in zip(knobs, values, strict=True)]
+    return loads(spec.to_yaml(), spec.name, changes)

@@ -1,0 +1,215 @@
+"""A measured curve of an actuator, and the same curve taken from a run."""
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from softact.errors import SpecError
+from softact.fit.table import cell_fault, read_rows
+from softact.measures import MEASURES
+from softact.measures.base import per_cavity
+from softact.spec.choice import nearest
+from softact.units import conversion, show
+
+# How the endings of a run's columns, and shorthands of people, are written for the unit registry.
+UNITS = {"mm3": "mm^3", "Nmm": "N*mm", "deg": "degree", "%": "percent", "ml": "mL"}
+ENDINGS = ("kPa", "MPa", "deg", "mm3", "mm", "mJ", "Nmm", "N")
+SKIPPED = "-"
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Columns of a measured table in the units of the run's columns of the same name.
+
+    x: name of the column that the others are drawn over. values: column -> (n,), x included.
+    """
+
+    source: str
+    x: str
+    values: Mapping[str, np.ndarray]
+
+    @property
+    def names(self) -> list[str]:
+        """The columns to be met."""
+        return [name for name in self.values if name != self.x]
+
+    @property
+    def count(self) -> int:
+        """Number of measured values."""
+        return len(self.names) * len(self.values[self.x])
+
+
+def run_columns(spec) -> list[str]:
+    """Names of the columns that a run of ``spec`` can have."""
+    cavities = dict.fromkeys(spec.geometry.layout().cavities, 0.0)
+    names = ["step_fraction"]
+    for measure in MEASURES if spec.measures == "all" else spec.measures:
+        for title in MEASURES[measure].columns:
+            names += per_cavity(title, cavities) if "<cavity>" in title else [title]
+    return names
+
+
+def read_measured(path: Path, columns: Sequence[str], x: str | None = None) -> Measured:
+    """Read a table whose headings name columns of a run, with units of the user's choice.
+
+    columns: what a run has. x: heading of the abscissa; default: the first. A heading '-' skips
+    its column. Raises SpecError with one line per fault.
+    """
+    rows = read_rows(path)
+    (line, headings), rows = rows[0], rows[1:]
+    used, faults = {}, []
+    for place, heading in enumerate(headings):
+        if heading == SKIPPED:
+            continue
+        try:
+            name, factor = meaning(heading, columns)
+        except ValueError as error:
+            faults.append(f"{path}:{line}: {error}")
+            continue
+        if name in [entry[0] for entry in used.values()]:
+            faults.append(f"{path}:{line}: two columns are {name}; keep one")
+        used[place] = name, factor
+    if faults:
+        raise SpecError(*faults)
+    names = [name for name, _ in used.values()]
+    if len(names) < 2:
+        raise SpecError(
+            f"{path}:{line}: two columns or more are wanted, such as 'pressure_kPa, "
+            f"bending_angle_deg'; found {', '.join(names) or 'none'}"
+        )
+    values = _numbers(path, rows, headings, used)
+    abscissa = names[0] if x is None else meaning_of_option(x, names)
+    measured = Measured(str(path), abscissa, values)
+    for name in measured.names:
+        if not np.any(values[name]):
+            raise SpecError(f"{path}: {name} is zero throughout; there is nothing to meet")
+    if np.ptp(values[abscissa]) == 0.0:
+        raise SpecError(f"{path}: {abscissa} is the same in all rows; a curve is wanted")
+    return measured
+
+
+def meaning(heading: str, columns: Sequence[str]) -> tuple[str, float]:
+    """Return the run's column that a heading means and the factor to that column's unit.
+
+    'bending_angle_deg', 'bending angle (rad)' and 'Pressure [bar]' are understood. Raises
+    ValueError with what would be right.
+    """
+    if heading in columns:
+        return heading, 1.0
+    words = re.sub(r"[_,;:()\[\]]+", " ", heading).split()
+    lower = [word.lower() for word in words]
+    for name in sorted(columns, key=len, reverse=True):
+        stem, unit = split_unit(name)
+        known = stem.lower().split("_")
+        if lower[: len(known)] != known:
+            continue
+        written = " ".join(words[len(known) :])
+        if not unit and written in ("", "-", "1"):
+            return name, 1.0
+        if not unit:
+            continue
+        if not written:
+            raise ValueError(f"{show(heading)} names no unit; write for example '{name}'")
+        try:
+            return name, conversion(UNITS.get(written, written), UNITS.get(unit, unit))
+        except ValueError as error:
+            raise ValueError(f"{show(heading)}: {error}") from None
+    raise ValueError(f"{show(heading)} is no column of a run; {nearest(heading, columns)}")
+
+
+def meaning_of_option(text: str, names: Sequence[str]) -> str:
+    """The measured column that ``--x`` names."""
+    stems = {split_unit(name)[0]: name for name in names}
+    key = re.sub(r"[\s_]+", "_", text.strip())
+    if key in names:
+        return key
+    if key in stems:
+        return stems[key]
+    raise SpecError(f"--x: {show(text)} is none of the measured columns: {', '.join(names)}")
+
+
+def split_unit(name: str) -> tuple[str, str]:
+    """'pressure_kPa' -> ('pressure', 'kPa'); no unit: ('max_principal_stretch', '')."""
+    stem, _, ending = name.rpartition("_")
+    return (stem, ending) if stem and ending in ENDINGS else (name, "")
+
+
+def _numbers(path: Path, rows, headings, used) -> dict[str, np.ndarray]:
+    values: dict[str, list[float]] = {name: [] for name, _ in used.values()}
+    faults = []
+    for line, row in rows:
+        for place, (name, factor) in used.items():
+            cell = row[place] if place < len(row) else ""
+            if fault := cell_fault(cell):
+                faults.append(f"{path}:{line}: column '{headings[place]}': {fault}")
+            else:
+                values[name].append(factor * float(cell))
+    if len(faults) > 5:
+        faults = [*faults[:5], f"{path}: and {len(faults) - 5} more faults of this kind"]
+    if not rows:
+        faults = [f"{path}: there are headings but no values under them"]
+    if faults:
+        raise SpecError(*faults)
+    return {name: np.array(column) for name, column in values.items()}
+
+
+def predicted(curve: Mapping[str, np.ndarray], measured: Measured) -> dict[str, np.ndarray] | None:
+    """Return the run's columns at the measured abscissae; None where the run did not get there.
+
+    The step in which the abscissa moves most counts; between its increments the curve is a
+    monotone cubic (Fritsch and Carlson 1980). Raises SpecError where the abscissa turns back
+    within the step, or a column is not there.
+    """
+    for name in measured.values:
+        if name not in curve:
+            raise SpecError(f"{measured.source}: this actuator's run has no column '{name}'")
+    rows = _rising(curve, measured.x)
+    x = curve[measured.x][rows]
+    direction = math.copysign(1.0, x[-1] - x[0])
+    if np.any(direction * np.diff(x) <= 0):
+        raise SpecError(
+            f"{measured.source}: {measured.x} turns back within a step of the run, so it is no "
+            "abscissa; name another with --x"
+        )
+    wanted = direction * measured.values[measured.x]
+    low, high = direction * x[0], direction * x[-1]
+    slack = 1e-6 * (high - low)
+    if wanted.max() > high + slack:
+        return None
+    if wanted.min() < low - slack:
+        raise SpecError(
+            f"{measured.source}: {measured.x} begins at {measured.values[measured.x].min():g}, "
+            f"the run's step at {x[0]:g}; leave those rows out"
+        )
+    inside = np.clip(wanted, low, high)
+    return {
+        name: PchipInterpolator(direction * x, curve[name][rows])(inside) for name in measured.names
+    }
+
+
+def reached(curve: Mapping[str, np.ndarray], measured: Measured) -> str:
+    """What to say of a run that ends before the data do."""
+    x = curve[measured.x]
+    wanted = measured.values[measured.x]
+    return (
+        f"{measured.source}: {measured.x} goes from {wanted.min():g} to {wanted.max():g}, the run "
+        f"only from {x.min():g} to {x.max():g}; change the spec's last step or leave rows out"
+    )
+
+
+def _rising(curve: Mapping[str, np.ndarray], x: str) -> np.ndarray:
+    """Rows of the step in which x changes most, with the row that it starts from."""
+    best, largest = np.arange(len(curve[x])), -1.0
+    for step in dict.fromkeys(curve["step"]):
+        rows = np.flatnonzero(curve["step"] == step)
+        if rows[0] > 0:
+            rows = np.concatenate([[rows[0] - 1], rows])
+        change = float(np.ptp(curve[x][rows]))
+        if change > largest:
+            best, largest = rows, change
+    return best
