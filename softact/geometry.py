@@ -221,6 +221,7 @@ def _run_gmsh(geometry: Geometry, path: Path, timeout: float) -> None:
         "parameters": {name: getattr(geometry, name) for name in kind.model_fields},
         "path": str(path),
         "timeout": timeout,
+        "parent": os.getpid(),
     }
     environment = {k: v for k, v in os.environ.items() if not k.startswith(MPI_PREFIXES)}
     environment["OMP_NUM_THREADS"] = "1"

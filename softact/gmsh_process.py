@@ -16,6 +16,7 @@ import gmsh
 import numpy as np
 
 from softact.geometry import FAULT, Geometry
+from softact.orphans import end_with
 
 TRIANGLE, TETRAHEDRON = 2, 4  # gmsh's numbers for first-order elements
 # Mean ratio (1 regular, 0 flat) under which a tetrahedron would spoil the solution.
@@ -40,7 +41,8 @@ class Parts:
 
 def main() -> int:
     job = json.load(sys.stdin)
-    # Where the parent is killed there is nobody left to stop a gmsh that hangs.
+    end_with(job["parent"])
+    # A gmsh that hangs is stopped by its parent, or here.
     signal.alarm(math.ceil(job["timeout"]) + 5)
     geometry = load(job)
     gmsh.initialize(readConfigFiles=False)

@@ -17,6 +17,9 @@ DIVERGENCE = 1e6
 # A step that is still inadmissible after so many halvings is a wrong direction.
 MAX_HALVINGS = 8
 
+# MUMPS's INFOG(1) where it could not allocate its factors (users' guide, section 8).
+OUT_OF_MEMORY = (-13, -19)
+
 MUMPS_CONTROLS = {
     13: 1,  # no ScaLAPACK on the root: it would hide its inertia
     14: 60,  # percent of working space above the estimate
@@ -195,6 +198,9 @@ class Newton:
 
     def _explain(self) -> str:
         reason = self._snes.getConvergedReason()
+        linear = reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE
+        if linear and self._factor.getMumpsInfog(1) in OUT_OF_MEMORY:
+            raise MemoryError("the factors of the tangent do not fit")
         names = {
             PETSc.SNES.ConvergedReason.DIVERGED_MAX_IT: "too many Newton iterations",
             PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE: "the factorisation failed",

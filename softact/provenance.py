@@ -29,11 +29,12 @@ def versions() -> dict[str, str]:
         "dolfinx": dolfinx.__version__,
         "petsc": ".".join(map(str, PETSc.Sys.getVersion())),
         "numpy": numpy.__version__,
-        "gmsh": _gmsh_version(),
+        "gmsh": gmsh_version(),
     }
 
 
-def _gmsh_version() -> str | None:
+def gmsh_version() -> str | None:
+    """Version of Debian's gmsh, None where it is not known."""
     # Importing gmsh loads its library and all of OpenCASCADE; the package knows its version.
     try:
         found = subprocess.run(

@@ -6,6 +6,7 @@ import contextlib
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -46,32 +47,40 @@ def run(
     processes: int = 1,
     progress: Progress | None = None,
     report: bool = True,
+    threads: int | None = None,
+    scratch: Path | None = None,
 ) -> Outcome:
     """Solve ``spec`` and write its result folder.
 
     processes: MPI processes of the solver. report: whether report.html and the pictures are made
-    too; ``softact.report.write_report`` makes them later from the folder alone. Raises MeshError
-    before anything is written, and SoftactError where the solver's process ends in a way that it
-    could not tell of itself.
+    too; ``softact.report.write_report`` makes them later from the folder alone. threads: of a
+    single process in BLAS, by default one for each core. scratch: folder for mesh and job files,
+    by default a new one in the system's temporary folder. The solver ends with this process, even
+    where this one is killed.
+
+    Raises MeshError before anything is written, CannotWriteError where the disk is full or the
+    folder read-only, and SolverCrashError where the solver's process ends in a way that it could
+    not tell of itself.
     """
     progress = progress or (lambda event: None)
     directory = Path(directory)
     started = time.perf_counter()
-    with tempfile.TemporaryDirectory(prefix="softact-") as scratch:
-        mesh_file, spec_file = Path(scratch) / "mesh.msh", Path(scratch) / "spec.yaml"
+    with tempfile.TemporaryDirectory(prefix="softact-", dir=scratch) as folder:
+        mesh_file, spec_file = Path(folder) / "mesh.msh", Path(folder) / "spec.yaml"
         progress({"stage": "mesh"})
         make_mesh(spec.geometry, mesh_file)
         times = {"mesh": time.perf_counter() - started}
         spec_file.write_text(spec.to_yaml())
-        job_file = Path(scratch) / "job.json"
+        job_file = Path(folder) / "job.json"
         job = {
             "spec": str(spec_file),
             "mesh": str(mesh_file),
             "directory": str(directory.absolute()),
             "times_s": times,
+            "parent": os.getpid() if processes == 1 else None,
         }
         job_file.write_text(json.dumps(job))
-        last = _solve(job_file, directory, processes, progress)
+        last = _solve(job_file, directory, processes, threads, progress)
     if report:
         progress({"stage": "report"})
         from softact.report import write_report
@@ -80,7 +89,9 @@ def run(
     return Outcome(last["status"], directory, last.get("message"))
 
 
-def _solve(job_file: Path, directory: Path, processes: int, progress: Progress) -> Mapping:
+def _solve(
+    job_file: Path, directory: Path, processes: int, threads: int | None, progress: Progress
+) -> Mapping:
     """Start the worker, pass its events on and write its log; returns its last event."""
     last: dict = {}
     lines: list[str] = []
@@ -91,7 +102,7 @@ def _solve(job_file: Path, directory: Path, processes: int, progress: Progress) 
             stdout=subprocess.PIPE,
             stderr=stderr,
             text=True,
-            env=_environment(processes),
+            env=_environment(processes, threads),
             start_new_session=True,
         )
         try:
@@ -112,12 +123,18 @@ def _solve(job_file: Path, directory: Path, processes: int, progress: Progress) 
         noise = errors.read_text(errors="replace")
         write_atomic(directory / "log.txt", "\n".join(lines) + "\n" + noise)
     if last.get("stage") == "error":
+        if last.get("cannot_write"):
+            raise CannotWriteError(*last["lines"])
         error = SoftactError(*last["lines"])
         error.exit_code = last["exit_code"]
         raise error
     if last.get("stage") != "done":
         raise SolverCrashError(_crash(code, errors))
     return last
+
+
+class CannotWriteError(SoftactError):
+    """The results could not be written: a full disk, a read-only folder."""
 
 
 class SolverCrashError(SoftactError):
@@ -141,13 +158,17 @@ def _command(job_file: Path, processes: int) -> list[str]:
     if processes == 1:
         return worker
     # Unbound, or two runs side by side would share one core.
-    return ["mpirun", "-n", str(processes), "--oversubscribe", "--bind-to", "none", *worker]
+    mpirun = ["mpirun", "-n", str(processes), "--oversubscribe", "--bind-to", "none", *worker]
+    # A single process sees to it itself that it ends with its parent; here mpirun has to.
+    return ["setpriv", "--pdeathsig", "KILL", *mpirun] if shutil.which("setpriv") else mpirun
 
 
-def _environment(processes: int) -> dict[str, str]:
+def _environment(processes: int, threads: int | None = None) -> dict[str, str]:
     """Threads: all cores for one process, one for each of several (MUMPS uses them in BLAS)."""
-    threads = str(len(os.sched_getaffinity(0)) if processes == 1 else 1)
-    environment = {"OPENBLAS_NUM_THREADS": threads, **os.environ, "OMP_NUM_THREADS": "1"}
+    usual = str(len(os.sched_getaffinity(0)) if processes == 1 else 1)
+    environment = {"OPENBLAS_NUM_THREADS": usual, **os.environ, "OMP_NUM_THREADS": "1"}
+    if threads:
+        environment["OPENBLAS_NUM_THREADS"] = str(threads)
     if processes > 1:
         environment["OPENBLAS_NUM_THREADS"] = "1"
         # Waiting processes give their core away: another program may need it.

@@ -7,6 +7,7 @@ JSON on standard output.
 from __future__ import annotations
 
 import json
+import os
 import sys
 import time
 import traceback
@@ -19,6 +20,8 @@ import numpy as np
 from softact.errors import SoftactError
 
 Tell = Callable[[dict], None]
+PETSC_OUT_OF_MEMORY = 55
+OUT_OF_MEMORY = "the solver ran out of memory; a larger mesh_size needs less"
 
 
 def solve(comm, spec, mesh_file: Path, directory: Path, times: dict, tell: Tell) -> str:
@@ -231,12 +234,17 @@ def print_event(event: dict) -> None:
 
 def main(job_file: str) -> int:
     """Run the job; returns an exit code of the command line."""
+    from softact.orphans import end_with
+
+    job = json.loads(Path(job_file).read_text())
+    # Where mpirun started this process, it is the parent.
+    end_with(job["parent"] or os.getppid())
+
     from mpi4py import MPI
 
     from softact import spec as specs
 
     comm = MPI.COMM_WORLD
-    job = json.loads(Path(job_file).read_text())
 
     def tell(event: dict) -> None:
         if comm.rank == 0:
@@ -246,13 +254,20 @@ def main(job_file: str) -> int:
         spec = specs.load(job["spec"])
         status = solve(comm, spec, Path(job["mesh"]), Path(job["directory"]), job["times_s"], tell)
     except OSError as error:  # a full disk, a folder that has gone
-        print_event({"stage": "error", "exit_code": 2, "lines": [f"cannot write: {error}"]})
+        lines = [f"cannot write: {error}"]
+        print_event({"stage": "error", "exit_code": 2, "lines": lines, "cannot_write": True})
         comm.Abort(2)
+    except MemoryError:
+        print_event({"stage": "error", "exit_code": 70, "lines": [OUT_OF_MEMORY]})
+        comm.Abort(70)
     except SoftactError as error:
         tell({"stage": "error", "exit_code": error.exit_code, "lines": error.lines})
         return error.exit_code
-    except Exception:
+    except Exception as error:
         # On one process only, the others would wait for it for ever.
+        if getattr(error, "ierr", None) == PETSC_OUT_OF_MEMORY:
+            print_event({"stage": "error", "exit_code": 70, "lines": [OUT_OF_MEMORY]})
+            comm.Abort(70)
         traceback.print_exc()
         sys.stderr.flush()
         comm.Abort(70)

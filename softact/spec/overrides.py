@@ -26,10 +26,17 @@ def apply(document: Document, overrides: tuple[str, ...] | list[str]) -> None:
 
 def _set(document: Document, text: str) -> None:
     path, equals, written = text.partition("=")
-    keys = [key.strip() for key in path.split(".")]
-    if not equals or not all(keys):
+    if not equals or not all(key.strip() for key in path.split(".")):
         raise SpecError("write a dotted path, '=' and a value, for example steps.0.pressure=30 kPa")
-    value = scalar(written)
+    assign(document, path, scalar(written), text)
+
+
+def assign(document: Document, path: str, value: Any, text: str) -> None:
+    """Set the plain data ``value`` at a dotted path; ``text`` stands for it in messages.
+
+    Raises SpecError where the path leads nowhere.
+    """
+    keys = [key.strip() for key in path.split(".")]
     place: Place = ()
     target: Any = document.data
     for key in keys[:-1]:

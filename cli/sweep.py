@@ -1,0 +1,162 @@
+"""`softact sweep`: many runs over the values of a spec."""
+
+import os
+import sys
+import time
+from pathlib import Path
+
+import click
+
+
+@click.command(short_help="Runs over values of a spec, each computed once; table and page.")
+@click.argument("sweep", metavar="SWEEP")
+@click.option(
+    "-o",
+    "--output",
+    metavar="DIR",
+    help="Folder for table and page.  [default: results/<name of the sweep>]",
+)
+@click.option(
+    "-j",
+    "--jobs",
+    type=click.IntRange(1, 1024),
+    default=lambda: len(os.sched_getaffinity(0)),
+    metavar="N",
+    help="Runs at a time, one thread each.  [default: the number of cores]",
+)
+@click.option(
+    "--cache",
+    "cache_folder",
+    envvar="SOFTACT_CACHE",
+    metavar="DIR",
+    help="Folder of the finished runs.  [default: $SOFTACT_CACHE or results/.runs]",
+)
+@click.option(
+    "--sensitivity",
+    type=click.Choice(["sobol", "morris"]),
+    help="Sample the axes for sensitivity indices and compute them.",
+)
+@click.option("--list", "only_list", is_flag=True, help="List the points; compute nothing.")
+@click.option("--scheduler", metavar="tcp://HOST:PORT", help="Compute on a Dask cluster.")
+@click.option("--slurm", is_flag=True, help="Start -j Dask workers as SLURM jobs.")
+@click.option(
+    "--slurm-option",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="Of dask_jobqueue.SLURMCluster, such as queue=short or walltime=02:00:00.",
+)
+def sweep(
+    sweep: str,
+    output: str | None,
+    jobs: int,
+    cache_folder: str | None,
+    sensitivity: str | None,
+    only_list: bool,
+    scheduler: str | None,
+    slurm: bool,
+    slurm_option: tuple[str, ...],
+) -> None:
+    """Compute all points of a sweep file: a base spec, axes over its paths, a design.
+
+    Finished runs are kept and never done again, by this sweep or another; stopped at any moment,
+    the same command goes on where it was. Writes sweep.csv, sweep.parquet, curves.h5 and
+    sweep.html. Exits with 1 when a run failed that another try may save (a solver that was
+    killed), else with 0: a point without equilibrium is a row like any other.
+
+    \b
+    Examples:
+      softact sweep configs/sweeps/pneunet_wall.yaml -j 4
+      softact sweep thick.yaml --sensitivity sobol
+    """
+    from softact.sweep import table
+    from softact.sweep.cache import DEFAULT, Cache
+    from softact.sweep.output import written_alone
+    from softact.sweep.sensitivity import sample_of
+    from softact.sweep.spec import Sweep, read
+    from softact.sweep.study import open_study
+    from softact.sweep.trends import verdicts
+
+    started = time.monotonic()
+    study, base = read(Path(sweep), Sweep)
+    directory = Path(output) if output else Path("results") / study.name
+    cache = Cache(Path(cache_folder or DEFAULT), warn=lambda line: click.echo(line, err=True))
+    sample = sample_of(sensitivity, study) if sensitivity else None
+    with written_alone(directory):
+        opened = open_study(study, base, cache, directory / ".plan.json", sample and sample.points)
+    kept, total = len(opened.points) - _open(opened), len(opened.points)
+    click.echo(f"{total} points, {kept} of them known; runs in {cache.directory}")
+    if only_list:
+        _list(opened)
+        return
+    try:
+        if opened.missing():
+            _compute(opened, _runner(jobs, scheduler, slurm, slurm_option), total, kept)
+    finally:
+        with written_alone(directory):
+            rows = table.write(opened, directory)
+            seen = verdicts(opened, rows)
+            _write_page(opened, rows, seen, sample, directory)
+    for verdict in seen:
+        click.echo(f"trend: {verdict.text}")
+    _sum_up(opened, rows, directory, time.monotonic() - started)
+
+
+def _open(study) -> int:
+    missing = set(study.missing())
+    return sum(point.key in missing for point in study.points)
+
+
+def _list(study) -> None:
+    for number, point in enumerate(study.points):
+        answer = study.answer(point)
+        status = answer.status.replace("_", " ") if answer else "not computed"
+        click.echo(f"{number:5d}  {point.key or '-':32s}  {status:14s}  {point.text()}")
+
+
+def _runner(jobs: int, scheduler: str | None, slurm: bool, options: tuple[str, ...]):
+    from softact.sweep.study import locally
+
+    if slurm or scheduler:
+        from softact.sweep.cluster import on_scheduler, on_slurm
+
+        return on_slurm(jobs, options) if slurm else on_scheduler(scheduler)
+    return locally(jobs)
+
+
+def _compute(study, runner, total: int, kept: int) -> None:
+    from softact.cli._points import Points
+
+    with Points(total, kept) as progress:
+        study.compute(runner, progress)
+
+
+def _write_page(study, rows, seen, sample, directory: Path) -> None:
+    from softact.results import csv_text, write_atomic
+    from softact.sweep import page, sensitivity
+
+    sections = []
+    if sample is not None:
+        found = sensitivity.indices(sample, study, rows)
+        write_atomic(directory / "sensitivity.csv", csv_text(found.rows))
+        sections = sensitivity.section(found)
+        for line in found.notes:
+            click.echo(line, err=True)
+    write_atomic(directory / "sweep.html", page.html(study, rows, seen, sections))
+
+
+def _sum_up(study, rows, directory: Path, seconds: float) -> None:
+    from softact.cli._points import duration
+
+    counts = {name: sum(row["status"] == name for row in rows) for name in
+              ("complete", "no_equilibrium", "failed", "invalid_spec")}  # fmt: skip
+    said = ", ".join(f"{n} {name.replace('_', ' ')}" for name, n in counts.items() if n)
+    click.echo(f"{said}; {study.computed} computed now, in {duration(seconds)}")
+    click.echo(f"page: {directory / 'sweep.html'}")
+    again = [a for a in study.answers.values() if a.transient]
+    if again:
+        click.echo(
+            f"{len(again)} runs failed in a way that may not come again, such as: "
+            f"{again[0].cause}; the same command tries them once more",
+            err=True,
+        )
+        sys.exit(1)

@@ -1,0 +1,134 @@
+"""Finished runs in one folder, each under its key; shared by any number of sweeps at once.
+
+``<key[:2]>/<key>``: result folders with a record. ``tmp``: runs under way. ``locks``: one file for
+each key; who computes a run holds its lock (flock), which the kernel takes back from the dead.
+``journal.csv``: a line for each run that was computed.
+"""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import os
+import shutil
+import socket
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from softact.errors import SpecError
+from softact.run import CannotWriteError
+from softact.sweep import record
+from softact.sweep.record import DamagedError, Record
+
+DEFAULT = Path("results") / ".runs"
+
+
+class BusyError(Exception):
+    """Somebody else computes this run at the moment."""
+
+
+class Cache:
+    """The folder of the runs.
+
+    warn: called with one line for each damaged run that was thrown away.
+    Raises SpecError where the folder cannot be made or may not be written.
+    """
+
+    def __init__(self, directory: Path, warn: Callable[[str], None] = lambda line: None):
+        self.directory, self.warn = Path(directory), warn
+        try:
+            for name in ("tmp", "locks"):
+                (self.directory / name).mkdir(parents=True, exist_ok=True)
+            probe = self.directory / "tmp" / f"probe.{os.getpid()}.{time.monotonic_ns()}"
+            probe.write_bytes(b"softact")
+            probe.unlink()
+        except OSError as error:
+            raise SpecError(_cannot(self.directory, error)) from None
+
+    def folder(self, key: str) -> Path:
+        """Where the result folder of a run is, or would be."""
+        return self.directory / key[:2] / key
+
+    def find(self, key: str) -> Record | None:
+        """The run, None where it is not there or damaged."""
+        try:
+            return record.load(key, self.folder(key))
+        except (DamagedError, OSError, ValueError, KeyError, TypeError):
+            return None
+
+    @contextmanager
+    def lock(self, key: str, wait: bool = True) -> Iterator[None]:
+        """Hold the right to compute a run. Raises BusyError where ``wait`` is false."""
+        with open(self.directory / "locks" / key, "a") as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+            except BlockingIOError:
+                raise BusyError(key) from None
+            yield
+
+    @contextmanager
+    def workspace(self, key: str) -> Iterator[Path]:
+        """A fresh folder to compute a run in; whoever calls holds its lock."""
+        self._clear(key)
+        folder = self.directory / "tmp" / f"{key}.{os.getpid()}"
+        folder.mkdir()
+        try:
+            yield folder
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+
+    def _clear(self, key: str) -> None:
+        """Remove what a run that was killed has left, and a damaged result."""
+        for left in (self.directory / "tmp").glob(f"{key}.*"):
+            shutil.rmtree(left, ignore_errors=True)
+        folder = self.folder(key)
+        if not folder.exists():
+            return
+        try:
+            record.load(key, folder)
+            why = "it cannot be read"
+        except (DamagedError, OSError, ValueError, KeyError, TypeError) as error:
+            why = str(error)
+        self.warn(f"{folder}: the kept run is damaged ({why}); it is computed anew")
+        shutil.rmtree(folder)
+
+    def keep(self, found: Record, results: Path) -> None:
+        """Move a finished result folder into the cache, all at once; its lock is held."""
+        try:
+            record.store(found, results)
+            for path in results.iterdir():
+                _sync(path)
+            target = self.folder(found.key)
+            target.parent.mkdir(exist_ok=True)
+            _sync(results)
+            results.rename(target)
+            _sync(target.parent)
+            self._journal(found)
+        except OSError as error:
+            raise CannotWriteError(_cannot(self.directory, error)) from None
+
+    def _journal(self, found: Record) -> None:
+        when = time.strftime("%Y-%m-%dT%H:%M:%S")
+        line = f"{when},{found.key},{found.status},{found.seconds:.3f},{socket.gethostname()}\n"
+        # One write of a line to a file that is opened for appending is never torn.
+        handle = os.open(self.directory / "journal.csv", os.O_WRONLY | os.O_APPEND | os.O_CREAT)
+        try:
+            os.write(handle, line.encode())
+        finally:
+            os.close(handle)
+
+
+def _sync(path: Path) -> None:
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def _cannot(directory: Path, error: OSError) -> str:
+    if error.errno in (errno.ENOSPC, errno.EDQUOT):
+        return f"{directory}: the disk is full; what was finished is kept"
+    return f"{directory}: cannot be written ({error.strerror}); name another folder with --cache"

@@ -1,0 +1,83 @@
+"""One run by its key: taken from the cache, or computed and put there."""
+
+from __future__ import annotations
+
+import errno
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from softact.errors import SoftactError
+from softact.results import read
+from softact.run import CannotWriteError, SolverCrashError, run
+from softact.spec import Spec
+from softact.sweep import record, shape
+from softact.sweep.cache import Cache
+from softact.sweep.record import Record
+
+FAILED, INVALID = "failed", "invalid_spec"
+
+
+@dataclass(frozen=True)
+class Answer:
+    """How a point ended.
+
+    record: of its run, None where there is none. status: the record's, "failed" or
+    "invalid_spec". cause: why it is not complete, "" where it is. cached: whether the run was
+    there before. transient: whether another try could end better (a solver that was killed).
+    """
+
+    key: str | None
+    record: Record | None
+    status: str
+    cause: str
+    cached: bool = False
+    transient: bool = False
+
+
+def of_record(found: Record, cached: bool) -> Answer:
+    """The answer that a finished run gives."""
+    return Answer(found.key, found, found.status, found.cause, cached)
+
+
+def compute(spec: Spec, key: str, cache: Cache, wait: bool = True) -> Answer:
+    """Solve ``spec`` on one thread unless its run is in the cache; keep the run there.
+
+    wait: for somebody else who computes it; else BusyError is raised. Raises CannotWriteError
+    where the disk is full or read-only: there is no sense in going on. Whatever else goes wrong
+    is told in the answer.
+    """
+    with cache.lock(key, wait):
+        found = cache.find(key)
+        if found is not None:
+            return of_record(found, cached=True)
+        try:
+            with cache.workspace(key) as folder:
+                return of_record(_solve(spec, key, folder, cache), cached=False)
+        except CannotWriteError as error:
+            raise _full(error, cache) from None
+        except SoftactError as error:
+            transient = isinstance(error, SolverCrashError) or error.exit_code == 70
+            return Answer(key, None, FAILED, "; ".join(error.lines), transient=transient)
+        except OSError as error:
+            if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EROFS):
+                raise _full(CannotWriteError(str(error)), cache) from None
+            return Answer(key, None, FAILED, str(error), transient=True)
+
+
+def _solve(spec: Spec, key: str, folder: Path, cache: Cache) -> Record:
+    started = time.perf_counter()
+    results = folder / "results"
+    run(spec, results, report=False, threads=1, scratch=folder)
+    finished = read(results)
+    shape.store(finished)
+    found = record.from_results(key, finished, time.perf_counter() - started)
+    cache.keep(found, results)
+    return found
+
+
+def _full(error: CannotWriteError, cache: Cache) -> CannotWriteError:
+    words = " ".join(error.lines)
+    if "No space" in words or "quota" in words:
+        words = f"{cache.directory}: the disk is full; what was finished is kept"
+    return CannotWriteError(words)

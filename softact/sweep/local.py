@@ -1,0 +1,65 @@
+"""Runs on this machine: so many at a time, each in processes of its own with one thread."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
+from queue import Empty, SimpleQueue
+
+from softact.spec import Spec
+from softact.sweep.cache import BusyError, Cache
+from softact.sweep.compute import Answer, compute
+
+_WAIT_S = 0.2  # before a run that somebody else computes is looked at again
+
+#: Runs to be done: key -> function that makes its spec, called when its turn comes.
+Jobs = Mapping[str, Callable[[], Spec]]
+
+
+def run_all(jobs: Jobs, cache: Cache, count: int) -> Iterator[Answer]:
+    """Compute all jobs, ``count`` at a time; yields each answer when it comes.
+
+    A run that another sweep computes at the moment is waited for, the others first. Raises
+    CannotWriteError where the disk is full; the runs under way then end with this process, and so
+    they do at a KeyboardInterrupt: the threads that wait for them are daemons.
+    """
+    waiting = deque(jobs)
+    answers: SimpleQueue[Answer | BaseException] = SimpleQueue()
+    stop = threading.Event()
+
+    def work() -> None:
+        while not stop.is_set():
+            try:
+                key = waiting.popleft()
+            except IndexError:
+                return
+            try:
+                answers.put(compute(jobs[key](), key, cache, wait=False))
+            except BusyError:
+                waiting.append(key)
+                time.sleep(_WAIT_S)
+            except BaseException as error:
+                answers.put(error)
+                return
+
+    for _ in range(min(count, len(jobs))):
+        threading.Thread(target=work, daemon=True).start()
+    try:
+        for _ in range(len(jobs)):
+            yield _next(answers)
+    finally:
+        stop.set()
+
+
+def _next(answers: SimpleQueue[Answer | BaseException]) -> Answer:
+    while True:
+        try:
+            # With a time limit, so that Ctrl-C is heard at once.
+            found = answers.get(timeout=1.0)
+        except Empty:
+            continue
+        if isinstance(found, BaseException):
+            raise found
+        return found

@@ -1,0 +1,215 @@
+"""sweep.html: the results of a study on one page that needs no network."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import json
+import math
+from collections import Counter
+from collections.abc import Sequence
+from html import escape
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+
+from softact.report import base, labels
+from softact.report.base import Section
+from softact.report.curves import is_place
+from softact.results import COMPLETE, csv_text
+from softact.sweep import shape
+from softact.sweep.study import Study
+from softact.sweep.table import Row, measure_columns
+from softact.sweep.trends import Verdict
+
+MOST_CURVES = 300
+MOST_SHAPES = 150
+MOST_FAILURES = 200
+
+_PARETO = """
+<div class="controls">
+<label>Across <select id="first"></select></label>
+<select id="firstgoal" aria-label="Goal across"><option value="1">more is better</option>
+<option value="-1">less is better</option></select>
+<label>Up <select id="second"></select></label>
+<select id="secondgoal" aria-label="Goal up"><option value="-1">less is better</option>
+<option value="1">more is better</option></select>
+</div>
+<div class="pair"><div id="front" class="tall"></div>
+<div id="onepoint" aria-live="polite"><p class="note">Click on a point: its values and its shape are
+shown here.</p></div></div>"""
+_CURVES = """
+<div class="controls">
+<label>Measure <select id="curve"></select></label> <label>over <select id="load"></select></label>
+<label>Colour <select id="colour"></select></label>
+</div>
+<div id="curves" class="tall"></div><p class="note" id="curvenote"></p>"""
+_EFFECTS = """
+<div class="controls"><label>Measure <select id="effect"></select></label></div>
+<p class="note">Line: mean over the complete runs at each value (in up to eight classes of a
+sample); dots: the runs.</p>
+<div id="effects" class="charts"></div>"""
+_PARALLEL = """
+<p class="note">Drag along an axis to keep only the runs in that range; drag its name to move
+it.</p><div class="scroll"><div id="parallel"></div></div>"""
+
+
+def html(study: Study, table: list[Row], verdicts: list[Verdict], more: Sequence[Section]) -> str:
+    """The page. table: ``table.rows``; more: further sections, such as indices."""
+    sweep = study.sweep
+    csv = base.download("sweep.csv", csv_text(table).encode(), text="All rows as CSV")
+    sections = [
+        *trends(verdicts),
+        *more,
+        Section("pareto", "Two measures, and the points that none beats", _PARETO, "Pareto front"),
+        Section("curvesection", "Curves", _CURVES),
+        Section("effectsection", "Main effects", _EFFECTS),
+        Section("parallelsection", "Parallel coordinates", _PARALLEL),
+        *failures(table),
+    ]
+    return base.page(
+        sweep.name,
+        sections,
+        kicker="Sweep over the spec of a soft actuator",
+        kind="sweep",
+        lead=lead(sweep.description, sweep.source) + points_banner(table) + f"<p>{csv}</p>",
+        data={"packed": packed(page_data(study, table))},
+        style=(files("softact.sweep") / "sweep.css").read_text(encoding="utf-8"),
+        script=(files("softact.sweep") / "sweep.js").read_text(encoding="utf-8"),
+    )
+
+
+def packed(data: Any) -> str:
+    """Base64 of gzip of JSON, for data that are large."""
+    raw = json.dumps(data, separators=(",", ":"), allow_nan=False).encode()
+    return base64.b64encode(gzip.compress(raw, 6, mtime=0)).decode()
+
+
+def lead(description: str, source: str) -> str:
+    """What a study says of itself."""
+    said = [f"<p class='lead'>{escape(description)}</p>"] if description else []
+    said += [f"<p class='source'>Source: {escape(source)}</p>"] if source else []
+    return "".join(said)
+
+
+def points_banner(table: list[Row]) -> str:
+    """How many points ended how."""
+    counts = Counter(str(row["status"]) for row in table)
+    words = {"complete": "complete", "no_equilibrium": "without equilibrium before the last load",
+             "failed": "failed", "invalid_spec": "with a spec that cannot be built",
+             "missing": "not computed yet"}  # fmt: skip
+    said = ", ".join(f"{counts[name]} {text}" for name, text in words.items() if counts[name])
+    kind = "good" if set(counts) == {COMPLETE} else "warn"
+    return base.banner(kind, f"{len(table)} points:", f"{said}.")
+
+
+def trends(verdicts: list[Verdict]) -> list[Section]:
+    """The expected trends and what was seen; no section where none is named."""
+    marks = {True: "holds", False: "does not hold", None: "cannot be told"}
+    rows = [(v.text, marks[v.holds], v.trend.source) for v in verdicts]
+    body = base.table(["Trend", "Verdict", "Source"], rows)
+    return [Section("trends", "Expected trends", body)] if rows else []
+
+
+def failures(table: list[Row]) -> list[Section]:
+    """The points that are not complete, with their causes; no section where there is none."""
+    bad = [row for row in table if row["status"] != COMPLETE]
+    rows = [
+        (f"{row['point']}", str(row["status"]).replace("_", " "), str(row["cause"]))
+        for row in bad[:MOST_FAILURES]
+    ]
+    more = ""
+    if len(bad) > MOST_FAILURES:
+        more = f"<p class='note'>The first {MOST_FAILURES} of {len(bad)}.</p>"
+    body = base.table(["Point", "Status", "Cause"], rows) + more
+    return [Section("failures", "Points that are not complete", body)] if rows else []
+
+
+def page_data(study: Study, table: list[Row]) -> dict:
+    """What sweep.js draws: columns, curves and shapes."""
+    measures = shown_measures(table, study)
+    shapes, curves = {}, {}
+    for number in chosen(table, MOST_SHAPES):
+        if found := shape.load(study.cache.folder(str(table[number]["run"]))):
+            shapes[number] = found
+    names = curve_columns(study, measures)
+    for number in chosen(table, MOST_CURVES):
+        record = study.answers[str(table[number]["run"])].record
+        columns = [record.curve(n) if n in record.columns else None for n in names]
+        curves[number] = [None if c is None else _numbers(c) for c in columns]
+    return {
+        "axes": [_column(table, axis.column, axis.title, axis.unit, axis.is_number)
+                 for axis in study.sweep.axes],
+        "measures": [_measure(table, name) for name in measures],
+        "status": [row["status"] for row in table],
+        "run": [row["run"] for row in table],
+        "texts": [point.text() for point in study.points],
+        "options": [" ".join(point.options()) for point in study.points] if len(table) < 2000
+        else [],
+        "cache": str(study.cache.directory),
+        "curves": {"columns": [_label(name) for name in names], "names": names, "of": curves},
+        "shapes": shapes,
+    }  # fmt: skip
+
+
+def shown_measures(table: list[Row], study: Study) -> list[str]:
+    """Measures that are numbers and differ from point to point, places left out."""
+    names = measure_columns(table, study)
+    found = []
+    for name in names:
+        values = [row[name] for row in table if isinstance(row.get(name), float)]
+        finite = [v for v in values if math.isfinite(v)]
+        spread = max(finite, default=0.0) - min(finite, default=0.0)
+        largest = max(map(abs, finite), default=0.0)
+        if spread > 1e-9 * max(largest, 1.0) and not is_place(name, names):
+            found.append(name)
+    return sorted(found, key=_interest)
+
+
+def _interest(name: str) -> int:
+    first = ("bending_angle", "tip_", "elongation", "twist", "reaction", "blocked", "cavity_vol",
+             "max_principal_stress", "max_principal_stretch")  # fmt: skip
+    return next((n for n, start in enumerate(first) if name.startswith(start)), len(first))
+
+
+def curve_columns(study: Study, measures: list[str]) -> list[str]:
+    """Columns of the curves on the page: loads first, then the measures."""
+    records = [a.record for a in study.answers.values() if a.record is not None]
+    names = dict.fromkeys(name for record in records[:50] for name in record.columns)
+    loads = [name for name in names if name.startswith("pressure") and name.endswith("_kPa")]
+    loads = loads or [name for name in names if name == "step_fraction"]
+    return [*loads, *(m for m in measures if m in names and m not in loads)][:24]
+
+
+def chosen(table: list[Row], most: int) -> list[int]:
+    """Points with a run, evenly thinned where there are more than ``most``."""
+    there = [n for n, row in enumerate(table) if row["status"] in (COMPLETE, "no_equilibrium")]
+    if len(there) <= most:
+        return there
+    places = np.unique(np.linspace(0, len(there) - 1, most).round().astype(int))
+    return [there[place] for place in places]
+
+
+def _numbers(values) -> list[float | None]:
+    return [float(f"{v:.6g}") if math.isfinite(v) else None for v in values]
+
+
+def _column(table, name, title, unit, is_number) -> dict:
+    cells = [row.get(name, "") for row in table]
+    if is_number:
+        cells = [c if isinstance(c, float) and math.isfinite(c) else None for c in cells]
+    label = f"{title} ({unit})" if unit else title
+    return {"name": name, "label": label, "number": is_number, "values": cells}
+
+
+def _label(name: str) -> str:
+    return str(labels.column(name))
+
+
+def _measure(table: list[Row], name: str) -> dict:
+    factor = labels.column(name).factor
+    cells = [row.get(name) for row in table]
+    numbers = [c if isinstance(c, float) and math.isfinite(c) else None for c in cells]
+    values = [None if c is None else float(f"{c * factor:.7g}") for c in numbers]
+    return {"name": name, "label": _label(name), "values": values}

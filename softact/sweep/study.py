@@ -1,0 +1,97 @@
+"""A sweep from its file to its rows: what is kept already is read, the rest is computed."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, partial
+from pathlib import Path
+
+from softact.errors import SpecError
+from softact.spec import document
+from softact.sweep.cache import Cache
+from softact.sweep.compute import INVALID, Answer, of_record
+from softact.sweep.local import Jobs, run_all
+from softact.sweep.points import Plan, Point, spec_at
+from softact.sweep.spec import Sweep
+
+#: Computes jobs and yields their answers: ``local.run_all`` with its count, or a cluster.
+Runner = Callable[[Jobs, Cache], Iterator[Answer]]
+
+
+@dataclass
+class Study:
+    """A sweep and what became of its points.
+
+    points: of the design; two may have one key. answers: key -> how its run ended. computed,
+    waited: number of runs computed here, and seconds of wall time spent on that.
+    """
+
+    sweep: Sweep
+    base: document.Document
+    points: list[Point]
+    cache: Cache
+    answers: dict[str, Answer] = field(default_factory=dict)
+    computed: int = 0
+    waited: float = 0.0
+
+    @cached_property
+    def resolved(self) -> dict:
+        """The base with its defaults, as plain data; empty where the base alone is no spec."""
+        try:
+            return spec_at(self.base, ()).model_dump(mode="json", exclude_none=True)
+        except SpecError:
+            return {}
+
+    def answer(self, point: Point) -> Answer | None:
+        """How a point ended, None where it has not been computed yet."""
+        if point.key is None:
+            return Answer(None, None, INVALID, "; ".join(point.faults))
+        return self.answers.get(point.key)
+
+    def read_kept(self) -> None:
+        """Take over what the cache holds."""
+        for key in self.missing():
+            found = self.cache.find(key)
+            if found is not None:
+                self.answers[key] = of_record(found, cached=True)
+
+    def missing(self) -> list[str]:
+        """Keys that have no answer yet, in the order of the points."""
+        keys = dict.fromkeys(point.key for point in self.points if point.key)
+        return [key for key in keys if key not in self.answers]
+
+    def compute(self, runner: Runner, told: Callable[[Point, Answer], None]) -> None:
+        """Compute what is missing; ``told`` is called as each run ends."""
+        changes = {point.key: point.changes for point in reversed(self.points)}
+        first = {point.key: point for point in reversed(self.points)}
+        jobs = {key: partial(spec_at, self.base, changes[key]) for key in self.missing()}
+        started = time.perf_counter()
+        try:
+            for answer in runner(jobs, self.cache):
+                self.answers[answer.key] = answer
+                self.computed += not answer.cached
+                told(first[answer.key], answer)
+        finally:
+            self.waited += time.perf_counter() - started
+
+
+def locally(count: int) -> Runner:
+    """A runner on this machine, ``count`` runs at a time."""
+    return lambda jobs, cache: run_all(jobs, cache, count)
+
+
+def open_study(
+    sweep: Sweep,
+    base: document.Document,
+    cache: Cache,
+    plan_file: Path | None = None,
+    design: Sequence[dict] | None = None,
+) -> Study:
+    """A study of a sweep, with what is kept of it already; ``design`` replaces the sweep's."""
+    plan = Plan(base, plan_file)
+    points = plan.points(sweep.axes, design or sweep.design.points(sweep.axes))
+    study = Study(sweep, base, points, cache)
+    study.read_kept()
+    return study

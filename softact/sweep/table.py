@@ -1,0 +1,132 @@
+"""The results of a study as files: sweep.csv, sweep.parquet, curves.h5."""
+
+from __future__ import annotations
+
+import io
+import math
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from softact.results import csv_text, write_atomic
+from softact.sweep.axes import Axis
+from softact.sweep.study import Study
+
+Row = dict[str, float | str]
+FIRST = ("point", "run", "status", "cause", "seconds")
+
+
+def rows(study: Study) -> list[Row]:
+    """A row for each point: its number, run, status, cause, parameters and measures.
+
+    Measures are those of the last state; where a run stopped early, of the last that was reached.
+    A parameter that the point leaves at the base's value is empty.
+    """
+    found = []
+    for number, point in enumerate(study.points):
+        answer = study.answer(point)
+        row: Row = {
+            "point": number,
+            "run": point.key or "",
+            "status": answer.status if answer else "missing",
+            "cause": answer.cause if answer else "",
+        }
+        for axis in study.sweep.axes:
+            value = point.coordinates.get(axis.title)
+            row[axis.column] = axis.cell(value) if value is not None else base_cell(study, axis)
+        if answer and answer.record:
+            row["seconds"] = answer.record.seconds
+            row |= answer.record.measures
+        found.append(row)
+    return found
+
+
+def base_cell(study: Study, axis: Axis) -> float | str:
+    """What the base has on an axis, as its cells are written; "" where that is nothing."""
+    for data in (study.base.data, study.resolved):
+        value = value_at(data, axis.path[0])
+        if isinstance(value, dict) and len(value) == 1:
+            value = next(iter(value.values()))
+        if value is not None and not isinstance(value, dict | list):
+            return axis.number(value) if axis.is_number else str(value)
+    return ""
+
+
+def value_at(data: Any, path: str) -> Any:
+    """The value at a dotted path of plain data, None where there is none."""
+    for key in path.split("."):
+        if isinstance(data, list):
+            names = [entry.get("name") for entry in data if isinstance(entry, dict)]
+            place = int(key) if key.isdecimal() else names.index(key) if key in names else -1
+            data = data[place] if 0 <= place < len(data) else None
+        else:
+            data = data.get(key) if isinstance(data, dict) else None
+    return data
+
+
+def measure_columns(table: list[Row], study: Study) -> list[str]:
+    """Columns of the rows that are measures."""
+    known = {*FIRST, *(axis.column for axis in study.sweep.axes)}
+    return list(dict.fromkeys(name for row in table for name in row if name not in known))
+
+
+def write(study: Study, directory: Path) -> list[Row]:
+    """Write all files of the table; returns the rows."""
+    table = rows(study)
+    write_atomic(directory / "sweep.csv", csv_text(table))
+    write_atomic(directory / "sweep.parquet", parquet(table))
+    curves(study, directory / "curves.h5")
+    return table
+
+
+def parquet(table: list[Row]) -> bytes:
+    """The rows as Parquet; a cell that is empty in a column of numbers is null."""
+    import pyarrow
+    from pyarrow import parquet as files
+
+    columns = {}
+    for name in dict.fromkeys(name for row in table for name in row):
+        cells = [row.get(name, "") for row in table]
+        if any(isinstance(cell, str) and cell for cell in cells) or all(c == "" for c in cells):
+            columns[name] = pyarrow.array([str(cell) for cell in cells], pyarrow.string())
+        elif name == "point":
+            columns[name] = pyarrow.array(cells, pyarrow.int64())
+        else:
+            numbers = [None if cell == "" else float(cell) for cell in cells]
+            columns[name] = pyarrow.array(numbers, pyarrow.float64())
+    out = io.BytesIO()
+    files.write_table(pyarrow.table(columns), out)
+    return out.getvalue()
+
+
+def curves(study: Study, path: Path) -> None:
+    """All curves in one HDF5 file, one after the other.
+
+    Datasets: ``run`` (r,) keys; ``first`` (r,) and ``count`` (r,) the rows of each run;
+    ``step`` (n,); ``columns/<name>`` (n,) float64, NaN where a run lacks the column.
+    """
+    import h5py
+
+    records = [a.record for a in study.answers.values() if a.record is not None]
+    counts = np.array([len(record.table) for record in records], np.int64)
+    first = np.concatenate([[0], np.cumsum(counts)[:-1]]) if len(counts) else counts
+    names = list(dict.fromkeys(name for record in records for name in record.columns))
+    stacked = {name: np.full(int(counts.sum()), math.nan) for name in names}
+    for record, start, count in zip(records, first, counts, strict=True):
+        for number, name in enumerate(record.columns):
+            stacked[name][start : start + count] = record.table[:, number]
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        with h5py.File(temporary, "w") as file:
+            text = h5py.string_dtype()
+            file.create_dataset("run", data=[r.key for r in records], dtype=text)
+            file["first"], file["count"] = first, counts
+            steps = [step for record in records for step in record.steps]
+            file.create_dataset("step", data=steps, dtype=text)
+            for name, values in stacked.items():
+                file.create_dataset(f"columns/{name}", data=values, compression="gzip")
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)

@@ -1,0 +1,63 @@
+"""Whether the trends that a sweep names are seen in its rows."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+from softact.results import COMPLETE
+from softact.sweep.spec import Trend
+from softact.sweep.study import Study
+from softact.sweep.table import Row
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """holds: None where it cannot be told. text: the trend and what was seen, in words."""
+
+    trend: Trend
+    holds: bool | None
+    text: str
+
+
+def verdicts(study: Study, table: list[Row]) -> list[Verdict]:
+    """A verdict for each trend of the sweep."""
+    return [_verdict(study, table, trend) for trend in study.sweep.trends]
+
+
+def _verdict(study: Study, table: list[Row], trend: Trend) -> Verdict:
+    axis = next(a for a in study.sweep.axes if a.title == trend.axis)
+    words = {"rise": "rises with", "fall": "falls with", "peak": "peaks inside the range of",
+             "dip": "has its lowest value inside the range of"}  # fmt: skip
+    said = f"{trend.measure} {words[trend.does]} {trend.axis}"
+    lines = [line for line in _lines(study, table, axis, trend.measure) if len(line) > 1]
+    if not lines:
+        return Verdict(trend, None, f"{said}: cannot be told, fewer than two complete runs have it")
+    wrong = [line for line in lines if not _does(trend.does, [y for _, y in line])]
+    shown = ", ".join(f"{x:g}: {y:.4g}" for x, y in (wrong or lines)[0])
+    if wrong:
+        many = f" in {len(wrong)} of {len(lines)} series" if len(lines) > 1 else ""
+        return Verdict(trend, False, f"{said}: not so{many} ({shown})")
+    return Verdict(trend, True, f"{said}: so it is ({shown})")
+
+
+def _lines(study: Study, table: list[Row], axis, measure: str):
+    """(value, measure) along an axis, all other axes the same, for each setting of the others."""
+    others = [a.column for a in study.sweep.axes if a is not axis]
+    found: dict[tuple, list[tuple[float, float]]] = {}
+    for row in table:
+        x, y = row.get(axis.column), row.get(measure)
+        usable = row["status"] == COMPLETE and isinstance(x, float) and isinstance(y, float)
+        if usable and y == y:
+            found.setdefault(tuple(row.get(name, "") for name in others), []).append((x, y))
+    return [sorted(line) for line in found.values()]
+
+
+def _does(what: str, y: list[float]) -> bool:
+    pairs = list(itertools.pairwise(y))
+    if what == "rise":
+        return all(a < b for a, b in pairs)
+    if what == "fall":
+        return all(a > b for a, b in pairs)
+    best = max(y) if what == "peak" else min(y)
+    return best not in (y[0], y[-1])

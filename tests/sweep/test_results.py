@@ -1,0 +1,128 @@
+"""Rows, files, trends and indices of a study, against the angle that its runs were given."""
+
+import csv
+
+import h5py
+import numpy as np
+import pytest
+from pyarrow import parquet
+
+from softact.sweep import compute as computing
+from softact.sweep import sensitivity, table
+from softact.sweep.cache import Cache
+from softact.sweep.spec import Sweep, read
+from softact.sweep.study import locally, open_study
+from softact.sweep.trends import verdicts
+
+from .folders import CUBE, instead_of_run
+
+AXES = """
+axes:
+  - {path: geometry.length, values: [4 mm, 6 mm, 0 mm, 8 mm]}
+  - {name: side, path: [geometry.width, geometry.height], values: [4 mm, 5 mm]}
+"""
+
+
+def study_of(tmp_path, text, design=None):
+    (tmp_path / "sweep.yaml").write_text(CUBE + text)
+    sweep, base = read(tmp_path / "sweep.yaml", Sweep)
+    points = design(sweep).points if design else None
+    study = open_study(sweep, base, Cache(tmp_path / "runs"), design=points)
+    study.compute(locally(2), lambda point, answer: None)
+    return study
+
+
+@pytest.fixture(autouse=True)
+def without_solver(monkeypatch):
+    monkeypatch.setattr(computing, "run", instead_of_run)
+
+
+def test_a_row_for_each_point_with_its_parameters_measures_and_cause(tmp_path):
+    study = study_of(tmp_path, AXES)
+    table.write(study, tmp_path)
+    with open(tmp_path / "sweep.csv") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 8
+    for row in rows:
+        length = float(row["geometry.length_mm"])
+        if length:
+            assert row["status"] == "complete"
+            assert float(row["bending_angle_deg"]) == 10.0 * length
+        else:
+            assert (row["status"], row["bending_angle_deg"]) == ("invalid_spec", "")
+            assert "would vanish" in row["cause"]
+    read_back = parquet.read_table(tmp_path / "sweep.parquet").to_pylist()
+    assert [r["bending_angle_deg"] for r in read_back] == [
+        float(r["bending_angle_deg"]) if r["bending_angle_deg"] else None for r in rows
+    ]
+    assert [r["run"] for r in read_back] == [r["run"] for r in rows]
+
+
+def test_curves_of_all_runs_in_one_file(tmp_path):
+    study = study_of(tmp_path, AXES)
+    table.write(study, tmp_path)
+    with h5py.File(tmp_path / "curves.h5") as file:
+        keys = file["run"].asstr()[()]
+        for key, first, count in zip(keys, file["first"], file["count"], strict=True):
+            angles = file["columns/bending_angle_deg"][first : first + count]
+            assert np.array_equal(angles, study.answers[key].record.curve("bending_angle_deg"))
+    assert len(keys) == 6
+
+
+def test_one_at_a_time_fills_in_what_the_base_has(tmp_path):
+    study = study_of(tmp_path, "design: one_at_a_time\n" + AXES)
+    rows = table.rows(study)
+    assert (rows[0]["geometry.length_mm"], rows[0]["side_mm"]) == (4.0, 4.0)
+    assert [(r["geometry.length_mm"], r["side_mm"]) for r in rows[-2:]] == [(4.0, 4.0), (4.0, 5.0)]
+    assert rows[0]["run"] == rows[1]["run"] == rows[-2]["run"]  # one run for all three
+    assert study.computed == 4
+
+
+@pytest.mark.parametrize(
+    ("does", "holds"), [("rise", True), ("fall", False), ("peak", False), ("dip", False)]
+)
+def test_trends_are_seen(tmp_path, does, holds):
+    trend = f"trends: [{{measure: bending_angle_deg, axis: geometry.length, does: {does}}}]\n"
+    study = study_of(tmp_path, trend + AXES)
+    (verdict,) = verdicts(study, table.rows(study))
+    assert verdict.holds is holds
+    assert "4: 40, 6: 60, 8: 80" in verdict.text
+
+
+def test_trend_of_a_measure_that_is_not_there_cannot_be_told(tmp_path):
+    trend = "trends: [{measure: grip_N, axis: side, does: rise}]\n"
+    study = study_of(tmp_path, trend + AXES)
+    (verdict,) = verdicts(study, table.rows(study))
+    assert verdict.holds is None
+
+
+RANGES = """
+design: {kind: grid, samples: 64}
+axes:
+  - {path: geometry.length, from: 4 mm, to: 8 mm}
+  - {path: geometry.width, from: 4 mm, to: 8 mm}
+"""
+
+
+@pytest.mark.parametrize("kind", ["sobol", "morris"])
+def test_indices_of_a_measure_that_one_axis_makes_alone(tmp_path, kind):
+    """The angle is 10 deg for each mm of length: Sobol's index is 1, Morris's effect 40 deg."""
+
+    samples = {}
+
+    def design(sweep):
+        fewer = sweep.design.model_copy(update={"samples": 8})
+        small = sweep.model_copy(update={"design": fewer})
+        samples["of"] = sensitivity.sample_of(kind, small)
+        return samples["of"]
+
+    study = study_of(tmp_path, RANGES, design)
+    found = sensitivity.indices(samples["of"], study, table.rows(study))
+    angle = {r["axis"]: r for r in found.rows if r["measure"] == "bending_angle_deg"}
+    if kind == "sobol":
+        assert angle["geometry.length"]["total"] == pytest.approx(1.0, abs=0.3)
+        assert angle["geometry.width"]["total"] == pytest.approx(0.0, abs=1e-9)
+    else:
+        assert angle["geometry.length"]["mean_effect"] == pytest.approx(40.0)
+        assert angle["geometry.width"]["mean_effect"] == pytest.approx(0.0, abs=1e-9)
+    assert found.notes == []
