@@ -1,16 +1,20 @@
 """The actuators that softact can mesh: one file each, one line each in the registry."""
 
+from softact.geometries.antagonistic import Antagonistic
 from softact.geometries.block import Block
 from softact.geometries.omnidirectional import Omnidirectional
 from softact.geometries.pneunet import Pneunet
+from softact.geometries.shell_reinforced import ShellReinforced
 from softact.geometries.slow_pneunet import SlowPneunet
 from softact.geometries.thick_sphere import ThickSphere
 from softact.geometries.tube import Tube
 
 GEOMETRIES = {
+    "antagonistic": Antagonistic,
     "block": Block,
     "omnidirectional": Omnidirectional,
     "pneunet": Pneunet,
+    "shell_reinforced": ShellReinforced,
     "slow_pneunet": SlowPneunet,
     "thick_sphere": ThickSphere,
     "tube": Tube,

@@ -4,14 +4,14 @@ Xavier et al. (2021), Sensors and Actuators A 332:113199. Run by itself it write
 ``python geometries/omnidirectional.py --cavities 4 -o bellows.msh``.
 """
 
-from math import asin, ceil, cos, pi, sin
+from math import asin, cos, pi, sin
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from softact.boxes import OUTSIDE, Plane
 from softact.geometry import THINNEST, Geometry, Layout, main
-from softact.prisms import EDGES_OF_A_CIRCLE, Prism, Prisms, Shapes
+from softact.prisms import Prism, Prisms, Shapes, lacking
 from softact.units import Length
 
 
@@ -40,6 +40,11 @@ class Omnidirectional(Geometry):
     channels: bool = Field(
         True, description="join the chambers of a cavity by a channel through the gaps; else solid"
     )
+    core_radius: Length | None = Field(
+        None,
+        description="radius of a solid core around which the chambers lie; by default they reach "
+        "in to the axis",
+    )
     on_top: Literal["cavity", "wall"] = Field(
         "cavity", description="what lies in the plane y = 0 above the axis"
     )
@@ -63,14 +68,18 @@ class Omnidirectional(Geometry):
                 f"{self.midsection_radius:g} mm is not less than actuator_radius "
                 f"({self.actuator_radius:g} mm): the gaps would vanish",
             )
-        inside = max(self._apex, self.channel_radius if self.channels else 0.0)
+        inside = max(
+            self._apex, self.core_radius or 0.0, self.channel_radius if self.channels else 0.0
+        )
         if self.chamber_radius - inside < THINNEST:
             yield (
                 "top_wall",
-                f"{self.top_wall:g} mm leaves nothing beside the inner walls or the channels in "
-                "the gaps: the chambers would vanish",
+                f"{self.top_wall:g} mm leaves nothing beside the inner walls, the core or the "
+                "channels in the gaps: the chambers would vanish",
             )
-        if self.channels and self.channel_radius - self._apex < THINNEST:
+        if self.channels and self.core_radius is not None:
+            yield "core_radius", "a solid core has no channels; write channels: false"
+        elif self.channels and self.channel_radius - self._apex < THINNEST:
             yield (
                 "midsection_radius",
                 f"{self.midsection_radius:g} mm less the side walls and the inner walls leaves no "
@@ -136,7 +145,10 @@ class Omnidirectional(Geometry):
 
     def _cavity(self) -> float:
         """Volume of a whole cavity."""
-        chambers = self.modules * self.chamber_length * self._sector(self.chamber_radius)
+        section = self._sector(self.chamber_radius)
+        if self.core_radius is not None and self.core_radius > self._apex:
+            section -= self._sector(self.core_radius)
+        chambers = self.modules * self.chamber_length * section
         if not self.channels:
             return chambers
         between = (self.modules - 1) * (self.pitch - self.chamber_length)
@@ -152,19 +164,19 @@ class Omnidirectional(Geometry):
         return {"body": body, "clamp": half * disc, "tip": half * disc, **cavities}
 
     def volume_tolerance(self, name: str) -> float:
-        def lacking(radius):
+        def lost(radius):
             """Area between a circle and its polygon, at most."""
-            edges = max(EDGES_OF_A_CIRCLE, ceil(2 * pi * radius / self.mesh_size))
-            return pi * radius**2 * (2 * pi / edges) ** 2 / 6
+            return pi * radius**2 * lacking(radius, self.mesh_size)
 
         share = 1 if name in ("body", "clamp", "tip") else 1 / self.cavities
         if name in ("clamp", "tip"):
-            return lacking(self.actuator_radius) / (pi * self.actuator_radius**2)
-        air = self.modules * self.chamber_length * lacking(self.chamber_radius)
-        air += self.length * lacking(self.channel_radius) if self.channels else 0.0
+            return lost(self.actuator_radius) / (pi * self.actuator_radius**2)
+        air = self.modules * self.chamber_length * lost(self.chamber_radius)
+        inner = self.channel_radius if self.channels else self.core_radius or 0.0
+        air += self.length * lost(inner) if inner else 0.0
         if share < 1:
             return share * air / self._cavity()
-        skin = self.length * (lacking(self.actuator_radius) + lacking(self.midsection_radius))
+        skin = self.length * (lost(self.actuator_radius) + lost(self.midsection_radius))
         return (air + skin) * (0.5 if self.symmetry else 1) / self.volumes()["body"]
 
     def _shapes(self, occ) -> Shapes:
@@ -178,7 +190,12 @@ class Omnidirectional(Geometry):
                 ("chamber", self.chamber_radius),
                 ("channel", self.channel_radius),
             ):
-                shapes[f"{kind} of {name}"] = [(2, self._add_sector(occ, angle, radius))]
+                sector = [(2, self._add_sector(occ, angle, radius))]
+                if self.core_radius is not None:
+                    sector, _ = occ.cut(
+                        sector, [(2, occ.addDisk(0, 0, 0, *[self.core_radius] * 2))]
+                    )
+                shapes[f"{kind} of {name}"] = sector
         if self.symmetry:
             size = 2 * self.actuator_radius
             for name, faces in shapes.items():

@@ -22,6 +22,12 @@ TRIANGLE = 2  # gmsh's number
 Shapes = dict[str, list[tuple[int, int]]]
 
 
+def lacking(radius: float, size: float, circle_edges: int = EDGES_OF_A_CIRCLE) -> float:
+    """Share of a circle's area that its polygon lacks at most: sin(a)/a < 1 − a²/6 + a⁴/120 for
+    edges that span the angle a."""
+    return min(2 * pi / circle_edges, size / radius) ** 2 / 6
+
+
 @dataclass(frozen=True)
 class Prism:
     """The shape ``shape`` of the section from x = ``start`` to ``end`` (mm), filled with ``name``:
@@ -64,6 +70,7 @@ class Prisms:
     and returns their dimension and tag pairs by name. regions, cavities: which names are solid and
     which are air; a wall between a region and a cavity is in the surface of the cavity's name.
     planes: names for parts of the outside (any axis); what no plane takes is ``outer``.
+    circle_edges: the least number of edges of a full circle.
     """
 
     shapes: Callable[[object], Shapes]
@@ -72,6 +79,7 @@ class Prisms:
     cavities: tuple[str, ...] = ()
     planes: tuple[Plane, ...] = ()
     skins: tuple[Skin, ...] = ()
+    circle_edges: int = EDGES_OF_A_CIRCLE
 
     def lines(self, size: float, cavity_size: float) -> np.ndarray:
         """Planes of the grid along x, at most ``size`` apart, ``cavity_size`` beside a cavity."""
@@ -94,11 +102,15 @@ class Prisms:
         everything = [tag for tags in shapes.values() for tag in tags]
         _, origins = occ.fragment(everything[:1], everything[1:])
         occ.synchronize()
+        # Intersections leave curves behind that bound nothing.
+        loose = [c for c in gmsh.model.getEntities(1) if not len(gmsh.model.getAdjacencies(*c)[0])]
+        occ.remove(loose, recursive=True)
+        occ.synchronize()
         faces: dict[str, set[int]] = {}
         remaining = iter(origins)
         for name, tags in shapes.items():
             faces[name] = {tag for _ in tags for _, tag in next(remaining)}
-        _divide_curves(gmsh, size)
+        _divide_curves(gmsh, size, self.circle_edges)
         gmsh.option.setNumber("Mesh.MeshSizeMax", size)
         gmsh.option.setNumber("Mesh.Algorithm", 6)
         gmsh.model.mesh.generate(2)
@@ -140,13 +152,13 @@ def _extrude(occ, shapes: Shapes, prism: Prism) -> list[tuple[int, int]]:
     return [entity for entity in made if entity[0] == 3]
 
 
-def _divide_curves(gmsh, size: float) -> None:
+def _divide_curves(gmsh, size: float, circle_edges: int) -> None:
     """Sets the number of edges of every curve: at most ``size`` long, and enough on circles."""
     for _, tag in gmsh.model.getEntities(1):
         length = gmsh.model.occ.getMass(1, tag)
         start, end = (values[0] for values in gmsh.model.getParametrizationBounds(1, tag))
         curvature = gmsh.model.getCurvature(1, tag, [(start + end) / 2])[0]
-        longest = min(size, 2 * pi / EDGES_OF_A_CIRCLE / max(curvature, 1e-9))
+        longest = min(size, 2 * pi / circle_edges / max(curvature, 1e-9))
         edges = max(1, ceil(length / longest - 1e-6))
         gmsh.model.mesh.setTransfiniteCurve(tag, edges + 1)
 

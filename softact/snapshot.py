@@ -40,12 +40,13 @@ class Snapshot:
     """A model in one state. Lengths in mm, stresses in MPa.
 
     previous: the columns of the last accepted row, for what is counted on (angles past 180°,
-    work).
+    work). safety_factor: by which a failure pressure is divided to get the safe one.
     """
 
     model: Model
     state: State
     previous: dict[str, float] = field(default_factory=dict)
+    safety_factor: float = 1.0
 
     @property
     def layout(self):
@@ -163,6 +164,15 @@ class Snapshot:
             values.append(c.reshape(*c.shape[:2], 9))
         c = self.average_at_nodes(values).reshape(-1, 3, 3)
         return np.sqrt(np.maximum(np.linalg.eigvalsh(c), 0.0))
+
+    def quadrature_places(self, solid) -> np.ndarray:
+        """Undeformed places (cells, points, 3), mm, of the quadrature points of a solid."""
+        from softact.forms import QUADRATURE_DEGREE
+
+        points, _ = compat.quadrature_rule(QUADRATURE_DEGREE)
+        barycentric = np.column_stack([1 - points.sum(axis=1), points])
+        vertices = self.positions[self.model.cell_nodes[solid.cells, :4]]
+        return np.einsum("qv,cvi->cqi", barycentric, vertices)
 
     def largest(self, values: np.ndarray) -> tuple[float, np.ndarray]:
         """Largest nodal value over all processes and its undeformed place (3,) in mm."""

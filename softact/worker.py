@@ -149,7 +149,7 @@ class _Recorder:
         from softact.snapshot import Snapshot, gather_nodes
 
         started = time.perf_counter()
-        snapshot = Snapshot(self.model, state, self.row)
+        snapshot = Snapshot(self.model, state, self.row, self.spec.safety_factor)
         row = {"step": attempt.step, "increment": number, "step_fraction": attempt.fraction}
         for measure in self.measures:
             row |= measure.evaluate(snapshot)

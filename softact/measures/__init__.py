@@ -8,6 +8,7 @@ from softact.measures.bending import BENDING
 from softact.measures.contact import CONTACT
 from softact.measures.elongation import ELONGATION
 from softact.measures.energy import ENERGY
+from softact.measures.failure import FAILURE
 from softact.measures.fibres import FIBRES
 from softact.measures.pressure import PRESSURE
 from softact.measures.reaction import REACTION
@@ -30,6 +31,7 @@ MEASURES: dict[str, Measure] = {
         CONTACT,
         STRESS,
         STRAIN,
+        FAILURE,
         FIBRES,
         ENERGY,
     )

@@ -185,6 +185,9 @@ class Spec(Model):
     steps: tuple[Step, ...] = Field(
         strict=False, description="in order; each starts from the last state"
     )
+    safety_factor: Dimensionless = Field(
+        2.0, ge=1, le=100, description="failure pressure over safe pressure"
+    )
     measures: Measures = Field("all", description="'all' or a list (softact list measures)")
     solver: Solver = Field(Solver(), description="how the equilibrium is sought")
 

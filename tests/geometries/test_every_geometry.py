@@ -56,6 +56,14 @@ CASES = [
     ("omnidirectional", {"modules": 2, "cavities": 4, "symmetry": True, "channels": False}),
     ("omnidirectional", {"modules": 2, "on_top": "wall", "symmetry": True, "top_wall": "2 mm"}),
     ("omnidirectional", {"modules": 1, "cavities": 5, "mesh_size": "2 mm"}),
+    ("omnidirectional", {"modules": 2, "channels": False, "core_radius": "4 mm"}),
+    ("antagonistic", {"chambers": 2}),
+    ("antagonistic", {"chambers": 2, "symmetry": True}),
+    ("antagonistic", {"chambers": 1, "symmetry": True, "in_plane": "lower", "top_wall": "3 mm"}),
+    ("shell_reinforced", {}),
+    ("shell_reinforced", {"kind": "linear", "cuts": 4, "symmetry": False}),
+    ("shell_reinforced", {"kind": "linear", "cuts": 3, "strip": "5 mm", "mesh_size": "3 mm"}),
+    ("shell_reinforced", {"cuts": 0, "symmetry": False}),
 ]  # fmt: skip
 
 
@@ -83,12 +91,12 @@ def test_mesh_fills_the_solid_once(geometry, meshed):
 
 
 def test_surfaces_are_the_skin_and_the_layers(geometry, meshed):
-    """Each outer face is in exactly one surface, but for ``base``, which is a part of ``outer``;
-    each triangle of a layer is a face of two cells."""
+    """Each outer face is in exactly one surface, but for ``base`` and ``shell``, which are parts
+    of ``outer``; each triangle of an embedded layer is a face of two cells."""
     solid = meshed(geometry)
     skin = sorted(face for face, cells in solid.faces.items() if len(cells) == 1)
     inside = sorted(face for face, cells in solid.faces.items() if len(cells) == 2)
-    within = {"base": "outer"}
+    within = {"base": "outer", "shell": "outer"}
     named = [
         tuple(triangle)
         for name, triangles in solid.surfaces.items()
@@ -96,13 +104,13 @@ def test_surfaces_are_the_skin_and_the_layers(geometry, meshed):
         for triangle in triangles.tolist()
     ]
     assert sorted(named) == skin
-    for name in solid.layout.layers:
+    for name in set(solid.layout.layers) - set(within):
         layer = set(map(tuple, solid.surfaces[name].tolist()))
         assert layer and layer <= set(inside)
     for part, whole in within.items():
         if part in solid.surfaces:
             parts = set(map(tuple, solid.surfaces[part].tolist()))
-            assert parts and parts < set(map(tuple, solid.surfaces[whole].tolist()))
+            assert parts and parts <= set(map(tuple, solid.surfaces[whole].tolist()))
 
 
 def test_surfaces_have_the_closed_form_areas(geometry, meshed):
@@ -144,7 +152,8 @@ def test_ends_and_symmetry_lie_where_the_layout_says(geometry, meshed):
 
 def test_no_slivers(geometry, meshed):
     """Mean ratio: 1 for a regular tetrahedron, 0.84 for the corner of a cube, 0.32 for that of a
-    cell 10 x 10 x 1; gmsh's own Delaunay mesh of the PneuNet's walls has some at 0.04."""
+    cell 10 x 10 x 1; gmsh's own Delaunay mesh of the PneuNet's walls has some at 0.04. Round
+    sections have small faces where thin walls and circles cross."""
     solid = meshed(geometry)
     edges = [
         solid.points[solid.cells[:, i]] - solid.points[solid.cells[:, j]]
@@ -153,4 +162,4 @@ def test_no_slivers(geometry, meshed):
     ]
     squares = sum((edge**2).sum(axis=1) for edge in edges)
     quality = 12 * np.cbrt(3 * solid.volumes) ** 2 / squares
-    assert quality.min() > 0.15
+    assert quality.min() > (0.06 if geometry.type in ("omnidirectional", "antagonistic") else 0.15)

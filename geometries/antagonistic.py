@@ -1,0 +1,259 @@
+"""An antagonistic bellows: an upper and a lower pair of opposing PneuNets at right angles.
+
+Palacios-Lazo et al. (2025), Actuators 14:540. Run by itself it writes a mesh:
+``python geometries/antagonistic.py --chambers 6 -o bellows.msh``.
+"""
+
+from math import acos, cos, pi, sin, sqrt
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from softact.boxes import OUTSIDE, Plane
+from softact.geometry import THINNEST, Geometry, Layout, main
+from softact.prisms import Prism, Prisms, Shapes, lacking
+from softact.units import Length
+
+CIRCLE_EDGES = 12
+PAIRS = ("upper", "lower")  # upper: at the clamp
+
+
+class Antagonistic(Geometry):
+    """Two pairs of PneuNets in a row along x: the upper pair at the clamp, the lower at the tip.
+
+    The cavities of a pair, a and b, lie on both sides of a central wall; the lower pair is turned
+    by 90 degrees. A cavity is a row of chambers with round tops; in the gaps between them only the
+    central wall and a round midsection with the channel that joins the chambers remain. Two bores
+    along the central wall of the upper pair bring the air to the lower cavities.
+    """
+
+    type: Literal["antagonistic"] = "antagonistic"
+    chambers: Annotated[int, Field(ge=1, le=50)] = Field(6, description="chambers of each cavity")
+    pitch: Length = Field(13.0, description="from one chamber to the next")
+    gap: Length = Field(3.0, description="gap between the chambers, outside")
+    radius: Length = Field(18.0, description="radius of the outside")
+    top_wall: Length = Field(2.0, description="thickness t_w of the round wall of the chambers")
+    side_wall: Length = Field(
+        1.5, description="thickness s_w of the walls that face the gaps, and of the midsection"
+    )
+    central_wall: Length = Field(6.5, description="thickness of the wall between a pair")
+    midsection_radius: Length = Field(8.0, description="outer radius around the channels")
+    bore: Length = Field(3.5, description="diameter of the bores in the upper central wall")
+    bore_distance: Length = Field(11.0, description="distance of the bores from the axis")
+    clamp_plate: Length = Field(5.0, description="solid end at the clamp")
+    middle_plate: Length = Field(4.0, description="solid between upper and lower pair")
+    tip_plate: Length = Field(5.0, description="solid end at the tip")
+    in_plane: Literal["upper", "lower"] = Field(
+        "upper", description="the pair whose cavities a and b lie above and below the axis"
+    )
+    symmetry: bool = Field(
+        False,
+        description="model the half y >= 0 only: the cavity b beside the plane gets the pressure "
+        "of a",
+    )
+    mesh_size: Length = Field(5.0, description="longest edge")
+
+    def faults(self):
+        if self.chamber_length < THINNEST:
+            yield (
+                "pitch",
+                f"leaves {self.chamber_length:g} mm for the length of a chamber: the chambers "
+                "would vanish between their walls and the gaps",
+            )
+        half = self.central_wall / 2
+        if self.chamber_radius - half < THINNEST:
+            yield "top_wall", "leaves no room above the central wall: the chambers would vanish"
+        if self.midsection_radius >= self.radius:
+            yield (
+                "midsection_radius",
+                f"{self.midsection_radius:g} mm is not less than radius ({self.radius:g} mm): the "
+                "gaps would vanish",
+            )
+        if self.channel_radius - half < THINNEST:
+            yield (
+                "midsection_radius",
+                f"{self.midsection_radius:g} mm less the side wall leaves nothing above the "
+                "central wall: the channels between the chambers would vanish",
+            )
+        if self.central_wall - self.bore < THINNEST:
+            yield (
+                "bore",
+                f"{self.bore:g} mm is as thick as the central wall ({self.central_wall:g} mm): the "
+                "walls around the bores would vanish",
+            )
+        if not half < self.bore_distance - self.bore / 2 < self.chamber_radius - self.bore:
+            yield (
+                "bore_distance",
+                f"{self.bore_distance:g} mm does not bring the bores into the lower chambers, "
+                f"{half:g} to {self.chamber_radius:g} mm from the axis",
+            )
+
+    @property
+    def chamber_length(self) -> float:
+        """Length of the air space of a chamber."""
+        return self.pitch - self.gap - 2 * self.side_wall
+
+    @property
+    def chamber_radius(self) -> float:
+        """Radius of the air space in the chambers."""
+        return self.radius - self.top_wall
+
+    @property
+    def channel_radius(self) -> float:
+        """Radius of the air space in the gaps."""
+        return self.midsection_radius - self.side_wall
+
+    @property
+    def length(self) -> float:
+        """Length of the actuator."""
+        plates = self.clamp_plate + self.middle_plate + self.tip_plate
+        return plates + 2 * self.chambers * self.pitch
+
+    def _starts(self) -> dict[str, float]:
+        """Where along x each pair starts."""
+        lower = self.clamp_plate + self.chambers * self.pitch + self.middle_plate
+        return {"upper": self.clamp_plate, "lower": lower}
+
+    def _bore_length(self) -> float:
+        first = self._starts()["lower"] + (self.pitch - self.chamber_length) / 2
+        return first - self.clamp_plate
+
+    def _meshed(self) -> dict[str, tuple[str, float, float]]:
+        """Cavity -> its pair, the direction in which it lies (radians from y), meshed part."""
+        found = {}
+        for pair in PAIRS:
+            above = pair == self.in_plane
+            found[f"{pair}_a"] = pair, pi / 2 if above else 0.0, 1.0
+            found[f"{pair}_b"] = pair, -pi / 2 if above else pi, 1.0
+        if not self.symmetry:
+            return found
+        return {
+            name: (pair, angle, 0.5 if pair == self.in_plane else 1.0)
+            for name, (pair, angle, _) in found.items()
+            if cos(angle) > -0.5
+        }
+
+    def layout(self) -> Layout:
+        cavities = tuple(self._meshed())
+        surfaces = ("clamp", "tip", "outer", *cavities)
+        return Layout(
+            regions=("body",),
+            surfaces=(*surfaces, "symmetry") if self.symmetry else surfaces,
+            cavities={name: (name,) for name in cavities},
+            bending_axis=(0.0, 1.0, 0.0) if self.symmetry else None,
+            symmetry={"symmetry": 1} if self.symmetry else {},
+            length=self.length,
+        )
+
+    def _segment(self, radius: float) -> float:
+        """Area of a circle beyond the central wall, on one side."""
+        h = self.central_wall / 2
+        return radius**2 * acos(h / radius) - h * sqrt(radius**2 - h**2)
+
+    def _cavity(self, pair: str) -> float:
+        n, between = self.chambers, self.pitch - self.chamber_length
+        volume = n * self.chamber_length * self._segment(self.chamber_radius)
+        volume += (n - 1) * between * self._segment(self.channel_radius)
+        bore = pi * self.bore**2 / 4 * self._bore_length()
+        return volume + (bore if pair == "lower" else 0.0)
+
+    def volumes(self) -> dict[str, float]:
+        half = 0.5 if self.symmetry else 1.0
+        disc = pi * self.radius**2
+        notch = 2 * (self._segment(self.radius) - self._segment(self.midsection_radius))
+        outside = self.length * disc - 2 * (self.chambers - 1) * self.gap * notch
+        cavities = {name: part * self._cavity(p) for name, (p, _, part) in self._meshed().items()}
+        air = 2 * sum(self._cavity(pair) for pair in PAIRS)
+        return {
+            "body": half * (outside - air),
+            "clamp": half * disc,
+            "tip": half * disc,
+            **cavities,
+        }
+
+    def volume_tolerance(self, name: str) -> float:
+        def lost(radius):
+            """Area between a circle and its polygon, at most."""
+            return pi * radius**2 * lacking(radius, self.mesh_size, CIRCLE_EDGES)
+
+        if name in ("clamp", "tip"):
+            return lost(self.radius) / (pi * self.radius**2)
+        n, between = self.chambers, self.pitch - self.chamber_length
+        air = n * self.chamber_length * lost(self.chamber_radius) / 2
+        air += n * between * lost(self.channel_radius) / 2
+        air += self._bore_length() * lost(self.bore / 2)
+        if name != "body":
+            return air / self._cavity("upper")
+        skin = self.length * (lost(self.radius) + lost(self.midsection_radius))
+        return (4 * air + skin) * (0.5 if self.symmetry else 1) / self.volumes()["body"]
+
+    def _shapes(self, occ) -> Shapes:
+        """Sections of the outside, of the central walls, of chambers, channels and bores."""
+        size = 2 * self.radius
+
+        def disc(radius, y=0.0, z=0.0):
+            return [(2, occ.addDisk(y, z, 0, radius, radius))]
+
+        def cut_box(faces, start, end, angle):
+            """The part of faces whose distance along a direction is between start and end."""
+            box = [(2, occ.addRectangle(start, -size, 0, end - start, 2 * size))]
+            occ.rotate(box, 0, 0, 0, 0, 0, 1, angle)
+            return occ.intersect(faces, box)[0]
+
+        wall = self.central_wall / 2
+        shapes = {"wide": disc(self.radius), "narrow": disc(self.midsection_radius)}
+        for pair in PAIRS:
+            angle = pi / 2 if pair == self.in_plane else 0.0
+            shapes[f"{pair} wall"] = cut_box(disc(self.radius), -wall, wall, angle)
+        for name, (pair, angle, _) in self._meshed().items():
+            for kind, radius in (
+                ("chamber", self.chamber_radius),
+                ("channel", self.channel_radius),
+            ):
+                shapes[f"{name} {kind}"] = cut_box(disc(radius), wall, size, angle)
+            if pair == "lower":
+                place = self.bore_distance * cos(angle), self.bore_distance * sin(angle)
+                shapes[f"{name} bore"] = disc(self.bore / 2, *place)
+        if self.symmetry:
+            shapes = {name: cut_box(faces, 0.0, size, 0.0) for name, faces in shapes.items()}
+        return shapes
+
+    def solid(self) -> Prisms:
+        """The actuator as prisms painted over each other."""
+        pitch, half = self.pitch, self.chamber_length / 2
+        starts, length = self._starts(), self.length
+        prisms = [Prism("body", "wide", 0.0, length)]
+        for pair, start in starts.items():
+            for i in range(1, self.chambers):
+                middle = start + i * pitch
+                notch = middle - self.gap / 2, middle + self.gap / 2
+                prisms.append(Prism(OUTSIDE, "wide", *notch))
+                prisms += [Prism("body", shape, *notch) for shape in (f"{pair} wall", "narrow")]
+        for name, (pair, _, _) in self._meshed().items():
+            middles = [starts[pair] + (i + 0.5) * pitch for i in range(self.chambers)]
+            if pair == "lower":
+                prisms.append(Prism(name, f"{name} bore", self.clamp_plate, middles[0]))
+            if len(middles) > 1:
+                prisms.append(Prism(name, f"{name} channel", middles[0], middles[-1]))
+            prisms += [Prism(name, f"{name} chamber", x - half, x + half) for x in middles]
+        planes = [Plane("clamp", 0, 0.0), Plane("tip", 0, length)]
+        if self.symmetry:
+            planes.append(Plane("symmetry", 1, 0.0))
+        return Prisms(
+            self._shapes,
+            tuple(prisms),
+            ("body",),
+            tuple(self._meshed()),
+            planes=tuple(planes),
+            circle_edges=CIRCLE_EDGES,
+        )
+
+    def build(self, gmsh) -> None:
+        self.solid().build(gmsh)
+
+    def mesh(self, gmsh) -> None:
+        self.solid().mesh(gmsh, self.mesh_size)
+
+
+if __name__ == "__main__":
+    main(Antagonistic)

@@ -1,0 +1,170 @@
+"""A soft core in a slit shell: the slits say whether it bends or grows longer.
+
+Agarwal et al. (2016), Scientific Reports 6:34224. Run by itself it writes a mesh:
+``python geometries/shell_reinforced.py --cuts 9 -o core.msh``.
+"""
+
+from math import asin, pi
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from softact.boxes import Plane
+from softact.geometry import THINNEST, Geometry, Layout, main
+from softact.prisms import Prism, Prisms, Shapes, Skin, lacking
+from softact.units import Length
+
+
+class ShellReinforced(Geometry):
+    """A round tube of soft material with closed ends, in a thin shell with slits across its axis.
+
+    The shell is the surface ``shell``: give it a layer. Bending kind: each slit runs all around but
+    for a strip along the bottom. Linear kind: each row has two slits between two bridges, on the
+    sides in the first row, above and below in the next, and so on. The cuts are spread evenly over
+    the length of the chamber.
+    """
+
+    type: Literal["shell_reinforced"] = "shell_reinforced"
+    kind: Literal["bending", "linear"] = Field("bending", description="pattern of the slits")
+    cuts: Annotated[int, Field(ge=0, le=200)] = Field(9, description="number of rows of slits")
+    slit: Length = Field(2.0, description="width of the slits along x")
+    strip: Length = Field(3.0, description="width of the strip, or of the bridges, between slits")
+    length: Length = Field(80.0, description="overall length")
+    radius: Length = Field(11.0, description="radius of the core's outside, and of the shell")
+    chamber_radius: Length = Field(8.0, description="radius of the chamber")
+    end: Length = Field(5.0, description="thickness of the solid ends")
+    symmetry: bool = Field(True, description="model the half y >= 0 only")
+    mesh_size: Length = Field(4.0, description="longest edge")
+
+    def faults(self):
+        if self.chamber_radius >= self.radius:
+            yield (
+                "chamber_radius",
+                f"{self.chamber_radius:g} mm is not less than radius ({self.radius:g} mm): the "
+                "wall would vanish",
+            )
+        if self.length - 2 * self.end < THINNEST:
+            yield "end", f"{self.end:g} mm on both sides fills the length: the chamber would vanish"
+        elif self.cuts and self._ring < THINNEST:
+            yield (
+                "cuts",
+                f"{self.cuts} slits of {self.slit:g} mm leave {self._ring:g} mm between them: the "
+                "rings of the shell would vanish",
+            )
+        if self.strip >= self.radius:
+            yield (
+                "strip",
+                f"{self.strip:g} mm is as wide as the radius ({self.radius:g} mm): the slits "
+                "would vanish",
+            )
+
+    @property
+    def _ring(self) -> float:
+        """Length of shell between two slits."""
+        return (self.length - 2 * self.end - self.cuts * self.slit) / (self.cuts + 1)
+
+    def _slits(self) -> list[tuple[float, float]]:
+        """Start and end of each row of slits along x."""
+        starts = [self.end + self._ring + i * (self._ring + self.slit) for i in range(self.cuts)]
+        return [(start, start + self.slit) for start in starts]
+
+    def layout(self) -> Layout:
+        surfaces = ("clamp", "tip", "cavity", "outer", "shell")
+        return Layout(
+            regions=("body",),
+            surfaces=(*surfaces, "symmetry") if self.symmetry else surfaces,
+            cavities={"cavity": ("cavity",)},
+            bending_axis=(0.0, 1.0, 0.0),
+            symmetry={"symmetry": 1} if self.symmetry else {},
+            layers=("shell",),
+            length=self.length,
+        )
+
+    def volumes(self) -> dict[str, float]:
+        half = 0.5 if self.symmetry else 1.0
+        disc = pi * self.radius**2
+        cavity = pi * self.chamber_radius**2 * (self.length - 2 * self.end)
+        bridges = (1 if self.kind == "bending" else 2) * 2 * asin(self.strip / 2 / self.radius)
+        slits = self.cuts * self.slit * (2 * pi - bridges) * self.radius
+        return {
+            "body": half * (disc * self.length - cavity),
+            "cavity": half * cavity,
+            "clamp": half * disc,
+            "tip": half * disc,
+            "shell": half * (2 * pi * self.radius * self.length - slits),
+        }
+
+    def volume_tolerance(self, name: str) -> float:
+        wide = lacking(self.radius, self.mesh_size)
+        narrow = lacking(self.chamber_radius, self.mesh_size)
+        if name == "body":
+            outside = pi * self.radius**2 * self.length
+            return (wide + narrow) * outside * (0.5 if self.symmetry else 1) / self.volumes()[name]
+        return narrow if name == "cavity" else wide
+
+    def _shapes(self, occ) -> Shapes:
+        """Discs of core and chamber, and the bridges of the shell with the core behind them."""
+        size = 2 * self.radius
+
+        def disc(radius):
+            return [(2, occ.addDisk(0, 0, 0, radius, radius))]
+
+        shapes = {"core": disc(self.radius), "chamber": disc(self.chamber_radius)}
+        for number in range(1 if self.kind == "bending" else 2):
+            bridge = [(2, occ.addRectangle(-self.strip / 2, -size, 0, self.strip, size))]
+            if self.kind == "linear":
+                bridge = [(2, occ.addRectangle(-self.strip / 2, -size, 0, self.strip, 2 * size))]
+            occ.rotate(bridge, 0, 0, 0, 0, 0, 1, number * pi / 2)
+            shapes[f"bridge {number}"], _ = occ.intersect(disc(self.radius), bridge)
+        if self.symmetry:
+            for name, faces in shapes.items():
+                half = [(2, occ.addRectangle(0, -size, 0, size, 2 * size))]
+                shapes[name], _ = occ.intersect(faces, half)
+        return shapes
+
+    def _bridge(self, row: int):
+        """Function that says which sides of the core are under a bridge in a row of slits."""
+        half = self.strip / 2
+
+        def below(y, z):
+            return (abs(y) < half) & (z < 0)
+
+        def above_and_below(y, z):
+            return abs(y) < half
+
+        def on_the_sides(y, z):
+            return abs(z) < half
+
+        if self.kind == "bending":
+            return below
+        return above_and_below if row % 2 else on_the_sides
+
+    def _shell(self) -> tuple[Skin, ...]:
+        slits = self._slits()
+        ends = np.array([0.0, *np.ravel(slits), self.length]).reshape(-1, 2)
+        rings = [Skin("shell", *ring, lambda y, z: np.full(len(y), True)) for ring in ends.tolist()]
+        return (*rings, *(Skin("shell", *slit, self._bridge(i)) for i, slit in enumerate(slits)))
+
+    def solid(self) -> Prisms:
+        """The core as prisms painted over each other."""
+        prisms = (
+            Prism("body", "core", 0.0, self.length),
+            Prism("cavity", "chamber", self.end, self.length - self.end),
+        )
+        planes = [Plane("clamp", 0, 0.0), Plane("tip", 0, self.length)]
+        if self.symmetry:
+            planes.append(Plane("symmetry", 1, 0.0))
+        return Prisms(
+            self._shapes, prisms, ("body",), ("cavity",), planes=tuple(planes), skins=self._shell()
+        )
+
+    def build(self, gmsh) -> None:
+        self.solid().build(gmsh)
+
+    def mesh(self, gmsh) -> None:
+        self.solid().mesh(gmsh, self.mesh_size)
+
+
+if __name__ == "__main__":
+    main(ShellReinforced)

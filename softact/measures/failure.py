@@ -1,0 +1,129 @@
+"""At which pressure a region's largest principal stress and stretch reach what its card bears.
+
+The peak at a re-entrant corner grows with every refinement, so it decides nothing: the stress that
+0.1 % of the region's undeformed volume exceeds does. The pressure at which the nodal peak gets
+there is told beside it.
+"""
+
+import numpy as np
+
+from softact.measures.base import Measure, per_cavity, vector_columns
+from softact.measures.pressure import PRESSURE
+
+SHARE = 1e-3  # of the volume, which is above the percentile
+STRESS_COLUMN = "principal_stress_p999_<region>_MPa"
+STRETCH_COLUMN = "principal_stretch_p999_<region>"
+PEAK_COLUMN = "principal_stress_peak_<region>_MPa"
+PLACE_COLUMN = "failure_<region>_<xyz>_mm"
+
+
+def percentile(comm, values: np.ndarray, volumes: np.ndarray, places: np.ndarray):
+    """The value that a ``SHARE`` of the volume exceeds, and the place (3,) where it stands.
+
+    values, volumes (n,) and places (n, 3) of this process's quadrature points.
+    """
+    parts = zip(*comm.allgather((values, volumes, places)), strict=True)
+    values, volumes, places = (np.concatenate(part) for part in parts)
+    order = np.argsort(-values, kind="stable")
+    above = np.cumsum(volumes[order])
+    chosen = order[np.searchsorted(above, SHARE * above[-1])]
+    return float(values[chosen]), places[chosen]
+
+
+def _name(title: str, region: str, regions) -> str:
+    return title.replace("_<region>", "" if len(regions) == 1 else f"_{region}")
+
+
+def _largest_pressure(columns, names) -> float:
+    """The pressure of the largest magnitude in a row, kPa; 0 in no row at all."""
+    titles = per_cavity("pressure_<cavity>_kPa", dict.fromkeys(names, 0.0))
+    return max((columns.get(title, 0.0) for title in titles), key=abs)
+
+
+def reached(row, previous, column: str, limit: float, names) -> float | None:
+    """Pressure (kPa) at which a column reached a limit, linear between two rows; None before."""
+    value, pressure = row[column], _largest_pressure(row, names)
+    if value < limit:
+        return None
+    if column not in previous:
+        return pressure
+    before, start = previous[column], _largest_pressure(previous, names)
+    return start + (limit - before) / (value - before) * (pressure - start)
+
+
+def _region(snapshot, name, solid):
+    """Columns of stress and stretch of one region, and where the stress stands."""
+    regions, comm = snapshot.layout.regions, snapshot.model.comm
+    places = snapshot.quadrature_places(solid).reshape(-1, 3)
+    volumes = solid.volumes.ravel()
+    stress = np.linalg.eigvalsh(solid.cauchy(snapshot.state))[..., 2].ravel()
+    f = solid.deformation_gradient(snapshot.state.x)
+    stretch = np.linalg.svd(f, compute_uv=False)[..., 0].ravel()
+    stress, place = percentile(comm, stress, volumes, places)
+    stretch, _ = percentile(comm, stretch, volumes, places)
+    nodes = np.unique(snapshot.model.cell_nodes[solid.cells])
+    peak = float(snapshot.principal_stress[nodes, 2].max(initial=-np.inf))
+    columns = {
+        _name(STRESS_COLUMN, name, regions): stress,
+        _name(PEAK_COLUMN, name, regions): max(comm.allgather(peak)),
+        _name(STRETCH_COLUMN, name, regions): stretch,
+    }
+    return columns, place
+
+
+def _evaluate(snapshot):
+    layout, previous = snapshot.layout, snapshot.previous
+    names, regions, columns = tuple(layout.cavities), layout.regions, {}
+    pressures = PRESSURE.evaluate(snapshot)
+    safe = []
+    for name, solid in snapshot.model.solids.items():
+        found, place = _region(snapshot, name, solid)
+        columns |= found
+        card = solid.material.card
+        if not names or card is None:
+            continue
+        limits = {
+            "failure_pressure_<region>_kPa": (STRESS_COLUMN, card.strength),
+            "failure_pressure_peak_<region>_kPa": (PEAK_COLUMN, card.strength),
+            "tested_stretch_pressure_<region>_kPa": (
+                STRETCH_COLUMN,
+                card.stretch_range and card.stretch_range[1],
+            ),
+        }
+        for title, (column, limit) in limits.items():
+            title, column = _name(title, name, regions), _name(column, name, regions)
+            now = previous.get(title)
+            if now is None and limit:
+                now = reached(found | pressures, previous, column, limit, names)
+            if now is not None:
+                columns[title] = now
+        failed = columns.get(_name("failure_pressure_<region>_kPa", name, regions))
+        if failed is not None:
+            safe.append(failed / snapshot.safety_factor)
+            titles = vector_columns(_name(PLACE_COLUMN, name, regions), place)
+            columns |= {title: previous.get(title, at) for title, at in titles.items()}
+    if safe:
+        columns["safe_pressure_kPa"] = min(safe, key=abs)
+    return columns
+
+
+FAILURE = Measure(
+    "failure",
+    "pressure at which the stress reaches the card's strength, and the stretch its tested range",
+    {
+        STRESS_COLUMN: "largest principal Cauchy stress, exceeded in 0.1 % of the region's volume",
+        PEAK_COLUMN: "its largest nodal mean in the region; grows under refinement at corners",
+        STRETCH_COLUMN: "largest principal stretch, exceeded in 0.1 % of the region's volume",
+        "failure_pressure_<region>_kPa": "pressure at which the former reaches the strength; empty "
+        "before. Of several cavities the largest pressure counts",
+        "failure_pressure_peak_<region>_kPa": "the same for the largest nodal mean",
+        "tested_stretch_pressure_<region>_kPa": "pressure at which the stretch leaves the range in "
+        "which the material was tested",
+        **{
+            f"failure_<region>_{c}_mm": f"undeformed {c} coordinate of where it is reached"
+            for c in "xyz"
+        },
+        "safe_pressure_kPa": "smallest failure pressure over the safety factor of the spec",
+    },
+    _evaluate,
+)
