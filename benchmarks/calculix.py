@@ -66,7 +66,7 @@ def measures(spec, mesh: ccx.QuadraticMesh, displacement) -> tuple[tuple[float, 
     change = ccx.cavity_volume(mesh, displacement, walls) - ccx.cavity_volume(
         mesh, np.zeros_like(displacement), walls
     )
-    x, _, z = mesh.mean(displacement, layout.tip)
+    x, _, z = ccx.surface_mean(mesh, displacement, layout.tip)
     return (float(x), float(z)), layout.copies * change
 
 

@@ -12,6 +12,7 @@ import subprocess
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
@@ -42,6 +43,7 @@ class QuadraticMesh:
     points: np.ndarray
     cells: np.ndarray
     surfaces: dict[str, np.ndarray]
+    element: ClassVar[str] = "C3D10"
 
     def faces(self, surface: str) -> np.ndarray:
         """Nodes (k, 6) of the faces: corners with the normal out of the cell, then middles of the
@@ -53,13 +55,19 @@ class QuadraticMesh:
         """Numbers of all nodes on a surface, each once."""
         return np.unique(self.faces(surface))
 
-    def mean(self, field: np.ndarray, surface: str) -> np.ndarray:
-        """Mean of a nodal field (n, k) over the undeformed area of a surface: (k,)."""
-        faces = self.faces(surface)
-        a, b, c = (self.points[faces[:, i]] for i in range(3))
-        area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-        # On a flat six-node triangle the corner functions integrate to zero, the others alike.
-        return np.average(field[faces[:, 3:]].mean(axis=1), axis=0, weights=area)
+    def loaded_faces(self, surface: str) -> np.ndarray:
+        """Element (from 1) and CalculiX's number of each face of a surface, (k, 2)."""
+        cell, opposite = self.surfaces[surface].T
+        return np.column_stack([cell + 1, FACE_OPPOSITE_TO[opposite]])
+
+    @staticmethod
+    def face_quadrature():
+        """Weight, shape functions (6,) and their derivatives at the points of a rule on a face."""
+        s, weights = _gauss(4)
+        for u, wu in zip(s, weights, strict=True):
+            for v, wv in zip(s, weights, strict=True):
+                # The square is collapsed onto the triangle; 1 - u is the Jacobian of that.
+                yield wu * wv * (1 - u), *_triangle(u, v * (1 - u))
 
 
 def _face_nodes() -> np.ndarray:
@@ -98,24 +106,37 @@ def _keys(triangles: np.ndarray, count: int) -> np.ndarray:
     return (corners[..., 0] * count + corners[..., 1]) * count + corners[..., 2]
 
 
-def cavity_volume(mesh: QuadraticMesh, displacement: np.ndarray, surfaces) -> float:
+def surface_mean(mesh, field: np.ndarray, surface: str) -> np.ndarray:
+    """Mean of a nodal field (n, k) over the undeformed area of a surface: (k,)."""
+    faces = mesh.faces(surface)
+    x, values = mesh.points[faces], field[faces]
+    total, area = 0.0, 0.0
+    for weight, shape, by_first, by_second in mesh.face_quadrature():
+        da = weight * np.linalg.norm(np.cross(by_first @ x, by_second @ x), axis=1)
+        total = total + da @ (shape @ values)
+        area += da.sum()
+    return total / area
+
+
+def cavity_volume(mesh, displacement: np.ndarray, surfaces) -> float:
     """Volume (mm³) enclosed by the surfaces and symmetry planes through the origin.
 
-    displacement: (n, 3) mm. V = -1/3 ∫ x·n da over the six-node triangles, n out of the solid;
-    the integrand is of degree 4, which the rule integrates exactly.
+    displacement: (n, 3) mm. V = -1/3 ∫ x·n da, n out of the solid; the rule integrates it exactly
+    for quadratic triangles.
     """
     faces = np.vstack([mesh.faces(name) for name in surfaces])
     x = (mesh.points + displacement)[faces]
-    s, weights = np.polynomial.legendre.leggauss(4)
-    s, weights = (s + 1) / 2, weights / 2
     volume = 0.0
-    for u, wu in zip(s, weights, strict=True):
-        for v, wv in zip(s, weights, strict=True):
-            # The square is collapsed onto the triangle; 1 - u is the Jacobian of that.
-            values, by_first, by_second = _triangle(u, v * (1 - u))
-            normal = np.cross(by_first @ x, by_second @ x)
-            volume -= wu * wv * (1 - u) * np.einsum("ki,ki->", values @ x, normal) / 3
+    for weight, shape, by_first, by_second in mesh.face_quadrature():
+        normal = np.cross(by_first @ x, by_second @ x)
+        volume -= weight * np.einsum("ki,ki->", shape @ x, normal) / 3
     return float(volume)
+
+
+def _gauss(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points and weights on (0, 1)."""
+    s, weights = np.polynomial.legendre.leggauss(count)
+    return (s + 1) / 2, weights / 2
 
 
 def _triangle(r: float, s: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -127,9 +148,10 @@ def _triangle(r: float, s: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return np.array(values), np.array(by_r), np.array(by_s)
 
 
-def write_input(path: Path, mesh: QuadraticMesh, spec, tolerance: float | None = None) -> None:
+def write_input(path: Path, mesh, spec, tolerance: float | None = None) -> None:
     """Write the problem of a spec as CalculiX input.
 
+    mesh: a ``QuadraticMesh`` or ``benchmarks.hexahedra.HexahedralMesh``.
     tolerance: relative residual and correction at which an increment has converged; None: the
     defaults of CalculiX (0.5 % and 1 %). Raises SpecError for what is not translated.
     """
@@ -137,8 +159,12 @@ def write_input(path: Path, mesh: QuadraticMesh, spec, tolerance: float | None =
     layout = spec.geometry.layout()
     lines = ["*NODE, NSET=ALL"]
     lines += [f"{i}, {x:.12g}, {y:.12g}, {z:.12g}" for i, (x, y, z) in enumerate(mesh.points, 1)]
-    lines.append("*ELEMENT, TYPE=C3D10, ELSET=BODY")
-    lines += [", ".join(map(str, (i, *cell))) for i, cell in enumerate(mesh.cells + 1, 1)]
+    lines.append(f"*ELEMENT, TYPE={mesh.element}, ELSET=BODY")
+    for i, cell in enumerate(mesh.cells + 1, 1):
+        words = list(map(str, (i, *cell)))  # a line holds 16 numbers
+        lines += [", ".join(words[:12]) + ("," if words[12:] else "")]
+        if words[12:]:
+            lines.append(", ".join(words[12:]))
     for name in mesh.surfaces:
         lines += [f"*NSET, NSET={name.upper()}", *(f"{n}," for n in mesh.nodes(name) + 1)]
     # U = Σ (J - 1)^2i / Di, so that D1 = 2/K is softact's K/2 (J - 1)^2.
@@ -162,9 +188,9 @@ def write_input(path: Path, mesh: QuadraticMesh, spec, tolerance: float | None =
     # Under NLGEOM the faces are those of the deformed body: the pressure follows them.
     lines.append("*DLOAD")
     for cavity, walls in layout.cavities.items():
-        for cell, opposite in np.vstack([mesh.surfaces[name] for name in walls]):
-            face = FACE_OPPOSITE_TO[opposite]
-            lines.append(f"{cell + 1}, P{face}, {PASCAL * step.pressure[cavity]:.12g}")
+        pressure = f"{PASCAL * step.pressure[cavity]:.12g}"
+        for element, face in np.vstack([mesh.loaded_faces(name) for name in walls]):
+            lines.append(f"{element}, P{face}, {pressure}")
     lines += ["*NODE FILE", "U", "*EL FILE", "S", "*NODE PRINT, NSET=ALL", "U", "*END STEP", ""]
     path.write_text("\n".join(lines))
 
