@@ -186,6 +186,16 @@ def body_force(degree: int):
     return (ufl.dot(force, ufl.TestFunction(space)) * _dx(),)
 
 
+def inertia(degree: int):
+    """Force of an acceleration: (force, tangent). Coefficient of the force: displacement from
+    where the body would be without force; constant (both): density over the squared time step."""
+    space = _displacement_space(degree)
+    away, factor = ufl.Coefficient(space), ufl.Constant(space.ufl_domain())
+    test, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
+    dx = ufl.dx(metadata={"quadrature_degree": 2 * degree})
+    return factor * ufl.dot(away, test) * dx, factor * ufl.dot(trial, test) * dx
+
+
 def surface_force(degree: int):
     """Work of a dead force per undeformed area: linear form; constant: the force (3)."""
     space = _displacement_space(degree)

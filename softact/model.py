@@ -22,6 +22,7 @@ from softact.fibres import fibre_field
 from softact.mesh import Mesh
 from softact.terms import (
     CavityPressure,
+    Inertia,
     InvertedElementError,
     Layer,
     Solid,
@@ -59,6 +60,10 @@ class Support:
 
     surface: str
     values: Mapping[int, float | None]
+
+
+def _smaller(one, other):
+    return np.minimum(one, other)
 
 
 class Model:
@@ -124,6 +129,10 @@ class Model:
             for la in layers
             if la.material.density
         ]
+        self.inertia = [
+            Inertia(self.assembler, s.cells, s.material.density, self.degree)
+            for s in self.solids.values()
+        ]
         self.surface_loads: dict[tuple[type, str], SurfaceForce | SurfacePressure] = {}
         self.contacts = Contacts(self.comm, [self._against(obstacle) for obstacle in obstacles])
         self.assembler.symmetric = self.contacts.symmetric
@@ -161,6 +170,7 @@ class Model:
             *self.bending,
             *self.weights,
             *self.surface_loads.values(),
+            *(inertia for inertia in self.inertia if inertia.time_step is not None),
             *self.contacts,
         ]
 
@@ -239,6 +249,18 @@ class Model:
     def energy(self, state: State, terms=None) -> float:
         """Potential energy of the given terms (all where None), mJ."""
         return self.sum(sum(t.energy(state) for t in (self.terms if terms is None else terms)))
+
+    def strain_energy(self, state: State) -> float:
+        """Elastic energy stored in the solids and layers of the meshed part, mJ."""
+        return self.energy(state, [*self.solids.values(), *self.layers, *self.bending])
+
+    @property
+    def diagonal(self) -> float:
+        """Diagonal (mm) of the undeformed body's bounding box."""
+        points = self.assembler.points
+        low = self.comm.allreduce(points.min(axis=0), op=_smaller)
+        high = -self.comm.allreduce(-points.max(axis=0), op=_smaller)
+        return float(np.linalg.norm(high - low))
 
     def cavity_volume(self, state: State, name: str) -> float:
         """Volume of a cavity of the meshed part, mm³."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from petsc4py import PETSc
 
+from softact.control import Border, VolumeControl
 from softact.model import Model, Support
 from softact.terms import State
 
@@ -32,7 +33,8 @@ class NewtonOutcome:
     """What a Newton solve did.
 
     residuals: relative out-of-balance force per iteration. unstable_modes: directions in which
-    the potential energy falls, at the last factorised tangent; none at a stable equilibrium.
+    the potential energy at constant pressure falls, at the last factorised tangent; none at a
+    stable equilibrium. softening: those of them that prescribed volumes hold.
     """
 
     converged: bool
@@ -40,6 +42,7 @@ class NewtonOutcome:
     residuals: list[float]
     reason: str
     unstable_modes: int
+    softening: int = 0
 
 
 @dataclass
@@ -79,7 +82,7 @@ class Newton:
         snes.setJacobian(self._jacobian, model.assembler.matrix)
         snes.setTolerances(max_it=max_iterations)
         snes.setConvergenceTest(self._test)
-        snes.setLineSearchPreCheck(self._shorten)
+        snes.setLineSearchPreCheck(self._adapt)
         # PETSc has no call for the type of line search: an option, deleted at once so that
         # another run in this process does not see it.
         database, key = PETSc.Options(), "snes_linesearch_type"
@@ -119,12 +122,16 @@ class Newton:
         """Displacements of the supported unknowns: now, and as the supports prescribe."""
         return state.x[self._fixed_dofs], self._fixed_values
 
-    def solve(self, state: State, fixed_values: np.ndarray) -> NewtonOutcome:
+    def solve(
+        self, state: State, fixed_values: np.ndarray, control: VolumeControl | None = None
+    ) -> NewtonOutcome:
         """Bring ``state`` to equilibrium under its loads; ``state.x`` is the first guess.
 
-        The state is changed in place, also where the solve fails.
+        control: volumes to reach; the pressures of their cavities are then unknowns, with those of
+        ``state`` as the first guess. The state is changed in place, also where the solve fails.
         """
         self._state, self._before = state, None
+        self._border = Border(self.model, control, self._fixed_dofs) if control else None
         self._held = fixed_values
         self._residuals: list[float] = []
         self._reason = ""
@@ -138,7 +145,8 @@ class Newton:
         self.counts.newton_iterations += iterations
         reason = "" if converged else self._reason or self._explain()
         unstable = self._unstable_modes() if converged and self.counts.factorisations else 0
-        return NewtonOutcome(converged, iterations, self._residuals, reason, unstable)
+        softening = self._border.softening if self._border else 0
+        return NewtonOutcome(converged, iterations, self._residuals, reason, unstable, softening)
 
     def imbalance(self, state: State, x: np.ndarray, fixed_values: np.ndarray) -> float:
         """Out-of-balance force (N) of a guess at the loads of ``state``; inf: inadmissible."""
@@ -166,25 +174,42 @@ class Newton:
         self.model.tangent(self._state, self._before)
         self._before = State(self._state.x.copy())
 
-    def _shorten(self, x, step) -> bool:
-        """Shorten Newton's step (x becomes x − step) until no element turns inside out and no
-        contact is lost."""
-        here, change = self.model.to_local(x), self.model.to_local(step)
+    def _adapt(self, x, step) -> bool:
+        """Complete Newton's step (x becomes x − step) by the prescribed volumes, and shorten it."""
+        change = None
+        if self._border:
+            array = step.getArray().copy()
+            change = self._border.correct(self._state, array, self._solve_again)
+            step.setArray(array)
+        factor = self._admissible_part(self.model.to_local(x), self.model.to_local(step))
+        if change is not None:
+            self._border.add(self._state, factor * change)
+        if factor < 1.0:
+            step.scale(factor)
+        return factor < 1.0 or change is not None
+
+    def _solve_again(self, right: np.ndarray) -> np.ndarray:
+        """Solution with the last factors for another right-hand side (owned parts)."""
+        vector, answer = self.model.unknowns.create_vector(), self.model.unknowns.create_vector()
+        vector.setArray(right)
+        self._snes.getKSP().getPC().apply(vector, answer)
+        return answer.getArray().copy()
+
+    def _admissible_part(self, here: np.ndarray, change: np.ndarray) -> float:
+        """Part of a step (here − change) that turns no element inside out and loses no contact."""
         for halvings in range(MAX_HALVINGS):
             there = here - change * 0.5**halvings
             sound = self.model.smallest_jacobian(there) > 0.0
             if sound and self.model.contacts.admissible(self._state, here, there):
-                if halvings:
-                    step.scale(0.5**halvings)
-                return halvings > 0
-        return False  # the residual will say so
+                return 0.5**halvings
+        return 1.0  # the residual will say so
 
     def _test(self, _snes, iteration, _norms):
         reason = PETSc.SNES.ConvergedReason
         floor = self.model.force_floor / self.tolerance
         force = self._out_of_balance / max(self._internal, floor)
         volume = self._volume_error / self._volume_scale if self._volume_scale else 0.0
-        error = max(force, volume)
+        error = max(force, volume, self._border.error(self._state) if self._border else 0.0)
         self._residuals.append(float(error))
         if not np.isfinite(error):
             self._reason = "an element turned inside out"

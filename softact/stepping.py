@@ -1,41 +1,30 @@
-"""Load steps: ramps, adaptive increments, prediction, and what to do when Newton fails."""
+"""Load steps: adaptive increments, prediction, and what to do when Newton fails.
+
+The ladder, in this order: a smaller increment; volume instead of pressure (``softact.branch``);
+quasi-static dynamics (``softact.dynamics``). Newton's step is always shortened before it turns an
+element inside out. Each rung hands back to load control as soon as it has passed the trouble.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
-import numpy as np
-
+from softact import branch, dynamics
+from softact.drive import Drive, LoadDrive, Point, extrapolate
 from softact.model import Model, Support
 from softact.newton import Newton, NewtonOutcome
+from softact.ramp import LoadStep, Ramp
 from softact.terms import State, SurfaceForce, SurfacePressure
+
+__all__ = ["Attempt", "LoadStep", "Progress", "Settings", "Stepper"]
 
 # Newton counts that let the increment grow, and beyond which it shrinks.
 EASY, HARD = 5, 8
 GROWTH, SHRINK, CUT = 1.6, 0.7, 0.4
-
-
-@dataclass(frozen=True)
-class LoadStep:
-    """Loads at the end of a step; they ramp linearly from the last ones. None: unchanged.
-
-    pressure: cavity -> MPa. gravity: (3,) mm/s². traction: surface -> (3,) MPa.
-    surface_pressure: surface -> MPa. supports: replace the ones before. shift: obstacle -> (3,) mm
-    from where it was placed. presence: obstacle -> 1 (put there) or 0 (removed: its force fades
-    over the step). max_increment: fraction of the step, None for the solver's.
-    """
-
-    name: str
-    pressure: Mapping[str, float] | None = None
-    gravity: Sequence[float] | None = None
-    traction: Mapping[str, Sequence[float]] | None = None
-    surface_pressure: Mapping[str, float] | None = None
-    supports: Sequence[Support] | None = None
-    shift: Mapping[str, Sequence[float]] | None = None
-    presence: Mapping[str, float] | None = None
-    max_increment: float | None = None
+# Volume control is tried when the increment has come down to this part of the largest.
+VOLUME_BELOW = 0.05
 
 
 @dataclass(frozen=True)
@@ -52,7 +41,11 @@ class Settings:
 
 @dataclass(frozen=True)
 class Attempt:
-    """One try at an increment, for the convergence history; see ``NewtonOutcome``."""
+    """One try at an increment, for the convergence history; see ``NewtonOutcome``.
+
+    control: "load", "volume" or "dynamics". kinetic_ratio: largest kinetic by internal energy on
+    the way, where there was a motion.
+    """
 
     step: str
     fraction: float
@@ -61,13 +54,17 @@ class Attempt:
     residuals: list[float]
     reason: str
     unstable_modes: int
+    control: str = "load"
+    kinetic_ratio: float = 0.0
 
 
 @dataclass
 class Progress:
-    """What the run has done: attempts so far and, where it stopped early, why."""
+    """What the run has done: attempts so far, remarks for the user and, where it stopped early,
+    why."""
 
     attempts: list[Attempt] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
     stopped: str | None = None
 
     @property
@@ -112,12 +109,13 @@ class Stepper:
             if number == 0:
                 self.model.contacts.check_clear(self.state)
                 self.model.contacts.remember(self.state)
-                self._record(Attempt(step.name, 0.0, 0, True, [], "", 0))
+                self.record(Attempt(step.name, 0.0, 0, True, [], "", 0))
             if not self._solve_step(step):
                 break
         return self.progress
 
-    def _record(self, attempt: Attempt) -> None:
+    def record(self, attempt: Attempt) -> None:
+        """Count an attempt and tell of it; the state is as the attempt left it."""
         self.progress.attempts.append(attempt)
         if attempt.converged:
             self.on_accept(self.state, attempt, self._accepted)
@@ -127,128 +125,121 @@ class Stepper:
 
     def _solve_step(self, step: LoadStep) -> bool:
         s = self.settings
-        ramp = _Ramp(self.state, step, *self.newton.held(self.state))
+        ramp = Ramp(self.state, step, self.newton.held(self.state), self.model.cavity_volume)
         ramp.apply(self.state, 0.0)
         self.model.contacts.check_clear(self.state, step.presence or ())
+        drive = LoadDrive(ramp)
         largest = step.max_increment or s.max_increment
         size = min(s.initial_increment, largest)
-        path = [(0.0, self.state.x.copy())]
-        while path[-1][0] < 1.0:
-            done = path[-1][0]
+        path = [Point(0.0, self.state.x.copy(), drive.loads(self.state))]
+        left_at = None  # where volume control was tried last
+        while path[-1].s < 1.0:
+            done = path[-1].s
             # Two halves rather than one whole and a sliver.
             target = 1.0 if done + 1.01 * size >= 1.0 else done + size
-            outcome = self._attempt(ramp, path, target)
-            attempt = Attempt(
-                step.name,
-                target,
-                outcome.iterations,
-                outcome.converged,
-                outcome.residuals,
-                outcome.reason,
-                outcome.unstable_modes,
-            )
+            outcome = self.attempt(drive, path, target)
             if outcome.converged:
-                self.model.contacts.remember(self.state)
-                path = [*path[-2:], (target, self.state.x.copy())]
-                size = min(largest, size * _growth(outcome.iterations))
-            else:
-                ramp.apply(self.state, done)
-                self.state.x = path[-1][1].copy()
-                size *= CUT
-            self._record(attempt)
-            if size < s.min_increment:
-                self.progress.stopped = (
-                    f"step '{step.name}': no equilibrium found beyond {done:.2%} of the step "
-                    f"({_loads(self.state)}): {outcome.reason}"
-                )
-                return False
+                path = self.accept(step, drive, path, target, outcome)
+                size = min(largest, size * growth(outcome.iterations))
+                continue
+            self.reject(step, drive, path, target, outcome)
+            size *= CUT
+            if size < VOLUME_BELOW * largest and ramp.only_pressures and left_at != done:
+                left_at = done
+                found = branch.trace(self, step, ramp, path, size, largest)
+                if found.limit:
+                    return self._stop(found.limit)
+                path, size = found.path, max(found.size, size)
+            elif size < s.min_increment:
+                path, reached = dynamics.settle(self, step, drive, path, largest)
+                if not reached:
+                    return self._stop(
+                        f"no equilibrium found beyond {done:.2%} of step '{step.name}' "
+                        f"({_loads(self.state)}): {outcome.reason}"
+                    )
+                size = s.initial_increment
         return True
 
-    def _attempt(self, ramp: _Ramp, path, target: float) -> NewtonOutcome:
-        order = {"none": 0, "linear": 1, "quadratic": 2}[self.settings.predictor]
-        orders = {order, 1} if len(self.model.contacts) else {order}
-        guesses = [
-            extrapolate(path[-(k + 1) :], target)
-            for k in sorted(orders, reverse=True)
-            if k and len(path) > 1
-        ]
-        outcome = None
-        contacts, start = self.model.contacts, path[-1][1]
-        if len(contacts):
-            guesses = self._nearest(guesses, start, ramp.apply(self.state, target))
-        for guess in (*guesses, start):
-            held = ramp.apply(self.state, target)
-            if guess is not start and not contacts.admissible(self.state, start, guess):
+    def _stop(self, why: str) -> bool:
+        self.progress.stopped = why
+        return False
+
+    def attempt(self, drive: Drive, path: Sequence[Point], s: float) -> NewtonOutcome:
+        """Seek the equilibrium at the place ``s``, from a prediction or from the last point."""
+        outcome, contacts, start = None, self.model.contacts, path[-1]
+        for guess in self._guesses(drive, path, s):
+            held, control = drive.set(self.state, s, guess.q)
+            if guess is not start and not contacts.admissible(self.state, start.x, guess.x):
                 continue
-            self.state.x = guess.copy()
-            outcome = self._equilibrium(held)
+            self.state.x = guess.x.copy()
+            outcome = self._equilibrium(held, control)
             if outcome.converged or outcome.iterations > 1:
                 break  # a guess with inverted elements ends at once: then start from the last state
         return outcome
 
-    def _nearest(self, guesses, start, held) -> list[np.ndarray]:
-        """The better of the guesses, or none where ``start`` is better: where bodies begin to
-        touch, the path has a kink, and no polynomial goes through it."""
-        best = min((*guesses, start), key=lambda x: self.newton.imbalance(self.state, x, held))
-        return [] if best is start else [best]
+    def _guesses(self, drive: Drive, path: Sequence[Point], s: float) -> list[Point]:
+        """First guesses, the best first; the last point is always among them."""
+        order = {"none": 0, "linear": 1, "quadratic": 2}[self.settings.predictor]
+        touching = len(self.model.contacts) > 0
+        orders = sorted({order, 1} if touching else {order}, reverse=True)
+        guesses = [extrapolate(path[-(k + 1) :], s) for k in orders if k and len(path) > 1]
+        if touching:
+            # Where bodies begin to touch, the path has a kink, and no polynomial goes through it.
+            held, _ = drive.set(self.state, s, path[-1].q)
+            best = min(
+                (*guesses, path[-1]), key=lambda p: self.newton.imbalance(self.state, p.x, held)
+            )
+            guesses = [] if best is path[-1] else [best]
+        return [*guesses, path[-1]]
 
-    def _equilibrium(self, held) -> NewtonOutcome:
+    def _equilibrium(self, held, control) -> NewtonOutcome:
         """Newton, and once more with stiffer contact as long as bodies overlap too far."""
-        outcome = self.newton.solve(self.state, held)
+        outcome = self.newton.solve(self.state, held, control)
         while outcome.converged and self.model.contacts.stiffen(self.state):
-            again = self.newton.solve(self.state, held)
+            again = self.newton.solve(self.state, held, control)
             outcome = replace(again, iterations=outcome.iterations + again.iterations)
         return outcome
 
+    def accept(self, step, drive, path, s, outcome, kinetic_ratio=0.0) -> list[Point]:
+        """Take the state as the next point of the path; returns the last points."""
+        self.model.contacts.remember(self.state)
+        point = Point(s, self.state.x.copy(), drive.loads(self.state))
+        self.record(self._told(step, drive, point, outcome, kinetic_ratio))
+        return [*path[-2:], point]
 
-class _Ramp:
-    """Loads and prescribed displacements between the start and the end of a step."""
+    def reject(self, step, drive, path, s, outcome) -> None:
+        """Go back to the last point of the path."""
+        tried = self._told(step, drive, Point(s, self.state.x, drive.loads(self.state)), outcome)
+        self.go_to(drive, path[-1])
+        self.record(tried)
 
-    NAMED = ("pressure", "traction", "surface_pressure", "shift", "presence")
+    def go_to(self, drive: Drive, point: Point) -> None:
+        """Put the state at a point of a path."""
+        drive.set(self.state, point.s, point.q)
+        self.state.x = point.x.copy()
 
-    def __init__(self, state: State, step: LoadStep, held_now, held_then):
-        self._held = held_now, held_then
-        gravity = state.gravity if step.gravity is None else np.asarray(step.gravity, float)
-        self._gravity = state.gravity.copy(), gravity
-        self._named = {}
-        for kind in self.NAMED:
-            start, change = dict(getattr(state, kind)), getattr(step, kind) or {}
-            end = start | {name: np.asarray(v, float) for name, v in change.items()}
-            start = {name: start.get(name, np.zeros_like(v)) for name, v in end.items()}
-            if kind == "presence":  # what is put there is there from the start
-                start |= {name: value for name, value in end.items() if value == 1.0}
-            self._named[kind] = start, end
-
-    def apply(self, state: State, fraction: float) -> np.ndarray:
-        """Set the loads of ``state``; returns the prescribed displacements (mm)."""
-
-        def between(start, end):
-            return (1 - fraction) * start + fraction * end
-
-        state.gravity = between(*self._gravity)
-        for kind, (start, end) in self._named.items():
-            setattr(state, kind, {name: between(start[name], end[name]) for name in start})
-        return between(*self._held)
-
-
-def extrapolate(path: Sequence[tuple[float, np.ndarray]], target: float) -> np.ndarray:
-    """Lagrange polynomial through (fraction, unknowns), taken at ``target``."""
-    result = np.zeros_like(path[0][1])
-    for i, (t, x) in enumerate(path):
-        weight = 1.0
-        for j, (other, _) in enumerate(path):
-            if j != i:
-                weight *= (target - other) / (t - other)
-        result += weight * x
-    return result
+    @staticmethod
+    def _told(step, drive, point, outcome, kinetic_ratio=0.0) -> Attempt:
+        return Attempt(
+            step.name,
+            float(drive.fraction(point)),
+            outcome.iterations,
+            outcome.converged,
+            outcome.residuals,
+            outcome.reason,
+            outcome.unstable_modes - (outcome.softening if drive.holds_volume else 0),
+            drive.control,
+            kinetic_ratio,
+        )
 
 
-def _growth(iterations: int) -> float:
+def growth(iterations: int) -> float:
+    """Factor for the next increment after so many iterations."""
     if iterations <= EASY:
         return GROWTH
     return 1.0 if iterations <= HARD else SHRINK
 
 
 def _loads(state: State) -> str:
-    parts = [f"{name} at {1e3 * p:.4g} kPa" for name, p in sorted(state.pressure.items())]
+    parts = [f"{name} at {1e3 * float(p):.4g} kPa" for name, p in sorted(state.pressure.items())]
     return ", ".join(parts) or "no pressure"

@@ -255,6 +255,10 @@ class CavityPressure:
         """This process's share of the enclosed volume, mm³."""
         return self._volume.scalar(self._u(x))
 
+    def add_volume_gradient(self, x, factor: float, out: np.ndarray) -> None:
+        """Add ``factor`` times the derivative of the volume by the unknowns to ``out`` (local,)."""
+        self._force.add_vector(out, self._size, self._u(x), [-factor])
+
     def add_force(self, state, out):
         pressure = state.pressure.get(self.name, 0.0)
         if pressure:
@@ -370,3 +374,46 @@ class SurfacePressure:
     def energy(self, state):
         """Such a pressure has no potential; it counts as zero."""
         return 0.0
+
+
+class Inertia:
+    """Inertia of a region in one implicit time step; without one, ``time_step`` is None.
+
+    Backward Euler: v = (x − x₀)/Δt, a = (v − v₀)/Δt, so that the force is ρ/Δt² (x − x₀ − Δt v₀).
+    It is stable at any step and damps what moves quickly. away_from: (local,) x₀ + Δt v₀.
+    """
+
+    def __init__(self, assembler: Assembler, cells, density: float, degree: int):
+        self.density = density
+        self._size = 3 * FUNCTIONS[degree]
+        self._table = assembler.unknowns.cell_dofs
+        self._force, self._tangent = (
+            Kernel(assembler, k, np.asarray(cells)) for k in assembler.kernels("inertia", degree)
+        )
+        self.time_step: float | None = None
+        self.away_from = np.zeros(assembler.unknowns.local)
+
+    def momentum(self, velocity: np.ndarray) -> np.ndarray:
+        """This process's share of the mass matrix times a velocity (local,)."""
+        out = np.zeros_like(velocity)
+        self._add(velocity, self.density, out)
+        return out
+
+    def _add(self, field, factor, out):
+        coefficient = Coefficient(np.ascontiguousarray(field), self._size, self._table)
+        self._force.add_vector(out, self._size, [coefficient], [factor])
+
+    def add_force(self, state, out):
+        if self.time_step is not None:
+            self._add(state.x - self.away_from, self.density / self.time_step**2, out)
+
+    def add_tangent(self, state, previous):
+        if self.time_step is not None:
+            self._tangent.add_matrix(self._size, [], [self.density / self.time_step**2])
+
+    def energy(self, state):
+        """The potential of the step's inertia force, mJ."""
+        if self.time_step is None:
+            return 0.0
+        away = state.x - self.away_from
+        return float(away @ self.momentum(away)) / (2 * self.time_step**2)

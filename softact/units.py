@@ -115,14 +115,14 @@ ANGLE = Dimension("angle", "degree", ("deg",), ("rad",), "30 deg")
 ACCELERATION = Dimension("acceleration", "mm/s^2", ("m/s^2", "mm/s^2"), (), "-9.81 m/s^2")
 FORCE = Dimension("force", "N", ("N", "mN", "kN"), ("lbf",), "2 N")
 TIME = Dimension("time", "s", ("s", "ms"), ("min",), "0.5 s")
+VOLUME = Dimension("volume", "mm^3", ("mm^3", "ml"), ("cm^3", "l"), "1.5 ml")
 COMPLIANCE = Dimension("compliance", "1/MPa", ("1/MPa",), ("1/kPa",), "2.9 1/MPa")
 
-DIMENSIONS = (LENGTH, PRESSURE, DENSITY, ANGLE, ACCELERATION, FORCE, TIME, COMPLIANCE)
+DIMENSIONS = (LENGTH, PRESSURE, DENSITY, ANGLE, ACCELERATION, FORCE, TIME, VOLUME, COMPLIANCE)
 
 _OTHER_KINDS = {
     "kg": "a mass",
     "mm^2": "an area",
-    "mm^3": "a volume",
     "K": "a temperature",
     "mm/s": "a velocity",
     "N*mm": "a moment or an energy",
@@ -278,5 +278,6 @@ Angle = Annotated[float, *_quantity(ANGLE)]
 Acceleration = Annotated[float, *_quantity(ACCELERATION)]
 Force = Annotated[float, *_quantity(FORCE)]
 Time = Annotated[float, *_quantity(TIME)]
+Volume = Annotated[float, *_quantity(VOLUME)]
 Compliance = Annotated[float, *_quantity(COMPLIANCE)]
 Dimensionless = Annotated[float, BeforeValidator(_parse_number)]

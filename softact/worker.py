@@ -92,7 +92,8 @@ class _Recorder:
         times["solve"] = time.perf_counter() - started - self.write_time
         times["measure_and_write"] = self.write_time
         status = "no_equilibrium" if progress.stopped else "complete"
-        messages = [m for m in (progress.stopped, self._unstable(), *self._beyond_test()) if m]
+        messages = [progress.stopped, *progress.remarks, self._unstable(), *self._beyond_test()]
+        messages = [message for message in messages if message]
         if self.writer is not None:
             summary = _parameters(self.spec) | self.row
             counts = {
@@ -186,8 +187,9 @@ def _obstacles(spec):
 
 
 def _load_steps(spec):
-    from softact.stepping import LoadStep
+    from softact.ramp import LoadStep
 
+    copies = spec.geometry.layout().copies
     return [
         LoadStep(
             name=step.name,
@@ -195,6 +197,7 @@ def _load_steps(spec):
             gravity=step.gravity,
             traction={step.traction.surface: step.traction.value} if step.traction else None,
             surface_pressure=step.surface_pressure,
+            inject={name: v / copies for name, v in step.inject.items()} if step.inject else None,
             supports=_supports(step.supports) if step.supports is not None else None,
             shift={n: o.move for n, o in (step.obstacles or {}).items() if o.move is not None},
             presence={

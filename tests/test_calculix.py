@@ -108,7 +108,9 @@ def test_volume_and_areas_of_the_undeformed_mesh(tmp_path):
     assert ccx.cavity_volume(mesh, stretch, ["cavity"]) == pytest.approx(3.6 * expected, rel=1e-12)
     length = spec.geometry.row.length
     height = spec.geometry.base + spec.geometry.chamber_height + spec.geometry.roof
-    assert ccx.surface_mean(mesh, mesh.points, "tip") == pytest.approx([length, 3.5, height / 2], rel=1e-12)
+    assert ccx.surface_mean(mesh, mesh.points, "tip") == pytest.approx(
+        [length, 3.5, height / 2], rel=1e-12
+    )
 
 
 def test_what_is_not_translated_is_refused(tmp_path):

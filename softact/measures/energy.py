@@ -7,8 +7,8 @@ from softact.measures.volume import VOLUME
 
 def _evaluate(snapshot):
     model, previous = snapshot.model, snapshot.previous
-    stored = [*model.solids.values(), *model.layers, *model.bending]
-    columns = {"strain_energy_mJ": snapshot.layout.copies * model.energy(snapshot.state, stored)}
+    stored = model.strain_energy(snapshot.state)
+    columns = {"strain_energy_mJ": snapshot.layout.copies * stored}
     if snapshot.layout.cavities:
         now = PRESSURE.evaluate(snapshot) | VOLUME.evaluate(snapshot)
         names = dict.fromkeys(snapshot.layout.cavities, 0.0)

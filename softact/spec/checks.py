@@ -138,19 +138,9 @@ def _known_surface(name: str, place: Place, layout: Layout) -> Iterator[Fault]:
 
 
 def _step(step: dict, place: Place, layout: Layout) -> Iterator[Fault]:
-    pressure = step.get("pressure")
-    if isinstance(pressure, dict):
-        for cavity in pressure:
-            if cavity not in layout.cavities:
-                hint = nearest(cavity, layout.cavities)
-                yield (
-                    (*place, "pressure", cavity),
-                    f"the geometry has no cavity {show(cavity)}; {hint}",
-                )
-        if not pressure:
-            yield (*place, "pressure"), "no cavity is named; write {cavity: 50 kPa} or 50 kPa"
-    if pressure is not None and not layout.cavities:
-        yield (*place, "pressure"), "the geometry has no cavity that could hold a pressure"
+    for key, example in (("pressure", "50 kPa"), ("inject", "2 ml")):
+        yield from _cavities(step.get(key), (*place, key), layout, example)
+    yield from _driven_twice(step, place)
     if isinstance(step.get("traction"), dict):
         yield from _surface(step["traction"], (*place, "traction"), layout)
     if isinstance(step.get("surface_pressure"), dict):
@@ -158,6 +148,30 @@ def _step(step: dict, place: Place, layout: Layout) -> Iterator[Fault]:
             yield from _known_surface(name, (*place, "surface_pressure", name), layout)
     if step.get("supports") is not None:
         yield from _supports(step["supports"], (*place, "supports"), layout)
+
+
+def _cavities(values: Any, place: Place, layout: Layout, example: str) -> Iterator[Fault]:
+    if isinstance(values, dict):
+        for cavity in values:
+            if cavity not in layout.cavities:
+                hint = nearest(cavity, layout.cavities)
+                yield (*place, cavity), f"the geometry has no cavity {show(cavity)}; {hint}"
+        if not values:
+            yield place, f"no cavity is named; write {{cavity: {example}}} or {example}"
+    if values is not None and not layout.cavities:
+        what = "pressure" if place[-1] == "pressure" else "volume"
+        yield place, f"the geometry has no cavity that could hold a {what}"
+
+
+def _driven_twice(step: dict, place: Place) -> Iterator[Fault]:
+    pressure, inject = step.get("pressure"), step.get("inject")
+    if pressure is None or inject is None:
+        return
+    both = isinstance(pressure, dict) and isinstance(inject, dict)
+    names = [n for n in inject if n in pressure] if both else ["all cavities"]
+    for name in names:
+        fault = f"{show(name)} has a pressure in this step too; drive a cavity by one of them"
+        yield (*place, "inject"), fault
 
 
 def _supports(value: Any, place: Place, layout: Layout) -> Iterator[Fault]:

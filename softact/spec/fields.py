@@ -15,7 +15,7 @@ from pydantic import (
 from softact.geometry import Geometry
 from softact.materials import Law
 from softact.spec.choice import GeometryChoice, MaterialChoice, fault, fault_at, given
-from softact.units import ACCELERATION, Pressure, show
+from softact.units import ACCELERATION, Pressure, Volume, show
 
 STANDARD_GRAVITY = 9810.0  # mm/s^2, as in the design: g = 9.81 m/s^2
 ALL_CAVITIES = "*"
@@ -78,6 +78,10 @@ def _for_all_cavities(value: Any) -> Any:
     return value if isinstance(value, dict) else {ALL_CAVITIES: value}
 
 
+def _each_or_all(schema: dict[str, Any]) -> dict[str, Any]:
+    return {"anyOf": [schema, {"type": "object", "additionalProperties": schema}]}
+
+
 VECTOR = {"type": "array", "minItems": 3, "maxItems": 3}
 GRAVITY_SCHEMA = {
     **VECTOR,
@@ -85,9 +89,7 @@ GRAVITY_SCHEMA = {
     "description": "direction times g, such as [0, 0, -1], or three accelerations with unit",
 }
 PRESSURE_SCHEMA = TypeAdapter(Pressure).json_schema()
-PRESSURES_SCHEMA = {
-    "anyOf": [PRESSURE_SCHEMA, {"type": "object", "additionalProperties": PRESSURE_SCHEMA}]
-}
+VOLUME_SCHEMA = TypeAdapter(Volume).json_schema()
 MEASURES_SCHEMA = {"anyOf": [{"const": "all"}, {"type": "array", "items": {"type": "string"}}]}
 
 Gravity = Annotated[
@@ -97,7 +99,14 @@ Gravity = Annotated[
     WithJsonSchema(GRAVITY_SCHEMA),
 ]
 Pressures = Annotated[
-    dict[str, Pressure], BeforeValidator(_for_all_cavities), WithJsonSchema(PRESSURES_SCHEMA)
+    dict[str, Pressure],
+    BeforeValidator(_for_all_cavities),
+    WithJsonSchema(_each_or_all(PRESSURE_SCHEMA)),
+]
+Volumes = Annotated[
+    dict[str, Volume],
+    BeforeValidator(_for_all_cavities),
+    WithJsonSchema(_each_or_all(VOLUME_SCHEMA)),
 ]
 Measures = Annotated[
     Literal["all"] | tuple[str, ...],

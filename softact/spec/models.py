@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections.abc import Iterable
 from typing import Any, Literal, Self, get_args
 
 from pydantic import (
@@ -30,6 +31,7 @@ from softact.spec.fields import (
     Name,
     Pressures,
     Vector,
+    Volumes,
 )
 from softact.spec.text import to_text
 from softact.units import Dimensionless, Length, Pressure
@@ -95,6 +97,11 @@ class Step(Model):
     pressure: Pressures | None = Field(
         None, description="of all cavities, or {cavity: pressure}; below zero for a vacuum"
     )
+    inject: Volumes | None = Field(
+        None,
+        description="volume added to a cavity in this step, as by a syringe; its pressure follows. "
+        "Of all cavities, or {cavity: volume}; below zero to withdraw",
+    )
     traction: Traction | None = Field(None, description="dead load on a surface")
     surface_pressure: dict[str, Pressure] | None = Field(
         None, description="on faces that enclose no cavity: {surface: pressure}, pushing inwards"
@@ -117,10 +124,19 @@ class Step(Model):
     def _changes_something(self) -> Self:
         if self.gravity is None and self._changes_only_gravity:
             raise fault(
-                "this step changes nothing; give it gravity, pressure, traction, supports or "
-                "obstacles"
+                "this step changes nothing; give it gravity, pressure, inject, traction, supports "
+                "or obstacles"
             )
         return self
+
+    def for_cavities(self, cavities: Iterable[str]) -> Self:
+        """The step with one pressure or volume for all written out for each cavity."""
+        written = {
+            key: dict.fromkeys(cavities, values[ALL_CAVITIES])
+            for key in ("pressure", "inject")
+            if (values := getattr(self, key)) and ALL_CAVITIES in values
+        }
+        return self.model_copy(update=written)
 
     @property
     def largest_increment(self) -> float | None:
@@ -131,8 +147,8 @@ class Step(Model):
 
     @property
     def _changes_only_gravity(self) -> bool:
-        others = (self.pressure, self.traction, self.surface_pressure, self.supports)
-        return (*others, self.obstacles) == (None,) * 5
+        driven = (self.pressure, self.inject, self.traction, self.surface_pressure)
+        return (*driven, self.supports, self.obstacles) == (None,) * 6
 
 
 class Solver(Model):
@@ -217,12 +233,7 @@ class Spec(Model):
         if supports is None:
             clamp = Support(surface=layout.clamp, fix=("x", "y", "z")) if layout.clamp else None
             supports = (clamp,) if clamp else ()
-        steps = [
-            step.model_copy(update={"pressure": dict.fromkeys(layout.cavities, value)})
-            if step.pressure and (value := step.pressure.get(ALL_CAVITIES)) is not None
-            else step
-            for step in self.steps
-        ]
+        steps = [step.for_cavities(layout.cavities) for step in self.steps]
         # Only here, before anybody else sees the new spec, a frozen model gets its defaults.
         self.__dict__.update(supports=supports, steps=tuple(steps))
         return self

@@ -78,8 +78,10 @@ def displacement(model: Model, state: State, point) -> np.ndarray:
     return state.x[model.displacement_dofs[gaps.argmin()]]
 
 
-def solve(model: Model, steps, supports, increment: float = 1.0, **settings) -> Solution:
-    """Run the steps (one or a list); fails where no equilibrium is found."""
+def solve(
+    model: Model, steps, supports, increment: float = 1.0, stops: bool = False, **settings
+) -> Solution:
+    """Run the steps (one or a list); fails where no equilibrium is found, unless it is to stop."""
     path, ends = [], []
 
     def keep(state, attempt, number):
@@ -87,9 +89,10 @@ def solve(model: Model, steps, supports, increment: float = 1.0, **settings) -> 
         if attempt.fraction == 1.0:
             ends.append(path[-1])
 
-    settings = Settings(initial_increment=increment, max_increment=increment, **settings)
+    increments = {"initial_increment": increment, "max_increment": increment}
+    settings = Settings(**increments | settings)
     stepper = Stepper(model, settings, keep)
     steps = [steps] if isinstance(steps, LoadStep) else steps
     progress = stepper.run(steps, supports)
-    assert progress.stopped is None, progress.stopped
+    assert stops == bool(progress.stopped), progress.stopped
     return Solution(model, stepper, path, ends)

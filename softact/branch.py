@@ -1,0 +1,147 @@
+"""Equilibria beyond a pressure limit: traced by prescribing volume instead of pressure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from softact.drive import LoadDrive, Point, VolumeDrive, extrapolate
+
+# A traced branch ends after so many increments, when it has come down to this part of the limit,
+# or when volume control itself makes no way.
+MOST_INCREMENTS = 40
+LOWEST = 0.3
+SMALLEST = 1e-3  # of the first increment
+# Conjugate volume that one increment may add, as a part of what there is.
+LARGEST = 0.25
+# Stable increments with rising loads after which pressure takes over again.
+CONFIDENT = 2
+
+
+@dataclass(frozen=True)
+class Found:
+    """How a trace ended: points of the ``LoadDrive`` to go on from and the increment to go on
+    with; or limit: why the load cannot be reached."""
+
+    path: list[Point]
+    size: float = 0.0
+    limit: str | None = None
+
+
+def trace(stepper, step, ramp, path: list[Point], size: float, largest: float) -> Found:
+    """Follow a step's equilibria under volume control from the last point of its path.
+
+    path, size: points and increment of the ``LoadDrive``. largest: change of the fraction in one
+    increment. Returns to it when the step's end is reached or the equilibria are stable again
+    under rising pressure.
+    """
+    return _Trace(stepper, step, ramp, largest).run(path, size)
+
+
+class _Trace:
+    def __init__(self, stepper, step, ramp, largest):
+        self.stepper, self.step, self.ramp, self.largest = stepper, step, ramp, largest
+        self.drive, self.load = VolumeDrive(stepper.model, ramp), LoadDrive(ramp)
+
+    def run(self, path: list[Point], size: float) -> Found:
+        stepper = self.stepper
+        points = [self.drive.place(point) for point in path]
+        increment = first = self._first(points, size)
+        seen, rising = list(points), 0
+        while self._worth_while(seen, len(points)) and increment >= SMALLEST * first:
+            target = seen[-1].s + increment
+            outcome = stepper.attempt(self.drive, seen[-3:], target)
+            fraction = float(self.drive.loads(stepper.state)[0])
+            if outcome.converged and fraction >= 1.0:
+                if self._arrive(seen):
+                    self._remark(seen)
+                    return Found([Point(1.0, stepper.state.x.copy(), np.empty(0))])
+                outcome = None
+            if outcome is None or not outcome.converged:
+                if outcome is not None:
+                    stepper.reject(self.step, self.drive, seen[-1:], target, outcome)
+                increment *= 0.4
+                continue
+            before = seen[-1]
+            seen += stepper.accept(self.step, self.drive, [], target, outcome)
+            stable = outcome.unstable_modes == 0 and seen[-1].q[0] > before.q[0]
+            rising = rising + 1 if stable and outcome.iterations <= 6 else 0
+            if rising >= CONFIDENT and seen[-1].q[0] >= max(p.q[0] for p in seen):
+                self._remark(seen)
+                back = [Point(float(p.q[0]), p.x, np.empty(0)) for p in seen[-3:]]
+                return Found(back, min(self.largest, abs(back[-1].s - back[-2].s)))
+            increment = self._next(seen, increment, outcome.iterations)
+        return self._end(path, points, seen, size)
+
+    def _worth_while(self, seen, known: int) -> bool:
+        low = seen[-1].q[0] < LOWEST * max(p.q[0] for p in seen)
+        return len(seen) - known < MOST_INCREMENTS and not low
+
+    def _first(self, points, size) -> float:
+        """Increment of the conjugate volume that changes the fraction by ``size``."""
+        if len(points) > 1:
+            a, b = points[-2:]
+            return abs((b.s - a.s) / (b.q[0] - a.q[0])) * size
+        return 0.01 * abs(points[-1].s)
+
+    def _next(self, seen, increment, iterations) -> float:
+        from softact.stepping import growth
+
+        change = abs(seen[-1].q[0] - seen[-2].q[0])
+        wanted = increment * growth(iterations)
+        if change > 0:
+            wanted = min(wanted, increment * self.largest / change)
+        return min(wanted, LARGEST * abs(seen[-1].s))
+
+    def _arrive(self, seen) -> bool:
+        """Solve for the end of the step itself, the last point being short of it."""
+        stepper, state = self.stepper, self.stepper.state
+        before, t = seen[-1], float(self.drive.loads(state)[0])
+        here = Point(t, state.x.copy(), np.empty(0))
+        start = extrapolate([Point(before.q[0], before.x, np.empty(0)), here], 1.0)
+        outcome = stepper.attempt(self.load, [start], 1.0)
+        if outcome.converged:
+            stepper.accept(self.step, self.load, [], 1.0, outcome)
+        else:
+            stepper.go_to(self.drive, before)
+        return outcome.converged
+
+    def _limit(self, seen) -> float | None:
+        """Largest fraction on the way where it is not at the end: top of the parabola there."""
+        t = np.array([p.q[0] for p in seen])
+        top = int(np.argmax(t))
+        if top in (0, len(seen) - 1):
+            return None
+        s = np.array([p.s for p in seen[top - 1 : top + 2]])
+        a, b, c = np.polyfit(s - s[1], t[top - 1 : top + 2], 2)
+        return float(c - b * b / (4 * a))
+
+    def _told(self, fraction: float) -> str:
+        name, (start, end) = max(self.ramp.pressures.items(), key=lambda p: abs(p[1][1] - p[1][0]))
+        where = f" in '{name}'" if len(self.ramp.pressures) > 1 else ""
+        return f"{1e3 * (start + fraction * (end - start)):.4g} kPa{where}"
+
+    def _remark(self, seen) -> None:
+        limit = self._limit(seen)
+        if limit is not None:
+            self.stepper.progress.remarks.append(
+                f"step '{self.step.name}': snaps at {self._told(limit)}; the unstable "
+                "equilibria up to where it catches itself were traced by volume"
+            )
+
+    def _end(self, path, points, seen, size) -> Found:
+        """Nothing passed: a limit, or no more than load control knew."""
+        limit = self._limit(seen)
+        if limit is not None:
+            return Found(
+                path,
+                limit=f"step '{self.step.name}': pressure cannot exceed {self._told(limit)}: the "
+                f"structure snaps; the unstable branch was traced down to "
+                f"{self._told(float(seen[-1].q[0]))}",
+            )
+        for p in seen[len(points) :]:
+            point = Point(float(p.q[0]), p.x, np.empty(0))
+            path = [*path[-2:], point] if point.s > path[-1].s else [point]
+        self.stepper.go_to(self.load, path[-1])
+        return Found(path, size)

@@ -1,0 +1,90 @@
+"""Cavities driven by volume: their pressures become unknowns, one bordered row for each.
+
+With K the tangent, R the out-of-balance force and g the derivative of a prescribed volume V by the
+displacements, Newton's step solves K δx = −R + g δq and g · δx = V* − V. K is factorised as it is
+and the row eliminated (block elimination), so pressure limit points, where K is singular, are
+passed, and the inertia of K still tells whether the state is stable at constant pressure.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from softact.model import Model
+from softact.terms import State
+
+
+@dataclass(frozen=True)
+class VolumeControl:
+    """Prescribed volumes of the meshed part.
+
+    directions: for each row, cavity -> weight w. Row k prescribes Σ w V (mm³ times the weights'
+    unit); its unknown q_k adds w q_k to the pressure (MPa) of each of its cavities.
+    targets: (k,) the prescribed values.
+    """
+
+    directions: Sequence[Mapping[str, float]]
+    targets: np.ndarray
+
+
+class Border:
+    """The bordered rows of one Newton solve.
+
+    fixed: local numbers of the supported unknowns, which do not take part. softening: number of
+    directions in which the volume grows while the pressure falls, at the last correction.
+    """
+
+    def __init__(self, model: Model, control: VolumeControl, fixed: np.ndarray):
+        self._model, self._control, self._fixed = model, control, fixed
+        self.softening = 0
+
+    def values(self, state: State) -> np.ndarray:
+        """Σ w V of each row (k,)."""
+        names = {name for direction in self._control.directions for name in direction}
+        volume = {name: self._model.cavity_volume(state, name) for name in sorted(names)}
+        return np.array(
+            [sum(w * volume[name] for name, w in d.items()) for d in self._control.directions]
+        )
+
+    def error(self, state: State) -> float:
+        """Largest relative error of the prescribed values."""
+        values = self.values(state)
+        scale = np.maximum(np.abs(values), np.abs(self._control.targets))
+        return float(np.max(np.abs(values - self._control.targets) / np.maximum(scale, 1e-300)))
+
+    def gradients(self, state: State) -> np.ndarray:
+        """Derivatives of the rows by the unknowns (k, local), zero at supported ones."""
+        rows = np.zeros((len(self._control.directions), self._model.unknowns.local))
+        for row, direction in zip(rows, self._control.directions, strict=True):
+            for name, weight in direction.items():
+                self._model.cavities[name].add_volume_gradient(state.x, weight, row)
+        rows = np.array([self._model.sum_shared(row) for row in rows])
+        rows[:, self._fixed] = 0.0
+        return rows
+
+    def correct(self, state: State, step: np.ndarray, solve: Callable) -> np.ndarray:
+        """Correct Newton's step (x becomes x − step; owned part) and return δq (k,).
+
+        solve: owned array -> K⁻¹ of it.
+        """
+        owned = self._model.unknowns.owned
+        rows = self.gradients(state)[:, :owned]
+        answers = np.array([solve(row) for row in rows])
+        compliance = self._model.sum(rows @ answers.T)
+        lacking = self._control.targets - self.values(state) + self._model.sum(rows @ step)
+        change = np.linalg.solve(compliance, lacking)
+        step -= change @ answers
+        symmetric = (compliance + compliance.T) / 2
+        self.softening = int(np.sum(np.linalg.eigvalsh(symmetric) < 0))
+        return change
+
+    def add(self, state: State, change: np.ndarray) -> None:
+        """Add δq to the pressures of ``state``."""
+        pressure = dict(state.pressure)
+        for direction, q in zip(self._control.directions, change, strict=True):
+            for name, weight in direction.items():
+                pressure[name] = pressure.get(name, 0.0) + weight * q
+        state.pressure = pressure

@@ -1,0 +1,105 @@
+"""What is prescribed along a path of equilibria, and what follows from it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from softact.control import VolumeControl
+from softact.model import Model
+from softact.ramp import Ramp
+from softact.terms import State
+
+
+@dataclass(frozen=True)
+class Point:
+    """An equilibrium on a path: its place s, the unknowns x (local,), and the loads q (k,) that
+    were unknown."""
+
+    s: float
+    x: np.ndarray
+    q: np.ndarray
+
+
+class Drive(Protocol):
+    """A way along the equilibria of a step."""
+
+    def set(self, state: State, s: float, q: np.ndarray) -> tuple[np.ndarray, VolumeControl | None]:
+        """Load ``state`` for the place s; q is the guess of the unknown loads. Returns the
+        prescribed displacements and volumes."""
+
+    def loads(self, state: State) -> np.ndarray:
+        """The unknown loads q as ``state`` has them."""
+
+    def fraction(self, point: Point) -> float:
+        """Fraction of the step's loads."""
+
+
+class LoadDrive:
+    """s is the fraction of the step; the pressures of injected cavities (MPa) follow."""
+
+    control = "load"
+
+    def __init__(self, ramp: Ramp):
+        self._ramp = ramp
+        self.holds_volume = bool(ramp.injected)
+
+    def set(self, state, s, q):
+        state.pressure = state.pressure | dict(zip(self._ramp.injected, map(float, q), strict=True))
+        return self._ramp.apply(state, s), self._ramp.control(s)
+
+    def loads(self, state):
+        return np.array([state.pressure.get(name, 0.0) for name in self._ramp.injected])
+
+    def fraction(self, point):
+        return point.s
+
+
+class VolumeDrive:
+    """s is the volume that is conjugate to the step's pressures, Σ Δp V (mJ); the fraction of the
+    step follows.
+
+    All pressures keep the proportions of the step, so these are the step's own equilibria, also
+    where the fraction has a maximum.
+    """
+
+    control = "volume"
+    holds_volume = False  # the actuator will be driven by pressure
+
+    def __init__(self, model: Model, ramp: Ramp):
+        self._model, self._ramp = model, ramp
+        self._start = {name: start for name, (start, _) in ramp.pressures.items()}
+        self._change = {name: end - start for name, (start, end) in ramp.pressures.items()}
+
+    def set(self, state, s, q):
+        held = self._ramp.apply(state, float(q[0]))
+        return held, VolumeControl([self._change], np.array([s]))
+
+    def loads(self, state):
+        along = sum(d * (state.pressure[n] - self._start[n]) for n, d in self._change.items())
+        return np.array([along / sum(d * d for d in self._change.values())])
+
+    def fraction(self, point):
+        return float(point.q[0])
+
+    def place(self, point: Point) -> Point:
+        """A point of the step's ``LoadDrive`` as one of this drive."""
+        state = State(point.x)
+        s = sum(d * self._model.cavity_volume(state, name) for name, d in self._change.items())
+        return Point(s, point.x, np.array([point.s]))
+
+
+def extrapolate(path: Sequence[Point], s: float) -> Point:
+    """Lagrange polynomial through the points, taken at ``s``."""
+    x, q = np.zeros_like(path[0].x), np.zeros_like(path[0].q)
+    for i, point in enumerate(path):
+        weight = 1.0
+        for j, other in enumerate(path):
+            if j != i:
+                weight *= (s - other.s) / (point.s - other.s)
+        x += weight * point.x
+        q += weight * point.q
+    return Point(s, x, q)
