@@ -81,12 +81,16 @@ class Ramp:
 
     @property
     def only_pressures(self) -> bool:
-        """Whether pressures, and nothing else, change in this step."""
-        now, then = self._held
+        """Whether pressures, and no other loads, change in this step."""
         step = self._step
         others = (step.gravity, step.traction, step.surface_pressure, step.shift, step.presence)
-        held_still = bool(np.array_equal(now, then))
-        return bool(self.pressures) and not self.injected and not any(others) and held_still
+        changed = any(load is not None and len(load) > 0 for load in others)
+        return bool(self.pressures) and not self.injected and not changed
+
+    @property
+    def moves_supports(self) -> bool:
+        """Whether supports that this process holds move in this step."""
+        return not np.array_equal(*self._held)
 
     def apply(self, state: State, fraction: float) -> np.ndarray:
         """Set the loads of ``state``; returns the prescribed displacements (mm).

@@ -132,6 +132,8 @@ class Stepper:
         largest = step.max_increment or s.max_increment
         size = min(s.initial_increment, largest)
         path = [Point(0.0, self.state.x.copy(), drive.loads(self.state))]
+        held_still = not self.model.sum(int(ramp.moves_supports))
+        may_trace = ramp.only_pressures and held_still
         left_at = None  # where volume control was tried last
         while path[-1].s < 1.0:
             done = path[-1].s
@@ -144,7 +146,7 @@ class Stepper:
                 continue
             self.reject(step, drive, path, target, outcome)
             size *= CUT
-            if size < VOLUME_BELOW * largest and ramp.only_pressures and left_at != done:
+            if size < VOLUME_BELOW * largest and may_trace and left_at != done:
                 left_at = done
                 found = branch.trace(self, step, ramp, path, size, largest)
                 if found.limit:
