@@ -85,6 +85,15 @@ WRONG = {
     "true as a pressure": (step("pressure: true"), [(15, "steps.1.pressure", "not a pressure")]),
     "nan": (changed(6, "  roof: .nan"), [(6, "geometry.roof", "'nan' is not a finite number")]),
     "nan with unit": (changed(6, "  roof: nan mm"), [(6, "geometry.roof", "not a finite")]),
+    "pressure injected": (step("inject: 5 kPa"), [(15, "steps.1.inject", "is a pressure")]),
+    "injected elsewhere": (
+        step("inject: {upper: 2 ml}"),
+        [(15, "steps.1.inject.upper", "no cavity 'upper'; known: cavity")],
+    ),
+    "pressure and volume at once": (
+        step("pressure: 5 kPa, inject: 2 ml"),
+        [(15, "steps.1.inject", "drive a cavity by one of them")],
+    ),
     "infinity": (step("pressure: -inf kPa"), [(15, "steps.1.pressure", "not a finite number")]),
     "overflow": (changed(6, "  roof: 1e999 mm"), [(6, "geometry.roof", "too large")]),
     "decimal comma": (changed(6, "  roof: '1,5 mm'"), [(6, "geometry.roof", "decimal comma")]),

@@ -175,7 +175,18 @@ def test_validate_applies_overrides(folder, capsys):
         ("materials", CARDS),
         ("geometries", GEOMETRIES),
         ("measures", MEASURES),
-        ("loads", ["gravity", "pressure", "traction", "surface_pressure", "supports", "obstacles"]),
+        (
+            "loads",
+            [
+                "gravity",
+                "pressure",
+                "inject",
+                "traction",
+                "surface_pressure",
+                "supports",
+                "obstacles",
+            ],
+        ),
     ],
 )
 def test_list_shows_everything_there_is(capsys, kind, known):
