@@ -4,6 +4,7 @@ import base64
 import gzip
 import json
 import re
+from contextlib import nullcontext
 from dataclasses import replace
 
 import bent_beam
@@ -13,7 +14,7 @@ from PIL import Image
 
 from softact.errors import SpecError
 from softact.geometry import Layout
-from softact.report import curves, labels, pictures, surface, view, viewer, write_report
+from softact.report import curves, frames, labels, pictures, surface, view, viewer, write_report
 from softact.results import ResultsWriter, read
 
 LENGTH, HALF, HEIGHT = bent_beam.LENGTH, bent_beam.HALF_WIDTH, bent_beam.HEIGHT
@@ -32,7 +33,7 @@ def folder(tmp_path_factory):
 @pytest.fixture
 def no_drawing(monkeypatch):
     """Leave out the pictures, which take seconds and are not what the test is about."""
-    monkeypatch.setattr(pictures, "draw", lambda directory: "left out")
+    monkeypatch.setattr(pictures, "drawing", lambda results: nullcontext(lambda: "left out"))
 
 
 def page_of(directory):
@@ -151,7 +152,7 @@ def test_a_torn_field_file_leaves_the_rest(tmp_path):
 
 def test_failed_drawing_is_told_and_the_rest_stands(tmp_path, monkeypatch):
     bent_beam.write(tmp_path / "r", 90.0, 2)
-    monkeypatch.setattr(pictures, "_TIME_LIMIT_S", 0.05)
+    monkeypatch.setattr(frames, "_TIME_LIMIT_S", 0.05)
     text, _, view = page_of(tmp_path / "r")
     assert "The pictures of the actuator are missing: drawing took longer than 0.05 s" in text
     assert view["outer"] > 0 and "<img" not in text
@@ -159,8 +160,9 @@ def test_failed_drawing_is_told_and_the_rest_stands(tmp_path, monkeypatch):
 
 def test_a_crash_while_drawing_is_told(tmp_path, monkeypatch):
     bent_beam.write(tmp_path / "r", 90.0, 1)
-    monkeypatch.setattr(pictures.sys, "executable", "/bin/false")
-    assert "ended with code 1" in pictures.draw(tmp_path / "r")
+    monkeypatch.setattr(frames, "_COMMAND", ("/bin/sh", "-c", "echo no GL >&2; exit 3"))
+    with pictures.drawing(read(tmp_path / "r")) as finish:
+        assert finish() == "drawing ended with code 3: no GL"
 
 
 def test_a_folder_of_something_else_is_refused(tmp_path):
@@ -383,13 +385,14 @@ def test_the_bending_plane_is_seen(folder, layout, seen):
 
 def test_pictures_are_drawn_to_scale(folder):
     """Extent of the opaque pixels against that of the projected block."""
-    assert (folder / "states.png").is_file()  # else drawing could end this process too
     results = read(folder)
-    scene = pictures._scene(results)
-    low, high = scene.frame([8])
-    image = pictures._panel(scene, 8, low, high, ghost=False)
-    opaque = image[..., 3] > 128
+    scene = frames.make_scene(results)
+    group = scene.group([8], ghost=False, pixels=600)
+    with frames.rendering(scene, [group]) as finish:
+        ((image,),) = finish()
+    opaque = (image < 250).any(axis=-1)
     columns, rows = np.flatnonzero(opaque.any(axis=0)), np.flatnonzero(opaque.any(axis=1))
+    low, high = group.low, group.high
     pixel = (high[0] - low[0]) / image.shape[1]
     margin = 0.04 / 1.08 * (high - low).max()  # at most: the frame's margin on either side
     drawn = np.array([np.ptp(columns) + 1, np.ptp(rows) + 1]) * pixel

@@ -1,9 +1,10 @@
 """report.html and the pictures of a result folder, from the files in the folder alone."""
 
+from contextlib import nullcontext
 from pathlib import Path
 
 from softact.report import curves, page, pictures, viewer
-from softact.results import read, write_atomic
+from softact.results import Results, read, write_atomic
 
 __all__ = ["write_report"]
 
@@ -19,20 +20,26 @@ def write_report(directory: str | Path) -> Path:
     faults = list(results.faults)
     for name in ("curve.png", "states.png", "shape.png"):
         (directory / name).unlink(missing_ok=True)
-    try:
-        if curves.charts(results):
-            write_atomic(directory / "curve.png", curves.picture(results))
-    except Exception as error:  # a report without a picture beats no report
-        faults.append(f"curve.png is missing: {error!r}")
     view = None
-    if results.increments:
-        fault = pictures.draw(directory)
-        if fault:
-            faults.append(f"The pictures of the actuator are missing: {fault}")
+    with pictures.drawing(results) if results.increments else nullcontext(str) as finish:
         try:
-            view = viewer.pack(results)
-        except Exception as error:  # as above
-            faults.append(f"The 3-D view is missing: {error!r}")
+            if curves.charts(results):
+                write_atomic(directory / "curve.png", curves.picture(results))
+        except Exception as error:  # a report without a picture beats no report
+            faults.append(f"curve.png is missing: {error!r}")
+        if results.increments:
+            view = _view(results, faults)
+        fault = finish()
+    if fault:
+        faults.append(f"The pictures of the actuator are missing: {fault}")
     path = directory / "report.html"
     write_atomic(path, page.html(results, view, faults))
     return path
+
+
+def _view(results: Results, faults: list[str]) -> dict | None:
+    try:
+        return viewer.pack(results)
+    except Exception as error:  # as above
+        faults.append(f"The 3-D view is missing: {error!r}")
+        return None

@@ -10,6 +10,15 @@ from softact.results import Results
 #: A little off the bending plane's normal, so that the depth shows (degrees).
 _TURN_DEG, _RISE_DEG = 22.0, 20.0
 
+#: The colour scale of stresses, from low to high: Turbo (Mikhailov 2019) from 7 to 92 % of its
+#: length. Without its dark ends, shading cannot be taken for stress.
+STRESS_COLOURS = (
+    "#4143a7", "#4456c7", "#4669e0", "#477bf2", "#458cfd", "#3ba0fd", "#2fb2f4", "#23c3e4",
+    "#1ad2d2", "#18dec0", "#1fe9af", "#2ff19b", "#46f884", "#61fc6c", "#7dff56", "#96fe44",
+    "#a9fb39", "#bcf534", "#cdec34", "#dde037", "#ebd339", "#f5c53a", "#fbb637", "#fea431",
+    "#fe9029", "#fa7b1f", "#f46617", "#ec530f", "#e2430a", "#d63506", "#c82803", "#b71d02",
+)  # fmt: skip
+
 
 @dataclass(frozen=True)
 class View:

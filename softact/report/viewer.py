@@ -6,9 +6,8 @@ import gzip
 import numpy as np
 
 from softact.report import labels
-from softact.report.pictures import colours
 from softact.report.surface import Skin, mirrored, skin
-from softact.report.view import bending_view, colour_range, load, load_name
+from softact.report.view import STRESS_COLOURS, bending_view, colour_range, load, load_name
 from softact.results import Results
 
 _MOST_STATES = 40
@@ -59,7 +58,7 @@ def pack(results: Results) -> dict:
         "scale": scale,
         "states": [_caption(results, number) for number in numbers],
         "fields": fields,
-        "colours": colours(),
+        "colours": STRESS_COLOURS,
         "box": _box(places, parts).T.tolist(),
         "camera": _camera(results),
         "data": base64.b64encode(gzip.compress(raw, 9, mtime=0)).decode(),

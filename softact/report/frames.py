@@ -1,0 +1,155 @@
+"""What is drawn of an actuator: its skin in chosen states, handed to ``render.py``."""
+
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from softact.report import labels
+from softact.report.surface import Skin, mirrored, skin
+from softact.report.view import STRESS_COLOURS, View, bending_view, colour_range
+from softact.results import Results
+
+_TIME_LIMIT_S = 600.0
+_COMMAND = (sys.executable, "-P", str(Path(__file__).with_name("render.py")))
+
+
+class DrawingError(Exception):
+    """The process that draws failed; the text says how."""
+
+
+@dataclass(frozen=True)
+class Group:
+    """States drawn in one frame. numbers: of the states, -1 is undeformed; ghost: whether the
+    undeformed outline is drawn too; low, high: corners of the frame, mm in the picture; size:
+    width and height in pixels.
+    """
+
+    numbers: Sequence[int]
+    ghost: bool
+    low: np.ndarray
+    high: np.ndarray
+    size: tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Scene:
+    """All that is the same in every picture of a result. limits: of the field's colours."""
+
+    results: Results
+    skin: Skin
+    view: View
+    field: str
+    limits: tuple[float, float]
+
+    def points(self, number: int) -> np.ndarray:
+        """(v, 3) mm: vertices of the meshed part in state ``number``; -1 is undeformed."""
+        at_rest = self.results.points[self.skin.nodes]
+        if number < 0:
+            return at_rest
+        return at_rest + self.results.field(number, "displacement")[self.skin.nodes]
+
+    def values(self, number: int) -> np.ndarray:
+        """(v,) of the field in state ``number``."""
+        if number < 0:
+            return np.full(len(self.skin.nodes), self.limits[0])
+        return self.results.scalar(number, self.field)[self.skin.nodes]
+
+    def group(self, numbers: Sequence[int], ghost: bool, pixels: float) -> Group:
+        """A frame about all these states whose longer side has ``pixels``, even numbers."""
+        used = np.unique(self.skin.outer)
+        flat = []
+        for number in [*numbers, -1] if ghost else numbers:
+            whole, _ = mirrored(self.points(number)[used], np.zeros((0, 3), int), self.skin.mirrors)
+            flat.append(self.view.project(whole))
+        flat = np.vstack(flat)
+        margin = 0.04 * np.ptp(flat, axis=0).max()
+        low, high = flat.min(axis=0) - margin, flat.max(axis=0) + margin
+        mm = (high - low).max() / pixels  # of a pixel
+        width, height = size = 2 * np.ceil((high - low) / mm / 2).astype(int)
+        middle = (low + high) / 2
+        low, high = middle - size * mm / 2, middle + size * mm / 2
+        return Group(numbers, ghost, low, high, (int(width), int(height)))
+
+    def job(self, group: Group) -> dict[str, np.ndarray]:
+        """Arrays for ``render.py``."""
+        points, values = [], []
+        for number in group.numbers:
+            whole, triangles = mirrored(self.points(number), self.skin.outer, self.skin.mirrors)
+            points.append(whole)
+            values.append(np.tile(self.values(number), len(whole) // len(self.skin.nodes)))
+        ghost, edges = mirrored(self.points(-1), self.skin.edges, self.skin.mirrors)
+        return {
+            "points": np.array(points), "values": np.array(values), "triangles": triangles,
+            "edges": edges, "ghost": ghost if group.ghost else np.zeros((0, 3)),
+            "limits": np.array(self.limits), "colours": _rgb(STRESS_COLOURS),
+            "right": self.view.right, "up": self.view.up, "eye": self.view.eye,
+            "low": group.low, "high": group.high, "size": np.array(group.size),
+        }  # fmt: skip
+
+
+def make_scene(results: Results) -> Scene:
+    """The scene of a result that has states."""
+    parts = skin(results)
+    names = results.field_names(-1)
+    field = next((name for name in labels.FIELDS if name in names), "displacement")
+    low, high, _ = colour_range(results, field, parts.nodes[np.unique(parts.outer)])
+    return Scene(results, parts, bending_view(results), field, (low, high))
+
+
+def _rgb(colours: Sequence[str]) -> np.ndarray:
+    return np.array([[int(c[n : n + 2], 16) / 255 for n in (1, 3, 5)] for c in colours])
+
+
+@contextmanager
+def rendering(scene: Scene, groups: Sequence[Group]) -> Iterator[Callable[[], list[np.ndarray]]]:
+    """Begin to draw groups of states in a process of its own.
+
+    Gives a function that waits and returns for each group (states, height, width, 3) uint8; it
+    raises DrawingError with one line where that failed.
+    """
+    with tempfile.TemporaryDirectory(prefix="softact-draw-") as scratch:
+        files = [Path(scratch) / f"{number}.npz" for number in range(len(groups))]
+        for file, group in zip(files, groups, strict=True):
+            np.savez(file, **scene.job(group))
+        errors = Path(scratch) / "stderr"
+        with errors.open("wb") as stderr:
+            process = subprocess.Popen(
+                [*_COMMAND, *files], env=_environment(), stderr=stderr, stdout=subprocess.DEVNULL
+            )
+
+            def finish() -> list[np.ndarray]:
+                _wait(process, errors)
+                return [np.load(file.with_suffix(".npy")) for file in files]
+
+            try:
+                yield finish
+            finally:
+                if process.poll() is None:
+                    process.kill()
+                    process.wait()
+
+
+def _environment() -> dict[str, str]:
+    # Neither a display nor the MPI job that we may be part of is the child's business.
+    mine = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "DISPLAY", "WAYLAND_DISPLAY")
+    return {k: v for k, v in os.environ.items() if not k.startswith(mine)}
+
+
+def _wait(process: subprocess.Popen, errors: Path) -> None:
+    try:
+        code = process.wait(timeout=_TIME_LIMIT_S)
+    except subprocess.TimeoutExpired:
+        raise DrawingError(
+            f"drawing took longer than {_TIME_LIMIT_S:g} s and was given up"
+        ) from None
+    if code:
+        said = [line for line in errors.read_text(errors="replace").splitlines() if line.strip()]
+        reason = said[-1] if said else "no message"
+        raise DrawingError(f"drawing ended with code {code}: {reason}")

@@ -1,0 +1,181 @@
+"""Draws deformed surfaces off screen with VTK; ``python -P render.py JOB.npz ...``.
+
+A process of its own, since a missing graphics library can end the process that draws; and a file
+that imports nothing but numpy and the few modules of VTK that it needs, since that is most of the
+time a small picture takes.
+
+The arrays of JOB, for k states seen alike: points (k, n, 3) mm; values (k, n) for the colours;
+triangles (t, 3); edges (e, 2) vertices of creases; ghost (g, 3) or (0, 3): points of the same
+edges to draw in grey behind each; limits (2,) of the values; colours (c, 3) in 0..1, from low to
+high; right, up, eye (3,): unit vectors of the parallel projection; low, high (2,): corners of the
+frame, mm in the picture; size (2,): pixels. JOB.npy is then (k, height, width, 3) uint8, on white.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import vtkmodules.vtkRenderingOpenGL2  # noqa: F401 (registers the drawing)
+from vtkmodules.util.numpy_support import (
+    numpy_to_vtk,
+    numpy_to_vtkIdTypeArray,
+    vtk_to_numpy,
+)
+from vtkmodules.vtkCommonCore import vtkLookupTable, vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
+from vtkmodules.vtkRenderingCore import (
+    vtkActor,
+    vtkLightKit,
+    vtkPolyDataMapper,
+    vtkRenderer,
+    vtkRenderWindow,
+    vtkWindowToImageFilter,
+)
+
+_FINER = 2  # drawn so many times as large, then averaged
+_INK, _GREY = (0.11, 0.165, 0.2), (0.54, 0.58, 0.61)
+
+
+def render(job) -> np.ndarray:
+    """The pictures of a job."""
+    window, renderer = _window(job)
+    surface, outline = _surface(job), _lines(job, _INK, 0.6)
+    for actor in (surface, outline):
+        renderer.AddActor(actor)
+    if len(job["ghost"]):
+        ghost = _lines(job, _GREY, 1.0)
+        _place(ghost, job["ghost"])
+        renderer.AddActor(ghost)
+    pictures = []
+    for points, values in zip(job["points"], job["values"], strict=True):
+        _place(surface, points, values)
+        _place(outline, points)
+        _aim(renderer, job, points)
+        pictures.append(_shot(window))
+    return np.array(pictures)
+
+
+def _window(job):
+    window, renderer = vtkRenderWindow(), vtkRenderer()
+    window.SetOffScreenRendering(True)
+    window.SetMultiSamples(0)
+    window.SetSize(*(int(n) * _FINER for n in job["size"]))
+    renderer.SetBackground(1, 1, 1)
+    kit = vtkLightKit()
+    kit.AddLightsToRenderer(renderer)
+    window.AddRenderer(renderer)
+    return window, renderer
+
+
+def _surface(job) -> vtkActor:
+    colours = job["colours"]
+    table = vtkLookupTable()
+    table.SetNumberOfTableValues(256)
+    places = np.linspace(0, len(colours) - 1, 256)
+    for number in range(256):
+        rgb = (np.interp(places[number], np.arange(len(colours)), colours[:, n]) for n in range(3))
+        table.SetTableValue(number, *rgb)
+    data = vtkPolyData()
+    data.SetPolys(_cells(job["triangles"]))
+    normals = vtkPolyDataNormals()
+    normals.SetInputData(data)
+    normals.SplittingOff()
+    normals.ConsistencyOff()
+    mapper = vtkPolyDataMapper()
+    mapper.SetInputConnection(normals.GetOutputPort())
+    mapper.SetLookupTable(table)
+    mapper.SetScalarRange(*job["limits"])
+    mapper.InterpolateScalarsBeforeMappingOn()
+    actor = vtkActor()
+    actor.SetMapper(mapper)
+    look = actor.GetProperty()
+    look.SetInterpolationToPhong()
+    look.SetAmbient(0.5)
+    look.SetDiffuse(0.58)
+    look.SetSpecular(0.1)
+    look.SetSpecularPower(20)
+    actor.surface = data
+    return actor
+
+
+def _lines(job, colour, opacity: float) -> vtkActor:
+    data = vtkPolyData()
+    data.SetLines(_cells(job["edges"]))
+    mapper = vtkPolyDataMapper()
+    mapper.SetInputData(data)
+    actor = vtkActor()
+    actor.SetMapper(mapper)
+    look = actor.GetProperty()
+    look.SetColor(*colour)
+    look.SetOpacity(opacity)
+    look.SetLineWidth(1.5 * _FINER)
+    look.LightingOff()
+    actor.surface = data
+    return actor
+
+
+def _cells(corners: np.ndarray) -> vtkCellArray:
+    cells = vtkCellArray()
+    count, each = corners.shape
+    flat = np.ascontiguousarray(corners, np.int64).ravel()
+    starts = np.arange(0, count * each + 1, each, dtype=np.int64)
+    cells.SetData(
+        numpy_to_vtkIdTypeArray(starts, deep=True), numpy_to_vtkIdTypeArray(flat, deep=True)
+    )
+    return cells
+
+
+def _place(actor: vtkActor, points: np.ndarray, values: np.ndarray | None = None) -> None:
+    """Move an actor's points, and colour it."""
+    places = vtkPoints()
+    places.SetData(numpy_to_vtk(np.ascontiguousarray(points, float), deep=True))
+    actor.surface.SetPoints(places)
+    if values is not None:
+        scalars = numpy_to_vtk(np.ascontiguousarray(values, np.float32), deep=True)
+        actor.surface.GetPointData().SetScalars(scalars)
+    actor.surface.Modified()
+
+
+def _aim(renderer: vtkRenderer, job, points: np.ndarray) -> None:
+    """Parallel projection whose frame is the rectangle ``low`` to ``high``."""
+    low, high, eye = job["low"], job["high"], job["eye"]
+    middle = (low + high) / 2
+    depth = points @ eye
+    focus = middle[0] * job["right"] + middle[1] * job["up"] + depth.mean() * eye
+    far = 10 * max(np.ptp(depth), *(high - low))
+    camera = renderer.GetActiveCamera()
+    camera.SetFocalPoint(*focus)
+    camera.SetPosition(*(focus + far * eye))
+    camera.SetViewUp(*job["up"])
+    camera.ParallelProjectionOn()
+    camera.SetParallelScale((high - low)[1] / 2)
+    camera.SetClippingRange(0.1 * far, 3 * far)
+
+
+def _shot(window: vtkRenderWindow) -> np.ndarray:
+    """(height, width, 3) uint8: the picture, each pixel the mean of those drawn."""
+    grab = vtkWindowToImageFilter()
+    grab.SetInput(window)
+    grab.SetInputBufferTypeToRGB()
+    grab.ReadFrontBufferOff()
+    grab.Update()  # renders
+    image = grab.GetOutput()
+    wide, high, _ = image.GetDimensions()
+    drawn = vtk_to_numpy(image.GetPointData().GetScalars()).reshape(high, wide, 3)[::-1]
+    mean = np.zeros((high // _FINER, wide // _FINER, 3), np.uint16)
+    for row, column in np.ndindex(_FINER, _FINER):
+        mean += drawn[row::_FINER, column::_FINER]
+    return (mean // _FINER**2).astype(np.uint8)
+
+
+def main(job_files: list[Path]) -> None:
+    """Draw each job into a file of the same name that ends in .npy."""
+    for job_file in job_files:
+        with np.load(job_file) as arrays:
+            job = dict(arrays)
+        np.save(job_file.with_suffix(".npy"), render(job))
+
+
+if __name__ == "__main__":
+    main([Path(name) for name in sys.argv[1:]])
