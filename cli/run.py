@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from softact.cli._measured import measured_options, read_all, sections, tell
 from softact.errors import SpecError
 
 
@@ -37,8 +38,15 @@ from softact.errors import SpecError
 @click.option(
     "--force", is_flag=True, help="Write into DIR even if it holds files that are no results."
 )
+@measured_options
 def run(
-    spec: str, output: str | None, processes: int, overrides: tuple[str, ...], force: bool
+    spec: str,
+    output: str | None,
+    processes: int,
+    overrides: tuple[str, ...],
+    force: bool,
+    measured: tuple[Path, ...],
+    columns: str | None,
 ) -> None:
     """Solve a spec and write its data sheet: curves, measures, fields and a report.
 
@@ -50,22 +58,33 @@ def run(
     Examples:
       softact run configs/pneunet_glove.yaml -n 2
       softact run finger.yaml -o results/thin --set geometry.roof='0.8 mm'
+      softact run finger.yaml --measured angle.csv
     """
     from softact.cli._progress import Progress
     from softact.spec import load
 
     loaded = load(spec, overrides)
     directory = Path(output) if output else Path("results") / loaded.name
+    read_in = read_all(measured, _columns(loaded) if measured else (), columns)
     check_folder(directory, force)
 
     from softact.run import run as solve
 
     with Progress([step.name for step in loaded.steps]) as progress:
-        outcome = solve(loaded, directory, processes=processes, progress=progress)
+        outcome = solve(
+            loaded, directory, processes=processes, progress=progress, extra=sections(read_in)
+        )
+    tell(directory, read_in)
     if outcome.message:
         click.echo(outcome.message, err=True)
     click.echo(f"report: {directory / 'report.html'}")
     sys.exit(outcome.exit_code)
+
+
+def _columns(spec) -> list[str]:
+    from softact.fit.measured import run_columns
+
+    return run_columns(spec)
 
 
 def check_folder(directory: Path, force: bool) -> None:

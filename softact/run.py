@@ -12,7 +12,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -49,12 +49,14 @@ def run(
     report: bool = True,
     threads: int | None = None,
     scratch: Path | None = None,
+    extra: Sequence = (),
 ) -> Outcome:
     """Solve ``spec`` and write its result folder.
 
     processes: MPI processes of the solver. report: whether report.html and the pictures are made
     too; ``softact.report.write_report`` makes them later from the folder alone. threads: of a
-    single process in BLAS, by default one for each core. scratch: folder for mesh and job files,
+    single process in BLAS, by default one for each core. extra: further sections of the report.
+    scratch: folder for mesh and job files,
     by default a new one in the system's temporary folder. The solver ends with this process, even
     where this one is killed.
 
@@ -85,7 +87,7 @@ def run(
         progress({"stage": "report"})
         from softact.report import write_report
 
-        write_report(directory)
+        write_report(directory, extra)
     return Outcome(last["status"], directory, last.get("message"))
 
 

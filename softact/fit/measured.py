@@ -54,14 +54,29 @@ def run_columns(spec) -> list[str]:
     return names
 
 
-def read_measured(path: Path, columns: Sequence[str], x: str | None = None) -> Measured:
+def read_measured(
+    path: Path,
+    columns: Sequence[str],
+    x: str | None = None,
+    headings: Sequence[str] | None = None,
+) -> Measured:
     """Read a table whose headings name columns of a run, with units of the user's choice.
 
-    columns: what a run has. x: heading of the abscissa; default: the first. A heading '-' skips
-    its column. Raises SpecError with one line per fault.
+    columns: what a run has. x: heading of the abscissa; default: the first. headings: in place of
+    the file's own, for a file that has none or others. A heading '-' skips its column. Raises
+    SpecError with one line per fault.
     """
     rows = read_rows(path)
-    (line, headings), rows = rows[0], rows[1:]
+    line, first = rows[0]
+    if headings is None or cell_fault(first[0]):
+        rows = rows[1:]
+    if headings is None:
+        if not cell_fault(first[0]):
+            raise SpecError(
+                f"{path}:{line}: the table has no headings; name its columns in a line above it, "
+                "such as 'pressure_kPa, bending_angle_deg'"
+            )
+        headings = first
     used, faults = {}, []
     for place, heading in enumerate(headings):
         if heading == SKIPPED:
@@ -116,10 +131,16 @@ def meaning(heading: str, columns: Sequence[str]) -> tuple[str, float]:
         if not written:
             raise ValueError(f"{show(heading)} names no unit; write for example '{name}'")
         try:
-            return name, conversion(UNITS.get(written, written), UNITS.get(unit, unit))
+            return name, conversion(_unit(written), _unit(unit))
         except ValueError as error:
             raise ValueError(f"{show(heading)}: {error}") from None
     raise ValueError(f"{show(heading)} is no column of a run; {nearest(heading, columns)}")
+
+
+def _unit(text: str) -> str:
+    """A unit as the registry writes it: '/ kPa' and 'N/mm2' are understood too."""
+    text = re.sub(r"^(/|in)\s+", "", text)
+    return UNITS.get(text) or re.sub(r"(?<=[A-Za-z])([23])\b", r"^\1", text)
 
 
 def meaning_of_option(text: str, names: Sequence[str]) -> str:
@@ -168,7 +189,7 @@ def predicted(curve: Mapping[str, np.ndarray], measured: Measured) -> dict[str, 
     for name in measured.values:
         if name not in curve:
             raise SpecError(f"{measured.source}: this actuator's run has no column '{name}'")
-    rows = _rising(curve, measured.x)
+    rows = rising(curve, measured.x)
     x = curve[measured.x][rows]
     direction = math.copysign(1.0, x[-1] - x[0])
     if np.any(direction * np.diff(x) <= 0):
@@ -202,8 +223,8 @@ def reached(curve: Mapping[str, np.ndarray], measured: Measured) -> str:
     )
 
 
-def _rising(curve: Mapping[str, np.ndarray], x: str) -> np.ndarray:
-    """Rows of the step in which x changes most, with the row that it starts from."""
+def rising(curve: Mapping[str, np.ndarray], x: str) -> np.ndarray:
+    """Return the rows of the step in which x changes most, with the row that it starts from."""
     best, largest = np.arange(len(curve[x])), -1.0
     for step in dict.fromkeys(curve["step"]):
         rows = np.flatnonzero(curve["step"] == step)

@@ -1,16 +1,25 @@
 """report.html and the pictures of a result folder, from the files in the folder alone."""
 
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from pathlib import Path
 
+from softact.errors import SpecError
 from softact.report import curves, page, pictures, viewer
+from softact.report.base import Section
 from softact.results import Results, read, write_atomic
 
-__all__ = ["write_report"]
+__all__ = ["Extra", "write_report"]
 
 
-def write_report(directory: str | Path) -> Path:
+#: Makes a further section of the report from the results.
+Extra = Callable[[Results], Section]
+
+
+def write_report(directory: str | Path, extra: Sequence[Extra] = ()) -> Path:
     """(Re)build report.html, curve.png, states.png and shape.png; returns the report's path.
+
+    extra: further sections; where one raises SpecError, the report says so in its place.
 
     A picture or 3-D view that cannot be made does not stop the rest: the report says which is
     missing and why. Raises SpecError where the folder is not a result folder.
@@ -32,8 +41,14 @@ def write_report(directory: str | Path) -> Path:
         fault = finish()
     if fault:
         faults.append(f"The pictures of the actuator are missing: {fault}")
+    more = []
+    for make in extra:
+        try:
+            more.append(make(results))
+        except SpecError as error:
+            faults += error.lines
     path = directory / "report.html"
-    write_atomic(path, page.html(results, view, faults))
+    write_atomic(path, page.html(results, view, faults, more))
     return path
 
 

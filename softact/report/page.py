@@ -1,5 +1,6 @@
 """The text of report.html: one file that needs nothing else, not even a network."""
 
+from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -24,14 +25,19 @@ _VIEW = """\
 lengths in mm, displacements to scale. <span id="range"></span></p>"""
 
 
-def html(results: Results, view: dict | None, faults: list[str]) -> str:
-    """The whole page. view: what ``viewer.pack`` gave; faults: what is missing and why."""
+def html(
+    results: Results, view: dict | None, faults: list[str], more: Sequence[Section] = ()
+) -> str:
+    """The whole page. view: what ``viewer.pack`` gave; faults: what is missing and why; more:
+    sections that were asked for.
+    """
     here = files("softact.report")
     spec = _spec(results)
     name = str(spec.get("name") or results.directory.resolve().name)
     told = origin.assumptions(spec)
     sections = [
         Section("figures", "Key figures", _figures(results), "Figures"),
+        *more,
         *([Section("view", "3-D view", _VIEW)] if view else []),
         Section("states", "Four loads", _states(results)),
         Section("curves", "Curves", base.figures(_plots(results))),

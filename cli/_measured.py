@@ -1,0 +1,67 @@
+"""The options ``--measured`` and ``--columns`` of commands that write a report."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+
+import click
+
+
+def measured_options(command: Callable) -> Callable:
+    """Add ``--measured FILE`` (several) and ``--columns NAMES`` to a command."""
+    files = click.option(
+        "--measured",
+        multiple=True,
+        type=click.Path(path_type=Path),
+        metavar="FILE",
+        help="Set the run against a measured curve. Headings name columns of curve.csv, in any "
+        "unit that fits: 'Pressure (bar), Bending angle (rad)'. May be repeated.",
+    )
+    headings = click.option(
+        "--columns",
+        metavar="NAMES",
+        help="Headings of the measured files, where they have none or others: "
+        "'pressure MPa, chord_angle deg'; '-' skips a column.",
+    )
+    return files(headings(command))
+
+
+def read_all(files: Sequence[Path], known: Sequence[str], headings: str | None) -> list:
+    """Read the measured files. known: columns of the run. Raises SpecError, a line per fault."""
+    from softact.errors import SpecError
+    from softact.fit.measured import read_measured
+
+    if headings is not None and not files:
+        raise SpecError("--columns names the columns of --measured FILE, which is not given")
+    names = [name.strip() for name in headings.split(",")] if headings else None
+    found, faults = [], []
+    for file in files:
+        try:
+            found.append(read_measured(file, known, headings=names))
+        except SpecError as error:
+            faults += error.lines
+    if faults:
+        raise SpecError(*faults)
+    return found
+
+
+def sections(measured: Sequence) -> list:
+    """What ``write_report`` adds to a report for measured curves."""
+    if not measured:
+        return []
+    from softact.report.overlay import section
+
+    return [partial(section, several=measured)]
+
+
+def tell(directory: Path, measured: Sequence) -> None:
+    """Print how far the run in a folder is from measured curves."""
+    if not measured:
+        return
+    from softact.report.overlay import deviations, tell
+    from softact.results import read
+
+    curve = read(directory).curve
+    for curves in measured:
+        for deviation in deviations(curve, curves):
+            click.echo(tell(deviation))

@@ -1,0 +1,97 @@
+"""A measured curve over a run's: the deviations are those that were put in."""
+
+import bent_beam
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from softact.cli.report import report
+from softact.cli.run import run
+from softact.errors import SpecError
+from softact.fit.measured import read_measured
+from softact.report import overlay
+from softact.results import read
+
+ANGLE, INCREMENTS = 200.0, 8  # in proportion to the pressure, 50 kPa at the end
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    directory = tmp_path_factory.mktemp("overlay") / "beam"
+    bent_beam.write(directory, ANGLE, INCREMENTS, size={"nx": 4, "ny": 2, "nz": 7})
+    return directory
+
+
+def measured(tmp_path, text, headings=None):
+    path = tmp_path / "angle.csv"
+    path.write_text(text)
+    return path, ["pressure_kPa", "bending_angle_deg", "tip_x_mm"], headings
+
+
+def test_deviations_are_those_that_were_put_in(folder, tmp_path):
+    # The run: 400 degrees per bar. Measured 43 to 163 degrees, so a tenth of the range is 12, and
+    # a difference of 12 is not more than that.
+    apart = np.array([-3.0, 0.0, 4.0, 12.0, 17.0])
+    bar = np.array([0.1, 0.2, 0.3, 0.35, 0.45])
+    rows = [f"{p!r},{a!r}" for p, a in zip(bar, np.radians(400 * bar - apart), strict=True)]
+    text = "Pressure (bar), Bending angle / rad\n" + "\n".join(rows) + "\n"
+    found = read_measured(*measured(tmp_path, text)[:2])
+    (d,) = overlay.deviations(read(folder).curve, found)
+    assert d.span == pytest.approx(120.0)
+    assert (d.count, d.compared) == (5, 5)
+    assert d.rmse == pytest.approx(np.sqrt(np.mean(apart**2)))
+    assert (d.largest, d.largest_at) == pytest.approx((17.0, 45.0))
+    assert d.parts_at == pytest.approx(45.0)
+
+
+def test_points_beyond_the_run_are_counted_and_left_out(folder, tmp_path):
+    text = "pressure_kPa;bending_angle_deg\n25;101\n50;201\n60;500\n"
+    found = read_measured(*measured(tmp_path, text)[:2])
+    (d,) = overlay.deviations(read(folder).curve, found)
+    assert (d.count, d.compared) == (3, 2)
+    assert (d.rmse, d.largest, d.parts_at) == pytest.approx((1.0, -1.0, None))
+    assert "1 of 3 points beyond the run" in overlay.tell(d)
+
+
+def test_headings_given_beside_the_file(folder, tmp_path):
+    path, columns, _ = measured(tmp_path, "# no headings\n0.010,40\n0.030,120\n")
+    found = read_measured(path, columns, headings=["pressure N/mm2", "bending_angle degrees"])
+    (d,) = overlay.deviations(read(folder).curve, found)
+    assert (d.compared, d.rmse) == (2, pytest.approx(0, abs=1e-9))
+    with pytest.raises(SpecError, match=r"angle.csv:2: the table has no headings"):
+        read_measured(path, columns)
+
+
+def test_the_command_draws_and_tells(folder, tmp_path):
+    path, _, _ = measured(
+        tmp_path, "pressure_kPa,bending_angle_deg,tip_x_mm\n10,42,100\n40,158,50\n"
+    )
+    done = CliRunner().invoke(report, [str(folder), "--measured", str(path)])
+    assert done.exit_code == 0, done.output
+    assert "bending_angle_deg" in done.output and "RMSE 2°" in done.output
+    page = (folder / "report.html").read_text()
+    assert "Against measurement" in page and "Bending angle: run and measurement" in page
+    assert "deviations.csv" in page
+
+
+@pytest.mark.parametrize(
+    "text, fault",
+    [
+        ("pressure_kPa,bending_angle_N\n1,2\n2,3\n", "'bending_angle_N'"),
+        ("pressure_kPa,colour\n1,2\n", "'colour' is no column of a run"),
+        ("pressure_kPa,bending_angle_deg\n1,x\n", "angle.csv:2: column 'bending_angle_deg'"),
+        ("pressure_kPa,bending_angle_deg\n", "no values"),
+    ],
+)
+def test_wrong_tables_are_told(folder, tmp_path, text, fault):
+    path, columns, _ = measured(tmp_path, text)
+    with pytest.raises(SpecError, match=fault.replace("(", r"\(")):
+        read_measured(path, columns)
+
+
+def test_run_reads_the_file_before_it_solves(tmp_path):
+    arguments = ["configs/pneunet_small.yaml", "-o", str(tmp_path / "r"), "--measured", "nope.csv"]
+    done = CliRunner().invoke(run, arguments)
+    assert isinstance(done.exception, SpecError)
+    assert "nope.csv: there is no such file" in str(done.exception)
+    assert not (tmp_path / "r").exists()
