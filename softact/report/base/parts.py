@@ -43,17 +43,23 @@ def download(name: str, data: bytes, kind: str = "text/csv", text: str = "") -> 
 
 
 def table(
-    heads: Sequence[str], rows: Iterable[Sequence[str | float]], *, file: str = "", marks=()
+    heads: Sequence[str],
+    rows: Iterable[Sequence[str | float | None]],
+    *,
+    file: str = "",
+    marks: Sequence[str] = (),
+    numbers: bool = False,
 ) -> str:
     """A table that scrolls sideways where it is too wide; the first column stays in sight.
 
     Texts are escaped; numbers are shown with four digits. file: name of a CSV of all digits, for
-    which a link is put below. marks: a CSS class for each row, or none.
+    which a link is put below. marks: a CSS class for each row, or none. numbers: texts after the
+    second column are numbers too, and stand to the right.
     """
     rows = [list(row) for row in rows]
     head = "".join(f"<th scope='col'>{escape(text)}</th>" for text in heads)
     kinds = [*marks, *[""] * len(rows)]
-    body = "".join(_row(row, kind) for row, kind in zip(rows, kinds, strict=False))
+    body = "".join(_row(row, kind, numbers) for row, kind in zip(rows, kinds, strict=False))
     below = ""
     if file:
         text = csv_text([dict(zip(heads, row, strict=True)) for row in rows])
@@ -64,11 +70,11 @@ def table(
     )
 
 
-def _row(row: Sequence, kind: str) -> str:
+def _row(row: Sequence, kind: str, numbers: bool) -> str:
     first, *rest = [_cell(value) for value in row]
     cells = "".join(
-        f"<td{'' if isinstance(value, str) else ' class=number'}>{text}</td>"
-        for value, text in zip(row[1:], rest, strict=True)
+        f"<td{' class=number' if numbers and n or not isinstance(value, str) else ''}>{text}</td>"
+        for n, (value, text) in enumerate(zip(row[1:], rest, strict=True))
     )
     mark = f" class='{kind}'" if kind else ""
     return f"<tr{mark}><th scope='row'>{first}</th>{cells}</tr>"

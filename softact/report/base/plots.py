@@ -16,7 +16,8 @@ class Plot:
     traces, layout: as plotly has them; colours may be tokens ("@c1", see the package). x, y: names
     of the axes with their units, also the heads of the CSV. table: head -> column of the CSV; where
     it is None, the CSV is made from x and y of the traces. id: of the element, for scripts and
-    links. wide: takes a row of its own; a phone scrolls it. note: HTML below the plot.
+    links. wide: takes a row of its own. scroll: no narrower than 44rem, a phone scrolls it (parallel
+    coordinates). note: HTML below the plot.
     """
 
     title: str
@@ -27,6 +28,7 @@ class Plot:
     table: Mapping[str, Sequence] | None = None
     id: str = ""
     wide: bool = False
+    scroll: bool = False
     note: str = ""
 
 
@@ -99,8 +101,9 @@ def _figure(plot: Plot) -> str:
     }  # fmt: skip
     mark = f" id='{escape(plot.id, quote=True)}'" if plot.id else ""
     note = f"<p class='note'>{plot.note}</p>" if plot.note else ""
+    kind = f"chart{' wide' if plot.wide else ''}{' scroll' if plot.scroll else ''}"
     return (
-        f"<figure class='chart{' wide' if plot.wide else ''}'><figcaption>"
+        f"<figure class='{kind}'><figcaption>"
         f"<b>{escape(plot.title)}</b> <a class='csv' role='button' tabindex='0' "
         f"title='Data of this plot as CSV'>CSV</a></figcaption><div class='plot'{mark} role='img' "
         f"aria-label='{escape(plot.title, quote=True)}'></div>{note}"
