@@ -56,9 +56,8 @@ def run(
     processes: MPI processes of the solver. report: whether report.html and the pictures are made
     too; ``softact.report.write_report`` makes them later from the folder alone. threads: of a
     single process in BLAS, by default one for each core. extra: further sections of the report.
-    scratch: folder for mesh and job files,
-    by default a new one in the system's temporary folder. The solver ends with this process, even
-    where this one is killed.
+    scratch: folder for mesh and job files, by default a new one in the system's temporary folder.
+    The solver ends with this process, even where this one is killed.
 
     Raises MeshError before anything is written, CannotWriteError where the disk is full or the
     folder read-only, and SolverCrashError where the solver's process ends in a way that it could

@@ -72,9 +72,10 @@ def table(
 
 def _row(row: Sequence, kind: str, numbers: bool) -> str:
     first, *rest = [_cell(value) for value in row]
+    right = [not isinstance(v, str) or (numbers and n > 0) for n, v in enumerate(row[1:])]
     cells = "".join(
-        f"<td{' class=number' if numbers and n or not isinstance(value, str) else ''}>{text}</td>"
-        for n, (value, text) in enumerate(zip(row[1:], rest, strict=True))
+        f"<td{' class=number' if number else ''}>{text}</td>"
+        for number, text in zip(right, rest, strict=True)
     )
     mark = f" class='{kind}'" if kind else ""
     return f"<tr{mark}><th scope='row'>{first}</th>{cells}</tr>"

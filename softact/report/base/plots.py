@@ -16,8 +16,8 @@ class Plot:
     traces, layout: as plotly has them; colours may be tokens ("@c1", see the package). x, y: names
     of the axes with their units, also the heads of the CSV. table: head -> column of the CSV; where
     it is None, the CSV is made from x and y of the traces. id: of the element, for scripts and
-    links. wide: takes a row of its own. scroll: no narrower than 44rem, a phone scrolls it (parallel
-    coordinates). note: HTML below the plot.
+    links. wide: takes a row of its own. scroll: no narrower than 44rem, so that a phone scrolls it
+    (parallel coordinates). note: HTML below the plot.
     """
 
     title: str
