@@ -37,6 +37,22 @@ at an angle needs the whole actuator: a half that is mirrored would have two.
     materials:
       body: {{law: holzapfel, c10: 0.1 MPa, k1: 20 MPa, angle: 60 deg, families: 2}}
 
+## Cards
+
+A material is the name of a card below, `{{card: NAME, c10: 0.2 MPa}}` with some of its constants
+replaced, `{{law: LAW, ...}}`, or a card of your own: `card: ./my_silicone.yaml`, a file seen from
+the spec's folder that holds what a card holds. `softact fit` writes such files:
+
+    law: yeoh
+    c10: 0.11 MPa
+    c20: 0.02 MPa
+    density: 1130 kg/m^3
+    stretch_range: [1, 2.6]     # optional: a run warns where it is left
+    strength: 6.5 MPa           # optional, nominal
+
+`softact calibrate SPEC --data angle.csv --vary materials.body.c10` adjusts constants until a run of
+the actuator meets a curve that was measured on it.
+
 ## Choosing
 
 | what you have | law |

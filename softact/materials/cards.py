@@ -36,6 +36,13 @@ def card_data(name: str) -> dict[str, Any]:
     return {"name": name, **yaml.safe_load(_text(name))}
 
 
+def with_changes(card: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+    """Return a card's data with some replaced: a new compressibility replaces the card's."""
+    if any(changes.get(key) is not None for key in VOLUMETRIC):
+        card = {key: value for key, value in card.items() if key not in VOLUMETRIC}
+    return {**card, **changes}
+
+
 def load_card(name: str, **overrides: Any) -> Law:
     """Return the law of a card; ``overrides`` replace fields and are written as in a spec.
 
@@ -62,9 +69,7 @@ def parse_material(value: Any) -> Law:
         base = card_data(data.pop("card"))
         if data.get("law", base["law"]) != base["law"]:
             raise SpecError(f"card '{base['name']}' is of law {base['law']}, not {data['law']}")
-        if any(data.get(key) is not None for key in VOLUMETRIC):
-            base = {key: v for key, v in base.items() if key not in VOLUMETRIC}
-        data = {**base, **data}
+        data = with_changes(base, data)
     if "law" not in data:
         raise SpecError("a material needs 'card' or 'law'")
     law = data["law"]

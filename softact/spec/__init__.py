@@ -7,7 +7,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from softact.errors import SpecError
-from softact.spec import document, overrides
+from softact.spec import card_files, document, overrides
 from softact.spec.faults import fault_lines
 from softact.spec.models import Layer, Solver, Spec, Step, Support, Traction
 from softact.spec.schema import json_schema
@@ -20,16 +20,20 @@ def load(path: str | Path, overrides: Sequence[str] = ()) -> Spec:
 
     Raises SpecError with one line per fault, ``file:line: path: what is wrong; what is right``.
     """
-    return _spec(document.read(Path(path)), overrides)
+    return _spec(document.read(Path(path)), overrides, Path(path).parent)
 
 
 def loads(text: str, name: str = "spec", overrides: Sequence[str] = ()) -> Spec:
-    """Return the spec in YAML text; ``name`` stands for the file in messages. See ``load``."""
-    return _spec(document.parse(text, name), overrides)
+    """Return the spec in YAML text; ``name`` stands for the file in messages. See ``load``.
+
+    Files that it names count from the working folder.
+    """
+    return _spec(document.parse(text, name), overrides, Path())
 
 
-def _spec(source: document.Document, changes: Sequence[str]) -> Spec:
+def _spec(source: document.Document, changes: Sequence[str], folder: Path) -> Spec:
     overrides.apply(source, list(changes))
+    card_files.insert(source, folder)
     source.data.setdefault("name", _name(source.name))
     try:
         return Spec.model_validate(source.data)

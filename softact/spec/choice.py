@@ -149,9 +149,8 @@ class MaterialChoice(Choice):
             card = data["card"]
             place = ("card",)
             if not isinstance(card, str) or card not in CARDS:
-                raise fault_at(
-                    place, f"there is no material card {show(card)}; {nearest(card, CARDS)}"
-                )
+                told = f"there is no material card {show(card)}; {nearest(card, CARDS)}"
+                raise fault_at(place, f"{told} (a file of your own ends with .yaml)")
         elif "law" not in data:
             raise fault(f"neither 'card' nor 'law' is given; {example}")
         if "law" in data and (not isinstance(data["law"], str) or data["law"] not in self.laws()):
@@ -190,14 +189,20 @@ class MaterialChoice(Choice):
 
         cards = [card for card in CARDS if card_data(card)["law"] in self.laws()]
         name = {"enum": cards, "type": "string", "description": "name of a material card"}
+        file = {
+            "type": "string",
+            "pattern": r"\.ya?ml$",
+            "description": "a card of your own, seen from the spec's folder",
+        }
+        either = {"anyOf": [name, file]}
         overridden = {
             "type": "object",
-            "properties": {"card": name},
+            "properties": {"card": either},
             "required": ["card"],
             "description": "a card with constants of its law replaced",
         }
         options = super().__get_pydantic_json_schema__(schema, handler)
-        return {"anyOf": [name, overridden, options]}
+        return {"anyOf": [name, file, overridden, options]}
 
 
 def given(data: Any) -> str:

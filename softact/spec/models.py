@@ -189,7 +189,7 @@ class Spec(Model):
     )
     geometry: AnyGeometry = Field(description="type and parameters (softact list geometries)")
     materials: dict[str, AnyMaterial] = Field(
-        description="region -> card, {card:, ...} or {law:, ...}"
+        description="region -> card, {card:, ...} or {law:, ...}; a card is a name or a file"
     )
     layers: tuple[Layer, ...] = Field((), strict=False, description="thin layers on surfaces")
     supports: tuple[Support, ...] | None = Field(
