@@ -187,6 +187,21 @@ class Kernel:
         self._assembler.add_matrix(self.address, on, size)
 
 
+class LooseEntries:
+    """Matrix entries (local numbers of one process) that may be replaced at any time."""
+
+    def __init__(self):
+        self.entries = np.empty(0, _INT), np.empty(0, _INT)
+        self.values = np.empty(0)
+        self.changed = False
+
+    def set(self, rows: np.ndarray, columns: np.ndarray) -> None:
+        """Replace them by others, with values of zero."""
+        self.entries = rows.astype(_INT), columns.astype(_INT)
+        self.values = np.zeros(len(rows))
+        self.changed = True
+
+
 class Assembler:
     """Sparsity pattern and matrix of a set of unknowns."""
 
@@ -203,6 +218,8 @@ class Assembler:
         self._build_pattern()
         self._extra: list[tuple[np.ndarray, np.ndarray]] = []
         self.extra_values = np.empty(0)
+        self._loose: list[LooseEntries] = []
+        self.layouts = 0  # how often the matrix was laid out
 
     def _build_pattern(self) -> None:
         u = self.unknowns
@@ -256,9 +273,27 @@ class Assembler:
         self.extra_values = np.zeros(start + len(rows))
         return slice(start, len(self.extra_values))
 
+    def couple_loosely(self) -> LooseEntries:
+        """Room for entries that change while the matrix is in use. For one process."""
+        self._loose.append(LooseEntries())
+        return self._loose[-1]
+
     @functools.cached_property
     def matrix(self) -> PETSc.Mat:
         """The PETSc matrix of all unknowns."""
+        u = self.unknowns
+        matrix = PETSc.Mat().create(u.comm)
+        matrix.setSizes(((u.owned, None), (u.owned, None)))
+        matrix.setType(PETSc.Mat.Type.AIJ)
+        self._lay_out(matrix)
+        if self.symmetric:
+            matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+            matrix.setOption(PETSc.Mat.Option.SYMMETRY_ETERNAL, True)
+        return matrix
+
+    @functools.cached_property
+    def _element_entries(self) -> tuple[np.ndarray, np.ndarray]:
+        """Global row and column of each entry of ``values`` and ``extra_values``."""
         u = self.unknowns
         indptr, indices = self._graph
         rows = np.empty(len(self.values), dtype=np.int32)
@@ -274,13 +309,17 @@ class Assembler:
             _pointer(rows),
             _pointer(columns),
         )
-        rows, columns = (
+        return tuple(
             np.concatenate([part, *(extra[k] for extra in self._extra)]).astype(_INT)
             for k, part in enumerate((rows, columns))
         )
-        matrix = PETSc.Mat().create(u.comm)
-        matrix.setSizes(((u.owned, None), (u.owned, None)))
-        matrix.setType(PETSc.Mat.Type.AIJ)
+
+    def _lay_out(self, matrix: PETSc.Mat) -> None:
+        """Give the matrix its pattern: the elements' and what is coupled beyond."""
+        rows, columns = (
+            np.concatenate([part, *(loose.entries[k] for loose in self._loose)])
+            for k, part in enumerate(self._element_entries)
+        )
         _check(
             _petsc.MatSetPreallocationCOO(
                 ctypes.c_void_p(matrix.handle),
@@ -289,10 +328,9 @@ class Assembler:
                 _pointer(columns),
             )
         )
-        if self.symmetric:
-            matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-            matrix.setOption(PETSc.Mat.Option.SYMMETRY_ETERNAL, True)
-        return matrix
+        self.layouts += 1
+        for loose in self._loose:
+            loose.changed = False
 
     def kernels(self, name: str, *arguments) -> tuple[ctypes.c_void_p, ...]:
         """Compiled kernels of the forms that ``softact.forms.name(*arguments)`` writes."""
@@ -339,12 +377,18 @@ class Assembler:
         """Start a new matrix."""
         self.values[:] = 0.0
         self.extra_values[:] = 0.0
+        for loose in self._loose:
+            loose.values[:] = 0.0
 
     def finish_matrix(self) -> PETSc.Mat:
         """Put 1 on the diagonal of fixed unknowns and hand the values to PETSc."""
         owned_fixed = np.flatnonzero(self.fixed[: self.unknowns.owned])
         self.values[self._diagonal[owned_fixed]] = 1.0
-        values = np.concatenate([self.values, self.extra_values])
+        if any(loose.changed for loose in self._loose):
+            self._lay_out(self.matrix)
+        values = np.concatenate(
+            [self.values, self.extra_values, *(loose.values for loose in self._loose)]
+        )
         _check(
             _petsc.MatSetValuesCOO(
                 ctypes.c_void_p(self.matrix.handle),

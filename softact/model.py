@@ -16,6 +16,7 @@ from softact.bending import LayerBending, is_flat
 from softact.contact.contacts import Contacts
 from softact.contact.facets import ContactFacets
 from softact.contact.rigid import Obstacle, RigidContact
+from softact.contact.surfaces import SurfaceContact, Touching
 from softact.elements import facet_tables
 from softact.errors import SpecError
 from softact.fibres import fibre_field
@@ -71,8 +72,8 @@ class Model:
 
     mesh: see ``softact.mesh``. materials: region name -> law. layers: thin layers. element: one of
     ``ELEMENTS``. wall_normal: region name, points (n, 3) -> the wall's normal there, for fibres;
-    default: up. obstacles: rigid bodies. The residual is the derivative of the potential energy by
-    the unknowns.
+    default: up. obstacles: rigid bodies. touching: surfaces that may touch, for one process only.
+    The residual is the derivative of the potential energy by the unknowns.
     """
 
     def __init__(
@@ -83,6 +84,7 @@ class Model:
         element: str = "P2/P1",
         wall_normal: Callable[[str, np.ndarray], np.ndarray] = lambda region, points: UP,
         obstacles: Sequence[Obstacle] = (),
+        touching: Sequence[Touching] = (),
     ):
         self.mesh, self.comm = mesh, mesh.comm
         self.degree, pressure_degree = ELEMENTS[element]
@@ -134,7 +136,10 @@ class Model:
             for s in self.solids.values()
         ]
         self.surface_loads: dict[tuple[type, str], SurfaceForce | SurfacePressure] = {}
-        self.contacts = Contacts(self.comm, [self._against(obstacle) for obstacle in obstacles])
+        self.contacts = Contacts(
+            self.comm,
+            [*map(self._against, obstacles), *(SurfaceContact(t, self) for t in touching)],
+        )
         self.assembler.symmetric = self.contacts.symmetric
         self._ghosted = self.unknowns.create_vector()
         self.pressure_weights = self._pressure_weights()

@@ -91,8 +91,18 @@ class Newton:
         database.delValue(key)
         ksp = snes.getKSP()
         ksp.setType(PETSc.KSP.Type.PREONLY)
-        ksp.setOperators(model.assembler.matrix)
+        self._snes = snes
+        self._set_up_factor()
+        return snes
+
+    def _set_up_factor(self) -> None:
+        """A direct factorisation for the matrix as it is laid out now."""
+        model = self.model
+        self._layouts = model.assembler.layouts
+        ksp = self._snes.getKSP()
         pc = ksp.getPC()
+        pc.reset()
+        ksp.setOperators(model.assembler.matrix)
         # LDLT where the tangent is symmetric (and indefinite); friction makes it unsymmetric.
         symmetric = model.contacts.symmetric
         pc.setType(PETSc.PC.Type.CHOLESKY if symmetric else PETSc.PC.Type.LU)
@@ -101,7 +111,6 @@ class Newton:
         self._factor = pc.getFactorMatrix()
         for control, value in MUMPS_CONTROLS.items():
             self._factor.setMumpsIcntl(control, value)
-        return snes
 
     def _unstable_modes(self) -> int:
         """Negative eigenvalues of the last factorised tangent beyond one per pressure unknown.
@@ -172,6 +181,8 @@ class Newton:
     def _jacobian(self, _snes, x, _matrix, _preconditioner) -> None:
         self.counts.factorisations += 1
         self.model.tangent(self._state, self._before)
+        if self.model.assembler.layouts != self._layouts:
+            self._set_up_factor()
         self._before = State(self._state.x.copy())
 
     def _adapt(self, x, step) -> bool:

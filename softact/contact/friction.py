@@ -41,3 +41,24 @@ def friction(coefficient, pressure, slope, stiffness, normal, curvature, trial):
     modulus = -np.where(slips[:, None, None], sliding, stiffness[:, None, None] * change)
     elastic = np.where(slips[:, None], (bound / stiffness)[:, None] * direction, along)
     return -stiffness[:, None] * elastic, modulus, elastic
+
+
+def slide(coefficient, pressure, slope, stiffness, normal, trial):
+    """The same where the normal is that of the last equilibrium and the point faced moves too.
+
+    Arguments as in ``friction``. Returns (traction (n, 3), its derivative by the trial slip
+    (n, 3, 3), its derivative by the gap (n, 3), elastic slip (n, 3)).
+    """
+    tangent = np.eye(3) - normal[:, :, None] * normal[:, None]
+    along = np.einsum("nab,nb->na", tangent, trial)
+    length = np.linalg.norm(along, axis=1)
+    bound = coefficient * pressure
+    slips = stiffness * length > bound
+    safe = np.where(slips, length, 1.0)
+    direction = along / safe[:, None]
+    across = np.eye(3) - direction[:, :, None] * direction[:, None]
+    sliding = (bound / safe)[:, None, None] * (across @ tangent)
+    modulus = -np.where(slips[:, None, None], sliding, stiffness[:, None, None] * tangent)
+    by_gap = np.where(slips, coefficient * slope, 0.0)[:, None] * direction
+    elastic = np.where(slips[:, None], (bound / stiffness)[:, None] * direction, along)
+    return -stiffness[:, None] * elastic, modulus, by_gap, elastic

@@ -27,6 +27,7 @@ def build(
     symmetry=None,
     wall_normal=lambda region, points: (0.0, 0.0, 1.0),
     obstacles=(),
+    touching=(),
     **layout,
 ) -> Model:
     """A model of one material on a mesh of ``meshes``; ``layout``: further fields of Layout."""
@@ -40,7 +41,7 @@ def build(
     )
     mesh = distribute(MPI.COMM_SELF, lambda: tets, whole)
     materials = {"body": law.material()}
-    return Model(mesh, materials, layers, element, wall_normal, obstacles)
+    return Model(mesh, materials, layers, element, wall_normal, obstacles, touching)
 
 
 @dataclass

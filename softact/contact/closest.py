@@ -1,0 +1,93 @@
+"""Which facet each point of a surface faces, where, and how far away."""
+
+from __future__ import annotations
+
+import ctypes
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from softact import jit
+
+# How far beyond its edge a facet still counts, barycentric: it closes the wedges between facets.
+SLACK = 0.01
+# Facets with normals that may turn to face each other within an increment.
+FACING = 0.5
+SECOND = np.array([[4, 4, 0, -8, 0, 0], [4, 0, 0, -4, 4, -4], [4, 0, 4, 0, 0, -8]], float)
+
+
+def derivatives(place: np.ndarray, nodes: int):
+    """Shape functions of facets at places (m, 2): values (m, n), first (m, 2, n), second (3, n)
+    derivatives ss, st, tt."""
+    s, t = place.T
+    r, one, none = 1 - s - t, np.ones_like(s), np.zeros_like(s)
+    if nodes == 3:
+        values = np.stack([r, s, t], axis=-1)
+        first = np.array([[-1.0, 1, 0], [-1, 0, 1]])
+        return values, np.broadcast_to(first, (len(s), 2, 3)), np.zeros((3, 3))
+    values = np.stack(
+        [r * (2 * r - 1), s * (2 * s - 1), t * (2 * t - 1), 4 * r * s, 4 * s * t, 4 * t * r], -1
+    )
+    along_s = [one - 4 * r, 4 * s - 1, none, 4 * (r - s), 4 * t, -4 * t]
+    along_t = [one - 4 * r, none, 4 * t - 1, -4 * s, 4 * s, 4 * (r - t)]
+    return values, np.stack([np.stack(along_s, -1), np.stack(along_t, -1)], axis=1), SECOND
+
+
+def facet_normals(nodes: np.ndarray) -> np.ndarray:
+    """Unit normals (k, 3) of the flat triangles of the corners of facets (k, n, 3)."""
+    n = np.cross(nodes[:, 1] - nodes[:, 0], nodes[:, 2] - nodes[:, 0])
+    return n / np.linalg.norm(n, axis=1, keepdims=True)
+
+
+def candidates(nodes: np.ndarray, numbers: np.ndarray, side: np.ndarray, reach: np.ndarray):
+    """Facets that each facet may touch before the next search, as (start (k + 1,), facet).
+
+    nodes: (k, n, 3) places, numbers: (k, n) which nodes they are (facets with a common node are
+    neighbours, not contact), side: (k,) of which body (facets of one side do not touch; −1: any
+    other), reach: (k,) mm.
+    """
+    centre = nodes[:, :3].mean(axis=1)
+    radius = np.linalg.norm(nodes - centre[:, None], axis=2).max(axis=1)
+    tree = cKDTree(centre)
+    # Both ways: the farther reach of two counts.
+    pairs = tree.query_pairs(2 * (radius + reach).max(), output_type="ndarray")
+    i, j = pairs.T
+    near = np.linalg.norm(centre[i] - centre[j], axis=1)
+    near = near < radius[i] + radius[j] + np.maximum(reach[i], reach[j])
+    normal = facet_normals(nodes)
+    near &= np.einsum("ij,ij->i", normal[i], normal[j]) < FACING
+    near &= (side[i] != side[j]) | (side[i] < 0)
+    i, j = i[near], j[near]
+    apart = ~(numbers[i][:, :, None] == numbers[j][:, None]).any(axis=(1, 2))
+    i, j = np.concatenate([i[apart], j[apart]]), np.concatenate([j[apart], i[apart]])
+    order = np.lexsort((j, i))
+    start = np.searchsorted(i[order], np.arange(len(nodes) + 1))
+    return start.astype(np.int64), j[order].astype(np.int32)
+
+
+class Closest:
+    """The compiled search; see ``_closest.c``."""
+
+    def __init__(self, comm):
+        source = Path(__file__).with_name("_closest.c")
+        self._function = jit.load_library(comm, source).closest
+
+    def __call__(self, places, nodes, start, candidate, reach):
+        """Partner (k, q) (−1: none), place on it (k, q, 2) and signed gap (k, q) mm of points
+        (k, q, 3) on facets (k, n, 3)."""
+        places, nodes = (np.ascontiguousarray(array) for array in (places, nodes))
+        own, reach = np.ascontiguousarray(facet_normals(nodes)), np.ascontiguousarray(reach)
+        shape = places.shape[:2]
+        partner, place, gap = np.empty(shape, np.int32), np.empty((*shape, 2)), np.empty(shape)
+        arrays = (places, own, nodes, start, candidate, reach)
+        pointers = [ctypes.c_void_p(a.ctypes.data) for a in (*arrays, partner, place, gap)]
+        self._function(
+            ctypes.c_int64(shape[0]),
+            ctypes.c_int32(shape[1]),
+            ctypes.c_int32(nodes.shape[1]),
+            *pointers[:6],
+            ctypes.c_double(SLACK),
+            *pointers[6:],
+        )
+        return partner, place, gap
