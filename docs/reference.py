@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from softact import catalogue
-from softact.spec.contact import OBSTACLES, ObstacleChange
+from softact.spec.contact import OBSTACLES, ObstacleChange, SurfaceContact
 from softact.spec.models import Layer, Solver, Spec, Step, Support, Traction
 from softact.units import DIMENSIONS
 
@@ -21,6 +21,7 @@ PARTS = (
     (Step, "An entry of `steps`"),
     (Traction, "A step's `traction`"),
     *((model, f"An entry of `obstacles`: type `{name}`") for name, model in OBSTACLES.items()),
+    (SurfaceContact, "An entry of `contact`"),
     (ObstacleChange, "An entry of a step's `obstacles`"),
     (Solver, "`solver`"),
 )

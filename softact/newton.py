@@ -158,14 +158,16 @@ class Newton:
         return NewtonOutcome(converged, iterations, self._residuals, reason, unstable, softening)
 
     def imbalance(self, state: State, x: np.ndarray, fixed_values: np.ndarray) -> float:
-        """Out-of-balance force (N) of a guess at the loads of ``state``; inf: inadmissible."""
+        """Out-of-balance by internal force of a guess at the loads of ``state``; inf: inverted."""
         trial = replace(state, x=x.copy())
         trial.x[self._fixed_dofs] = fixed_values
         with np.errstate(all="ignore"):
-            force, _ = self.model.force(trial)
+            force, internal = self.model.force(trial)
         force[self._fixed_dofs] = 0.0
-        norm = self._norm(force[: self.model.unknowns.owned][self._is_force])
-        return norm if np.isfinite(norm) else np.inf
+        owned = slice(self.model.unknowns.owned)
+        out, inside = (self._norm(f[owned][self._is_force]) for f in (force, internal))
+        ratio = out / max(inside, self.model.force_floor / self.tolerance)
+        return ratio if np.isfinite(ratio) else np.inf
 
     def _function(self, _snes, x, f) -> None:
         owned = self.model.unknowns.owned

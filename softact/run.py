@@ -23,7 +23,7 @@ from softact.results import write_atomic
 # Events that ``progress`` receives: {"stage": "mesh"}; {"stage": "solve", "cells", "unknowns"};
 # {"stage": "increment", "step", "fraction", "iterations", ... and the row of curve.csv};
 # {"stage": "cutback", "step", "fraction", "reason"}; {"stage": "done", "status", "message"};
-# {"stage": "report"}.
+# {"stage": "report"}; {"stage": "note", "text"}: something the user should know.
 Progress = Callable[[Mapping], None]
 
 
@@ -65,6 +65,10 @@ def run(
     """
     progress = progress or (lambda event: None)
     directory = Path(directory)
+    notes = []
+    if spec.contact and processes > 1:
+        processes = 1
+        notes = ["contact between surfaces is computed by one process: the others are left out"]
     started = time.perf_counter()
     with tempfile.TemporaryDirectory(prefix="softact-", dir=scratch) as folder:
         mesh_file, spec_file = Path(folder) / "mesh.msh", Path(folder) / "spec.yaml"
@@ -81,7 +85,7 @@ def run(
             "parent": os.getpid() if processes == 1 else None,
         }
         job_file.write_text(json.dumps(job))
-        last = _solve(job_file, directory, processes, threads, progress)
+        last = _solve(job_file, directory, processes, threads, progress, notes)
     if report:
         progress({"stage": "report"})
         from softact.report import write_report
@@ -91,11 +95,18 @@ def run(
 
 
 def _solve(
-    job_file: Path, directory: Path, processes: int, threads: int | None, progress: Progress
+    job_file: Path,
+    directory: Path,
+    processes: int,
+    threads: int | None,
+    progress: Progress,
+    notes: list[str],
 ) -> Mapping:
     """Start the worker, pass its events on and write its log; returns its last event."""
     last: dict = {}
-    lines: list[str] = []
+    lines = list(notes)
+    for text in notes:
+        progress({"stage": "note", "text": text})
     errors = job_file.with_name("stderr")
     with errors.open("w") as stderr:
         process = subprocess.Popen(
@@ -196,6 +207,8 @@ def log_line(event: Mapping) -> str:
                 f"{event['step']} {event['fraction']:7.2%}  {event['iterations']:2d} iterations  "
                 f"{loads}"
             )
+        case "note":
+            return event["text"]
         case "cutback":
             return (
                 f"{event['step']} {event['fraction']:7.2%}  cut back after "

@@ -186,12 +186,12 @@ class Stepper:
         orders = sorted({order, 1} if touching else {order}, reverse=True)
         guesses = [extrapolate(path[-(k + 1) :], s) for k in orders if k and len(path) > 1]
         if touching:
-            # Where bodies begin to touch, the path has a kink, and no polynomial goes through it.
+            # Where bodies begin to touch the path has a kink, and a polynomial through it presses
+            # them into each other: what is far out of balance is left out.
             held, _ = drive.set(self.state, s, path[-1].q)
-            best = min(
-                (*guesses, path[-1]), key=lambda p: self.newton.imbalance(self.state, p.x, held)
-            )
-            guesses = [] if best is path[-1] else [best]
+            errors = [self.newton.imbalance(self.state, guess.x, held) for guess in guesses]
+            best = min(range(len(errors)), key=errors.__getitem__, default=None)
+            guesses = [] if best is None or errors[best] > 1.0 else [guesses[best]]
         return [*guesses, path[-1]]
 
     def _equilibrium(self, held, control) -> NewtonOutcome:

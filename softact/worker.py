@@ -44,6 +44,7 @@ def solve(comm, spec, mesh_file: Path, directory: Path, times: dict, tell: Tell)
         spec.solver.element,
         spec.geometry.wall_normal,
         _obstacles(spec),
+        _touching(spec),
     )
     model.contacts.check_clear(model.initial_state())
     unknowns = comm.allreduce(model.unknowns.owned)
@@ -184,6 +185,12 @@ def _obstacles(spec):
         Obstacle(name, o.shape(), o.friction, o.active, o.load_cell, o.surfaces)
         for name, o in spec.obstacles.items()
     ]
+
+
+def _touching(spec):
+    from softact.contact.surfaces import Touching
+
+    return [Touching(c.name, c.groups, c.friction, c.distance) for c in spec.contact]
 
 
 def _load_steps(spec):

@@ -80,41 +80,60 @@ static int foot(int nodes, const double *y, const double *x, double st[2], doubl
     return 1;
 }
 
+typedef struct {
+    int32_t count;       /* nodes of a facet */
+    const double *nodes; /* (facets, nodes, 3) */
+} surface_t;
+
+/* Whether x faces a facet: foot st within its edges (by slack), gap below reach, normals opposed. */
+static int faces(const surface_t *on, int32_t facet, const double *x, const double *own, double reach,
+                 double slack, double st[2], double *gap)
+{
+    const double *y = on->nodes + (int64_t)facet * on->count * 3;
+    double e0[3], e1[3], r[3], n[3];
+    for (int c = 0; c < 3; ++c)
+        e0[c] = y[3 + c] - y[c], e1[c] = y[6 + c] - y[c], r[c] = x[c] - y[c];
+    const double g00 = dot(e0, e0), g01 = dot(e0, e1), g11 = dot(e1, e1);
+    const double f0 = dot(r, e0), f1 = dot(r, e1), det = g00 * g11 - g01 * g01;
+    st[0] = (g11 * f0 - g01 * f1) / det, st[1] = (g00 * f1 - g01 * f0) / det;
+    const double far = on->count == 6 ? 0.4 : slack; /* on the flat triangle of the corners */
+    if (st[0] < -far || st[1] < -far || st[0] + st[1] > 1 + far)
+        return 0;
+    if (!foot(on->count, y, x, st, gap, n) || !(fabs(*gap) < reach))
+        return 0;
+    if (st[0] < -slack || st[1] < -slack || st[0] + st[1] > 1 + slack)
+        return 0;
+    return dot(n, own) < -0.1; /* not the far side of the same wall, nor a neighbour */
+}
+
 /* For each point the facet that it faces: partner (-1: none), place on it, signed gap.
 
    places: (facets, points, 3); own: (facets, 3) normals of their facets; nodes: (facets, nodes, 3)
    of the facets; start, candidate: facets that each facet may touch; reach: (facets) how far away,
-   or deep inside, the other may be; slack: how far beyond the edge of a facet, barycentric. */
+   or deep inside, the other may be; slack, keep: how far beyond the edge of a facet, barycentric,
+   for a new partner and for the one that stands in partner on entry. */
 void closest(int64_t facets, int32_t points, int32_t count, const double *places, const double *own,
              const double *nodes, const int64_t *start, const int32_t *candidate,
-             const double *reach, double slack, int32_t *partner, double *place, double *gap)
+             const double *reach, double slack, double keep, int32_t *partner, double *place, double *gap)
 {
+    const surface_t on = {count, nodes};
     for (int64_t f = 0; f < facets; ++f)
         for (int q = 0; q < points; ++q) {
             const int64_t p = f * points + q;
             const double *x = places + 3 * p;
-            double best = reach[f];
+            double best = reach[f], st[2], g;
+            const int32_t before = partner[p];
             partner[p] = -1, gap[p] = INFINITY, place[2 * p] = place[2 * p + 1] = 0;
+            if (before >= 0 && faces(&on, before, x, own + 3 * f, best, keep, st, &g)) {
+                partner[p] = before, gap[p] = g, place[2 * p] = st[0], place[2 * p + 1] = st[1];
+                continue;
+            }
             for (int64_t k = start[f]; k < start[f + 1]; ++k) {
-                const int32_t other = candidate[k];
-                const double *y = nodes + (int64_t)other * count * 3;
-                double e0[3], e1[3], r[3], n[3], st[2], g;
-                for (int c = 0; c < 3; ++c)
-                    e0[c] = y[3 + c] - y[c], e1[c] = y[6 + c] - y[c], r[c] = x[c] - y[c];
-                const double g00 = dot(e0, e0), g01 = dot(e0, e1), g11 = dot(e1, e1);
-                const double f0 = dot(r, e0), f1 = dot(r, e1), det = g00 * g11 - g01 * g01;
-                st[0] = (g11 * f0 - g01 * f1) / det, st[1] = (g00 * f1 - g01 * f0) / det;
-                const double far = count == 6 ? 0.4 : slack;
-                if (st[0] < -far || st[1] < -far || st[0] + st[1] > 1 + far)
+                if (!faces(&on, candidate[k], x, own + 3 * f, best, slack, st, &g))
                     continue;
-                if (!foot(count, y, x, st, &g, n) || !(fabs(g) < best))
-                    continue;
-                if (st[0] < -slack || st[1] < -slack || st[0] + st[1] > 1 + slack)
-                    continue;
-                if (dot(n, own + 3 * f) > -0.1)
-                    continue; /* the far side of the same wall, or a neighbour */
                 best = fabs(g);
-                partner[p] = other, gap[p] = g, place[2 * p] = st[0], place[2 * p + 1] = st[1];
+                partner[p] = candidate[k], gap[p] = g;
+                place[2 * p] = st[0], place[2 * p + 1] = st[1];
             }
         }
 }

@@ -12,6 +12,8 @@ from softact import jit
 
 # How far beyond its edge a facet still counts, barycentric: it closes the wedges between facets.
 SLACK = 0.01
+# The same for the facet that a point faced before: at an edge it must not change all the time.
+KEEP = 0.1
 # Facets with normals that may turn to face each other within an increment.
 FACING = 0.5
 SECOND = np.array([[4, 4, 0, -8, 0, 0], [4, 0, 0, -4, 4, -4], [4, 0, 4, 0, 0, -8]], float)
@@ -73,13 +75,14 @@ class Closest:
         source = Path(__file__).with_name("_closest.c")
         self._function = jit.load_library(comm, source).closest
 
-    def __call__(self, places, nodes, start, candidate, reach):
+    def __call__(self, places, nodes, start, candidate, reach, before=None):
         """Partner (k, q) (−1: none), place on it (k, q, 2) and signed gap (k, q) mm of points
-        (k, q, 3) on facets (k, n, 3)."""
+        (k, q, 3) on facets (k, n, 3). before: partners that are kept where they still are."""
         places, nodes = (np.ascontiguousarray(array) for array in (places, nodes))
         own, reach = np.ascontiguousarray(facet_normals(nodes)), np.ascontiguousarray(reach)
         shape = places.shape[:2]
-        partner, place, gap = np.empty(shape, np.int32), np.empty((*shape, 2)), np.empty(shape)
+        partner = np.full(shape, -1, np.int32) if before is None else before.astype(np.int32)
+        place, gap = np.empty((*shape, 2)), np.empty(shape)
         arrays = (places, own, nodes, start, candidate, reach)
         pointers = [ctypes.c_void_p(a.ctypes.data) for a in (*arrays, partner, place, gap)]
         self._function(
@@ -88,6 +91,7 @@ class Closest:
             ctypes.c_int32(nodes.shape[1]),
             *pointers[:6],
             ctypes.c_double(SLACK),
+            ctypes.c_double(KEEP),
             *pointers[6:],
         )
         return partner, place, gap

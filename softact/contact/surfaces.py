@@ -17,10 +17,11 @@ from softact.contact.coupling import Coupling
 from softact.contact.facets import ContactFacets
 from softact.contact.friction import STICK, slide
 from softact.contact.pressure import pressure
+from softact.errors import SpecError
 
 # How far away or deep inside a partner is looked for, and from which gap on room in the matrix is
 # kept for it; of the element size.
-REACH, ROOM = 1.0, 0.25
+REACH, ROOM = 1.0, 0.5
 # What a step of Newton's method may press in on its way, of the element size.
 DEEPEST = 0.05
 HALF = 0.5
@@ -50,6 +51,8 @@ class SurfaceContact:
     rigid = False
 
     def __init__(self, touching: Touching, model):
+        if model.comm.size > 1:
+            raise SpecError(f"contact.{touching.name}: runs on one process only; leave out -n")
         self.touching, self.name = touching, touching.name
         self.symmetric = touching.friction == 0
         surfaces = tuple(dict.fromkeys(name for group in touching.groups for name in group))
@@ -78,7 +81,9 @@ class SurfaceContact:
         key = x.tobytes()
         if self._last[0] != key:
             places, nodes = self.facets.places(x), self.facets.node_places(x)
-            partner, place, gap = self._closest(places, nodes, *self._candidates, self._reach)
+            before = None if self._last[1] is None else self._last[1][0]
+            found = self._closest(places, nodes, *self._candidates, self._reach, before)
+            partner, place, gap = found
             self._last = (key, (partner, place, gap - self.touching.distance))
         return self._last[1]
 
@@ -221,6 +226,14 @@ class SurfaceContact:
         found = {"slip": slip, "partner": partner, "place": place}
         found |= {"offset": offset, "normal": normal}
         return {f"{self.name}.{what}": value for what, value in found.items()}
+
+    def pressed(self, state) -> tuple[np.ndarray, np.ndarray]:
+        """Normal (m,) and tangential (m, 3) forces at the quadrature points in touch, N; only
+        those with a partner at the last equilibrium, for the others have no friction yet."""
+        facet, point, _, _, gap = self._points(state)
+        _, p, slope, _ = self._pressures(state, facet, gap)
+        found = self._friction(state, facet, point, gap, p, slope)
+        return found.weight * p[found.on], found.weight[:, None] * found.traction
 
     # --- limits -----------------------------------------------------------------------------
 

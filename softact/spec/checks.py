@@ -26,7 +26,8 @@ def cross_faults(data: Any, geometry: Geometry | None) -> Iterator[Fault]:
     steps = _mappings(data.get("steps"))
     if data.get("steps") == []:
         yield ("steps",), "no step is given; write for example - {name: inflate, pressure: 50 kPa}"
-    yield from _same_names(steps)
+    yield from _same_names("steps", steps)
+    yield from _same_names("contact", _mappings(data.get("contact")))
     yield from _measures(data.get("measures"))
     if geometry is None:
         return
@@ -37,6 +38,8 @@ def cross_faults(data: Any, geometry: Geometry | None) -> Iterator[Fault]:
     if data.get("supports") is not None:
         yield from _supports(data["supports"], ("supports",), layout)
     yield from _obstacles(data.get("obstacles"), layout)
+    for index, contact in _mappings(data.get("contact")):
+        yield from _contact(contact, ("contact", index), layout)
     for index, step in steps:
         yield from _step(step, ("steps", index), layout)
         yield from _known_obstacles(step, ("steps", index), data.get("obstacles"))
@@ -48,15 +51,15 @@ def _mappings(value: Any) -> list[tuple[int, dict]]:
     return [(i, entry) for i, entry in enumerate(value) if isinstance(entry, dict)]
 
 
-def _same_names(steps: list[tuple[int, dict]]) -> Iterator[Fault]:
+def _same_names(part: str, steps: list[tuple[int, dict]]) -> Iterator[Fault]:
     first: dict[str, int] = {}
     for index, step in steps:
         name = step.get("name")
         if not isinstance(name, str):
             continue
         if name in first:
-            other = f"steps.{first[name]}"
-            yield ("steps", index, "name"), f"{show(name)} is the name of {other} too; rename one"
+            other = f"{part}.{first[name]}"
+            yield (part, index, "name"), f"{show(name)} is the name of {other} too; rename one"
         first.setdefault(name, index)
 
 
@@ -117,6 +120,20 @@ def _obstacles(value: Any, layout: Layout) -> Iterator[Fault]:
         for index, surface in enumerate(surfaces if isinstance(surfaces, list) else ()):
             place = ("obstacles", name, "surfaces", index)
             yield from _known_surface(surface, place, layout)
+
+
+def _contact(contact: dict, place: Place, layout: Layout) -> Iterator[Fault]:
+    """Surfaces in ``self`` and ``between``, each a name or a list of names, at any depth."""
+
+    def names(value: Any, at: Place) -> Iterator[Fault]:
+        if isinstance(value, str):
+            yield from _known_surface(value, at, layout)
+        elif isinstance(value, list):
+            for index, entry in enumerate(value):
+                yield from names(entry, (*at, index))
+
+    for key in ("self", "between"):
+        yield from names(contact.get(key), (*place, key))
 
 
 def _known_obstacles(step: dict, place: Place, known: Any) -> Iterator[Fault]:

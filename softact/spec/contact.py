@@ -1,4 +1,4 @@
-"""Rigid obstacles, as a spec writes them."""
+"""Rigid obstacles and contact of surfaces, as a spec writes them."""
 
 import math
 from typing import Annotated, Any, Literal, Self
@@ -14,7 +14,7 @@ from pydantic import (
 )
 
 from softact.spec.choice import Choice, fault, fault_at, given, nearest
-from softact.spec.fields import three
+from softact.spec.fields import Name, three
 from softact.units import Angle, Dimensionless, Length, show
 
 
@@ -193,3 +193,36 @@ class ObstacleChange(_Part):
         if self.move is None and self.active is None:
             raise fault("changes nothing; give it move or active")
         return self
+
+
+Surfaces = Annotated[
+    tuple[str, ...],
+    BeforeValidator(lambda value: (value,) if isinstance(value, str) else value),
+    Field(strict=False, min_length=1),
+]
+
+
+class SurfaceContact(_Part):
+    """Surfaces of bodies that may touch: themselves, or each other."""
+
+    name: Name = Field("", description="default: contact_1, contact_2, ...")
+    self: Surfaces | None = Field(
+        None, description="a surface, or several, that may touch itself: outer"
+    )
+    between: tuple[Surfaces, Surfaces] | None = Field(
+        None, strict=False, description="two surfaces that may touch each other: [upper, lower]"
+    )
+    friction: Friction = Field(0.0, description="Coulomb coefficient")
+    distance: Length = Field(0.0, ge=0, description="gap below which they press on each other")
+
+    @model_validator(mode="after")
+    def _has_surfaces(here) -> Self:  # noqa: N805 (``self`` is a field)
+        if (here.__dict__["self"] is None) == (here.between is None):
+            raise fault("write either self: outer, or between: [one, other]")
+        return here
+
+    @property
+    def groups(here) -> tuple[tuple[str, ...], ...]:  # noqa: N805
+        """One group of surfaces that touch themselves, or two that touch each other."""
+        own = here.__dict__["self"]
+        return here.between if own is None else (own,)

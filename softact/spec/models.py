@@ -18,7 +18,7 @@ from pydantic_core.core_schema import ErrorType
 from softact.geometry import Geometry
 from softact.spec.checks import cross_faults, fibre_faults
 from softact.spec.choice import fault
-from softact.spec.contact import AnyObstacle, ObstacleChange
+from softact.spec.contact import AnyObstacle, ObstacleChange, SurfaceContact
 from softact.spec.fields import (
     ALL_CAVITIES,
     GEOMETRY,
@@ -198,6 +198,9 @@ class Spec(Model):
     obstacles: dict[Name, AnyObstacle] = Field(
         {}, description="rigid bodies: name -> plane, block, cylinder or sphere"
     )
+    contact: tuple[SurfaceContact, ...] = Field(
+        (), strict=False, description="surfaces that may touch themselves or each other"
+    )
     steps: tuple[Step, ...] = Field(
         strict=False, description="in order; each starts from the last state"
     )
@@ -213,7 +216,7 @@ class Spec(Model):
         """Collect the faults of single values and those between the parts, all at once."""
         if isinstance(data, Spec):
             return data
-        data = _named_steps(data)
+        data = _named(data)
         faults, spec = [], None
         try:
             spec = handler(data)
@@ -253,15 +256,18 @@ class Spec(Model):
         return hashlib.sha256(canonical.encode()).hexdigest()[:16]
 
 
-def _named_steps(data: Any) -> Any:
-    """Return ``data`` with a name for each step that has none."""
-    if not isinstance(data, dict) or not isinstance(data.get("steps"), list):
+def _named(data: Any) -> Any:
+    """Return ``data`` with a name for each step and contact that has none."""
+    if not isinstance(data, dict):
         return data
-    steps = [
-        {"name": f"step_{i}", **step} if isinstance(step, dict) else step
-        for i, step in enumerate(data["steps"], start=1)
-    ]
-    return {**data, "steps": steps}
+    for part, word in (("steps", "step"), ("contact", "contact")):
+        if isinstance(data.get(part), list):
+            named = [
+                {"name": f"{word}_{i}", **entry} if isinstance(entry, dict) else entry
+                for i, entry in enumerate(data[part], start=1)
+            ]
+            data = {**data, part: named}
+    return data
 
 
 def _geometry(data: Any) -> Geometry | None:
