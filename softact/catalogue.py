@@ -14,7 +14,7 @@ from softact.geometries import GEOMETRIES
 from softact.geometry import Geometry
 from softact.materials import CARDS, LAWS, Law, card_data
 from softact.measures import MEASURES
-from softact.spec import Step, Support, Traction
+from softact.spec import Payload, Step, Support, Traction
 from softact.units import dimension_of
 
 CARD_TEXTS = ("name", "source", "test", "stretch_range", "strength", "notes")
@@ -133,7 +133,7 @@ def geometries() -> list[dict[str, Any]]:
 
 def loads() -> list[dict[str, Any]]:
     """Return every load that a step may change."""
-    inner = {"traction": Traction, "supports": Support}
+    inner = {"traction": Traction, "payload": Payload, "supports": Support}
     return [
         {
             "name": entry["name"],

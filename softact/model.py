@@ -302,6 +302,12 @@ class Model:
         nodes[inward] = nodes[inward][:, swap]
         return nodes
 
+    def area(self, surface: str) -> float:
+        """Undeformed area of a surface of the meshed part, mm²."""
+        x = self.unknowns.spaces[0].tabulate_dof_coordinates()
+        a, b, c = np.moveaxis(x[self.facet_nodes(self.mesh.facets[surface])[:, :3]], 1, 0)
+        return self.sum(float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2))
+
     def surface_nodes(self, surface: str) -> np.ndarray:
         """Displacement nodes on a surface that this process holds, also where the facet itself
         belongs to another process."""

@@ -194,12 +194,17 @@ class Snapshot:
     def reaction(self) -> tuple[np.ndarray, np.ndarray]:
         """Force (3,) N and moment (3,) N·mm about the layout's origin that the clamp exerts on
         the whole actuator."""
+        return self.reaction_at(self.layout.clamp, np.asarray(self.layout.origin))
+
+    def reaction_at(self, surface: str, about: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Force (3,) N and moment (3,) N·mm about a point that a held surface exerts on the whole
+        actuator; both are zero where it is free."""
         force, _ = self.model.force(self.state)
         owned = self.model.unknowns.spaces[0].dofmap.index_map.size_local
-        nodes = self.model.surface_nodes(self.layout.clamp)
+        nodes = self.model.surface_nodes(surface)
         nodes = nodes[nodes < owned]
         forces = force[self.model.displacement_dofs[nodes]]
-        arms = self.positions[nodes] + self.displacement[nodes] - self.layout.origin
+        arms = self.positions[nodes] + self.displacement[nodes] - about
         total = (
             self.model.sum(forces.sum(axis=0)),
             self.model.sum(np.cross(arms, forces).sum(axis=0)),
@@ -209,6 +214,13 @@ class Snapshot:
             # A mirror image turns round a force along the normal, a moment across it.
             total = (np.where(normal, 0, 2) * total[0], np.where(normal, 2, 0) * total[1])
         return total
+
+    def held(self, surface: str) -> bool:
+        """Whether a support holds a surface in some direction (symmetry planes do not count)."""
+        nodes = self.model.surface_nodes(surface)
+        fixed = self.model.assembler.fixed[self.model.displacement_dofs[nodes]].astype(bool)
+        fixed[:, list(self.layout.symmetry.values())] = False
+        return bool(self.model.sum(int(fixed.any())))
 
 
 @functools.cache

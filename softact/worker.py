@@ -89,7 +89,9 @@ class _Recorder:
 
     def run(self, times: dict) -> str:
         started = time.perf_counter()
-        progress = self.stepper.run(_load_steps(self.spec), _supports(self.spec.supports))
+        progress = self.stepper.run(
+            _load_steps(self.spec, self.model), _supports(self.spec.supports)
+        )
         times["solve"] = time.perf_counter() - started - self.write_time
         times["measure_and_write"] = self.write_time
         status = "no_equilibrium" if progress.stopped else "complete"
@@ -193,7 +195,25 @@ def _touching(spec):
     return [Touching(c.name, c.groups, c.friction, c.distance) for c in spec.contact]
 
 
-def _load_steps(spec):
+def _dead_loads(spec, model) -> list[dict | None]:
+    """For each step {surface: force per undeformed area in MPa}, None where nothing changes."""
+    tractions, payloads, loads = {}, {}, []
+    for step in spec.steps:
+        changed = set()
+        if step.traction:
+            tractions[step.traction.surface] = np.asarray(step.traction.value)
+            changed.add(step.traction.surface)
+        if step.payload:
+            surface = step.payload.surface or model.mesh.layout.tip
+            area = model.mesh.layout.copies * model.area(surface)
+            payloads[surface] = np.asarray(step.payload.force) / area
+            changed.add(surface)
+        now = {name: tractions.get(name, 0.0) + payloads.get(name, 0.0) for name in changed}
+        loads.append(now or None)
+    return loads
+
+
+def _load_steps(spec, model):
     from softact.ramp import LoadStep
 
     copies = spec.geometry.layout().copies
@@ -202,7 +222,7 @@ def _load_steps(spec):
             name=step.name,
             pressure=step.pressure,
             gravity=step.gravity,
-            traction={step.traction.surface: step.traction.value} if step.traction else None,
+            traction=dead_loads,
             surface_pressure=step.surface_pressure,
             inject={name: v / copies for name, v in step.inject.items()} if step.inject else None,
             supports=_supports(step.supports) if step.supports is not None else None,
@@ -214,7 +234,7 @@ def _load_steps(spec):
             },
             max_increment=step.largest_increment,
         )
-        for step in spec.steps
+        for step, dead_loads in zip(spec.steps, _dead_loads(spec, model), strict=True)
     ]
 
 

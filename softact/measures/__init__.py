@@ -10,6 +10,7 @@ from softact.measures.elongation import ELONGATION
 from softact.measures.energy import ENERGY
 from softact.measures.failure import FAILURE
 from softact.measures.fibres import FIBRES
+from softact.measures.held_tip import HELD_TIP
 from softact.measures.pressure import PRESSURE
 from softact.measures.reaction import REACTION
 from softact.measures.strain import STRAIN
@@ -28,6 +29,7 @@ MEASURES: dict[str, Measure] = {
         TWIST,
         VOLUME,
         REACTION,
+        HELD_TIP,
         CONTACT,
         STRESS,
         STRAIN,

@@ -9,10 +9,21 @@ from pydantic import ValidationError
 from softact.errors import SpecError
 from softact.spec import card_files, document, overrides
 from softact.spec.faults import fault_lines
-from softact.spec.models import Layer, Solver, Spec, Step, Support, Traction
+from softact.spec.models import Layer, Payload, Solver, Spec, Step, Support, Traction
 from softact.spec.schema import json_schema
 
-__all__ = ["Layer", "Solver", "Spec", "Step", "Support", "Traction", "json_schema", "load", "loads"]
+__all__ = [
+    "Layer",
+    "Payload",
+    "Solver",
+    "Spec",
+    "Step",
+    "Support",
+    "Traction",
+    "json_schema",
+    "load",
+    "loads",
+]
 
 
 def load(path: str | Path, overrides: Sequence[str] = ()) -> Spec:

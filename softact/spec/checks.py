@@ -1,5 +1,6 @@
 """Faults between the parts of a spec, seen on the plain data so that all are told at once."""
 
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -160,6 +161,8 @@ def _step(step: dict, place: Place, layout: Layout) -> Iterator[Fault]:
     yield from _driven_twice(step, place)
     if isinstance(step.get("traction"), dict):
         yield from _surface(step["traction"], (*place, "traction"), layout)
+    if isinstance(step.get("payload"), dict):
+        yield from _payload(step["payload"], (*place, "payload"), layout)
     if isinstance(step.get("surface_pressure"), dict):
         for name in step["surface_pressure"]:
             yield from _known_surface(name, (*place, "surface_pressure", name), layout)
@@ -189,6 +192,20 @@ def _driven_twice(step: dict, place: Place) -> Iterator[Fault]:
     for name in names:
         fault = f"{show(name)} has a pressure in this step too; drive a cavity by one of them"
         yield (*place, "inject"), fault
+
+
+def _payload(payload: dict, place: Place, layout: Layout) -> Iterator[Fault]:
+    surface, force = payload.get("surface") or layout.tip, payload.get("force")
+    if isinstance(surface, str):
+        yield from _known_surface(surface, (*place, "surface"), layout)
+    if isinstance(force, list | tuple) and len(force) == 3:
+        for plane, axis in layout.symmetry.items():
+            if not re.match(r"\s*[-+]?[0.]+\s", f"{force[axis]} "):
+                yield (
+                    (*place, "force", axis),
+                    f"a force across the symmetry plane '{plane}' would pull its mirror image the "
+                    "other way; model the whole actuator or leave it out",
+                )
 
 
 def _supports(value: Any, place: Place, layout: Layout) -> Iterator[Fault]:

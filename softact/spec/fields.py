@@ -15,7 +15,7 @@ from pydantic import (
 from softact.geometry import Geometry
 from softact.materials import Law
 from softact.spec.choice import GeometryChoice, MaterialChoice, fault, fault_at, given
-from softact.units import ACCELERATION, Pressure, Volume, show
+from softact.units import ACCELERATION, Force, Pressure, Volume, show
 
 STANDARD_GRAVITY = 9810.0  # mm/s^2, as in the design: g = 9.81 m/s^2
 ALL_CAVITIES = "*"
@@ -114,6 +114,7 @@ Measures = Annotated[
     PlainSerializer(lambda v: v if v == "all" else list(v), when_used="json"),
     WithJsonSchema(MEASURES_SCHEMA),
 ]
+Forces = Annotated[tuple[Force, Force, Force], BeforeValidator(three)]
 Vector = Annotated[tuple[Pressure, Pressure, Pressure], BeforeValidator(three)]
 GEOMETRY = GeometryChoice(_geometries)
 AnyGeometry = Annotated[Geometry, GEOMETRY]

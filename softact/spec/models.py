@@ -25,6 +25,7 @@ from softact.spec.fields import (
     AnyGeometry,
     AnyMaterial,
     Component,
+    Forces,
     Gravity,
     LayerMaterial,
     Measures,
@@ -87,6 +88,13 @@ class Traction(Model):
     value: Vector = Field(description="force per area along x, y, z")
 
 
+class Payload(Model):
+    """A dead force on a surface, shared out over its undeformed area: a weight that hangs there."""
+
+    surface: str | None = Field(None, description="surface of the geometry; by default its tip")
+    force: Forces = Field(description="force on the whole actuator along x, y, z")
+
+
 class Step(Model):
     """A change of the loads or supports; loads ramp linearly from their last value."""
 
@@ -103,6 +111,7 @@ class Step(Model):
         "Of all cavities, or {cavity: volume}; below zero to withdraw",
     )
     traction: Traction | None = Field(None, description="dead load on a surface")
+    payload: Payload | None = Field(None, description="dead force on a surface, the tip by default")
     surface_pressure: dict[str, Pressure] | None = Field(
         None, description="on faces that enclose no cavity: {surface: pressure}, pushing inwards"
     )
@@ -124,7 +133,7 @@ class Step(Model):
     def _changes_something(self) -> Self:
         if self.gravity is None and self._changes_only_gravity:
             raise fault(
-                "this step changes nothing; give it gravity, pressure, inject, traction, supports "
+                "this step changes nothing; give it gravity, pressure, inject, payload, supports "
                 "or obstacles"
             )
         return self
@@ -148,7 +157,7 @@ class Step(Model):
     @property
     def _changes_only_gravity(self) -> bool:
         driven = (self.pressure, self.inject, self.traction, self.surface_pressure)
-        return (*driven, self.supports, self.obstacles) == (None,) * 6
+        return (*driven, self.payload, self.supports, self.obstacles) == (None,) * 7
 
 
 class Solver(Model):
