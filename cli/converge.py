@@ -1,0 +1,120 @@
+"""`softact converge`: how fine a mesh has to be."""
+
+import os
+import sys
+from pathlib import Path
+
+import click
+
+
+@click.command(short_help="Refine the mesh until the measures stay; error bars.")
+@click.argument("spec")
+@click.option(
+    "-m",
+    "--measure",
+    "measures",
+    multiple=True,
+    metavar="COLUMN",
+    help="Column that has to stay; may be repeated.  [default: bending_angle_deg and "
+    "max_principal_stress_MPa]",
+)
+@click.option("--tolerance", default="5 %", show_default=True, help="Largest relative change.")
+@click.option(
+    "--factor",
+    type=click.FloatRange(1.1, 4.0),
+    default=1.5,
+    show_default=True,
+    help="From one mesh size to the next.",
+)
+@click.option(
+    "--most",
+    type=click.IntRange(2, 10),
+    default=5,
+    show_default=True,
+    metavar="N",
+    help="Meshes at most.",
+)
+@click.option("-o", "--output", metavar="DIR", help="[default: results/<name>-converge]")
+@click.option(
+    "--into",
+    metavar="DIR",
+    help="Result folder of 'softact run' that gets the error bars of its mesh.",
+)
+@click.option(
+    "-j",
+    "--jobs",
+    type=click.IntRange(1, 64),
+    default=lambda: len(os.sched_getaffinity(0)),
+    metavar="N",
+    help="Runs at a time.  [default: the number of cores]",
+)
+@click.option("--cache", "cache_folder", envvar="SOFTACT_CACHE", metavar="DIR",
+              help="Folder of the finished runs.  [default: results/.runs]")  # fmt: skip
+@click.option("--set", "overrides", multiple=True, metavar="PATH=VALUE", help="As 'softact run'.")
+def converge(
+    spec: str,
+    measures: tuple[str, ...],
+    tolerance: str,
+    factor: float,
+    most: int,
+    output: str | None,
+    into: str | None,
+    jobs: int,
+    cache_folder: str | None,
+    overrides: tuple[str, ...],
+) -> None:
+    """Refine all mesh sizes of a spec until the measures change by less than the tolerance.
+
+    Says which size to use, what the limit is (Richardson's estimate, with the observed order) and
+    how large the error of the spec's own mesh is. Writes converge.csv, converge.json and
+    converge.html. Exits with 1 when the measures do not stay within so many meshes.
+
+    \b
+    Example:
+      softact converge configs/pneunet_small.yaml -m bending_angle_deg --into results/pneunet_small
+    """
+    from softact.converge import output as files
+    from softact.converge.study import converge as study_of
+    from softact.spec import load
+    from softact.sweep.cache import DEFAULT, Cache
+    from softact.sweep.output import written_alone
+
+    loaded = load(spec, overrides)
+    wanted = measures or ("bending_angle_deg", "max_principal_stress_MPa")
+    cache = Cache(Path(cache_folder or DEFAULT), warn=lambda line: click.echo(line, err=True))
+    study = study_of(
+        loaded, wanted, cache, _part(tolerance), factor, most, jobs, told=_told(wanted)
+    )
+    directory = Path(output) if output else Path("results") / f"{loaded.name}-converge"
+    with written_alone(directory):
+        page = files.write(study, loaded.name, directory)
+    for line in [*files.told(study), files.advice(study)]:
+        click.echo(line)
+    if into:
+        click.echo(files.carry_into(study, Path(into)))
+    click.echo(f"page: {page}")
+    sys.exit(0 if study.converged else 1)
+
+
+def _part(text: str) -> float:
+    """5 %, 5% or 0.05 as 0.05."""
+    percent = text.strip().endswith("%")
+    try:
+        value = float(text.strip().removesuffix("%")) / (100 if percent else 1)
+    except ValueError:
+        value = 0.0
+    if not 0 < value < 1:
+        raise click.BadParameter(f"'{text}' is no part such as '5 %' or 0.05")
+    return value
+
+
+def _told(measures: tuple[str, ...]):
+    def tell(level, answer) -> None:
+        sizes = ", ".join(f"{name} {size:g} mm" for name, size in level.sizes.items())
+        values = ", ".join(
+            f"{m} {level.record.measures[m]:.5g}" for m in measures if m in level.record.measures
+        )
+        known = "known" if answer.cached else f"{level.record.seconds:.1f} s"
+        click.echo(f"{sizes}: {level.record.cells} tetrahedra, {values} ({known})")
+
+    return tell

@@ -1,0 +1,1 @@
+"""Reference cases: small specs with stored values, run again and compared."""

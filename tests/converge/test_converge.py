@@ -1,0 +1,116 @@
+"""Orders, limits and error bars of values that are known, and a study of a made-up solver."""
+
+import csv
+import json
+
+import bent_beam
+import pytest
+
+from softact import spec as specs
+from softact.converge import output
+from softact.converge.richardson import SAFETY, estimate
+from softact.converge.study import converge, mesh_sizes, refined
+from softact.errors import SpecError
+from softact.sweep import compute as computing
+from softact.sweep.cache import Cache
+
+SPEC = specs.loads(
+    "name: beam\ngeometry: {type: block, length: 12 mm, mesh_size: 8 mm}\n"
+    "materials: {body: {law: neo_hookean, c10: 0.1 MPa}}\n"
+    "steps: [{name: hang, gravity: [0, 0, -1]}]"
+)
+
+
+@pytest.mark.parametrize("order", [1.0, 2.0, 3.0])
+@pytest.mark.parametrize("constant", [0.7, -0.7])
+def test_order_and_limit_of_a_power_law(order, constant):
+    """f(h) = 10 + C hᵖ on meshes that are not refined evenly."""
+    sizes = [4.0, 2.5, 1.5, 1.0]
+    values = [10 + constant * h**order for h in sizes]
+    found = estimate(sizes, values)
+    assert found.order == pytest.approx(order, rel=1e-9)
+    assert found.limit == pytest.approx(10, rel=1e-9)
+    assert found.errors == pytest.approx([SAFETY * abs(constant) * h**order for h in sizes])
+    assert found.changes[0] == pytest.approx(abs((values[1] - values[0]) / values[1]))
+
+
+@pytest.mark.parametrize(
+    ("values", "note"),
+    [
+        ([10, 12, 11], "up and down"),
+        ([10, 11, 12], "do not shrink"),
+        ([10, 11, 11], "the same"),
+        ([10, 11, 11.000001], "too large"),
+    ],
+)
+def test_values_without_an_order_have_error_bars_all_the_same(values, note):
+    found = estimate([4, 2, 1], values)
+    assert found.order is None
+    assert note in found.note
+    assert found.limit == values[-1]
+    assert found.errors[0] == SAFETY * max(abs(v - values[0]) for v in values)
+
+
+def test_all_mesh_sizes_are_refined_alike():
+    spec = specs.loads(
+        "geometry: {type: pneunet, mesh_size: 3 mm, cavity_mesh_size: 6 mm}\n"
+        "materials: {body: elastosil-m4601}\nsteps: [{name: up, pressure: 1 kPa}]"
+    )
+    assert mesh_sizes(refined(spec, 1.5)) == {"mesh_size": 2.0, "cavity_mesh_size": 4.0}
+    assert refined(spec, 1.0).hash == spec.hash
+
+
+@pytest.fixture(scope="module")
+def studied(tmp_path_factory):
+    """A solver that is of second order in its mesh size: 40 (1 + h²/1000) degrees."""
+
+    def run(spec, directory, **options):
+        h = spec.geometry.mesh_size
+        n = round(8 / h)
+        size = {"nx": 6 * n, "ny": 2 * n, "nz": 7 * n}
+        bent_beam.write(directory, 40 * (1 + h**2 / 1000), 1, size=size)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(computing, "run", run)
+        cache = Cache(tmp_path_factory.mktemp("runs"))
+        return converge(SPEC, ["bending_angle_deg"], cache, factor=2.0, jobs=2)
+
+
+def test_study_refines_until_the_measure_stays(studied):
+    """Of 8, 4 and 2 mm, 6.4, 1.6 and 0.4 % too much: changes of 4.8/101.6 and 1.2/100.4."""
+    assert [level.sizes["mesh_size"] for level in studied.levels] == [8, 4, 2]
+    assert studied.converged
+    found = studied.estimate("bending_angle_deg")
+    assert found.changes == pytest.approx([4.8 / 101.6, 1.2 / 100.4])
+    assert (found.order, found.limit) == (pytest.approx(2, abs=0.1), pytest.approx(40, abs=0.1))
+    # 1.25 times 6.4 % are more than 5 %, 1.25 times 1.6 % are not.
+    assert studied.recommended.sizes == {"mesh_size": 4}
+
+
+def test_files_and_error_bars_in_a_result_folder(studied, tmp_path):
+    output.write(studied, "beam", tmp_path)
+    data = json.loads((tmp_path / "converge.json").read_text())
+    assert data["measures"]["bending_angle_deg"]["values"] == studied.values("bending_angle_deg")
+    with open(tmp_path / "converge.csv") as file:
+        assert [float(row["mesh_size_mm"]) for row in csv.DictReader(file)] == [8, 4, 2]
+    folder = tmp_path / "result"
+    bent_beam.write(folder, 40.0, 2, size={"nx": 6, "ny": 2, "nz": 7})
+    with pytest.raises(SpecError, match="another spec"):
+        output.carry_into(studied, folder)
+    story = json.loads((folder / "run.json").read_text()) | {"spec_hash": SPEC.hash}
+    (folder / "run.json").write_text(json.dumps(story))
+    output.carry_into(studied, folder)
+    with open(folder / "summary.csv") as file:
+        (row,) = csv.DictReader(file)
+    bar = studied.estimate("bending_angle_deg").errors[0]
+    assert float(row["bending_angle_deg_mesh_error"]) == bar
+    assert bar == pytest.approx(1.25 * 0.064 * 40, rel=0.05)
+
+
+def test_a_measure_that_is_not_there(tmp_path, monkeypatch):
+    monkeypatch.setattr(
+        computing, "run", lambda spec, directory, **o: bent_beam.write(
+            directory, 40.0, 2, size={"nx": 6, "ny": 2, "nz": 7})
+    )  # fmt: skip
+    with pytest.raises(SpecError, match="did you mean 'bending_angle_deg'"):
+        converge(SPEC, ["bending_angel_deg"], Cache(tmp_path / "runs"))
