@@ -80,7 +80,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("-k", "--kills", type=int, default=50)
     parser.add_argument("-j", "--jobs", type=int, default=2)
-    parser.add_argument("--longest", type=float, default=12.0, help="seconds before a kill")
+    parser.add_argument("--longest", type=float, default=24.0, help="seconds before a kill")
     options = parser.parse_args()
     random.seed(1)
     killed, sweeps, orphans, twice = collections.Counter(), 0, 0, 0

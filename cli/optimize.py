@@ -1,0 +1,76 @@
+"""`softact optimize`: the best design within constraints."""
+
+import os
+import sys
+from pathlib import Path
+
+import click
+
+
+@click.command(short_help="Find the best designs within constraints (Optuna).")
+@click.argument("file", metavar="OPT")
+@click.option("-o", "--output", metavar="DIR", help="[default: results/<name of the file>]")
+@click.option(
+    "-j",
+    "--jobs",
+    type=click.IntRange(1, 1024),
+    default=lambda: len(os.sched_getaffinity(0)),
+    metavar="N",
+    help="Trials at a time, one thread each.  [default: the number of cores]",
+)
+@click.option("--trials", type=click.IntRange(1, 100_000), help="Instead of the file's.")
+@click.option("--cache", "cache_folder", envvar="SOFTACT_CACHE", metavar="DIR",
+              help="Folder of the finished runs.  [default: results/.runs]")  # fmt: skip
+def optimize(
+    file: str, output: str | None, jobs: int, trials: int | None, cache_folder: str | None
+) -> None:
+    """Vary parameters of a spec for the best measures, with constraints on others.
+
+    Trials are kept in trials.db and their runs in the cache of the sweeps: the same command goes
+    on where it was stopped, and with more --trials it adds to what there is. A run that fails is a
+    failed trial with its cause. Writes trials.csv, optimise.html and best/, the data sheet of the
+    best design. Exits with 4 when no trial holds all constraints.
+
+    \b
+    Example:
+      softact optimize configs/sweeps/pneunet_optimise.yaml -j 2
+    """
+    from softact.optimise import page
+    from softact.optimise.spec import Optimisation
+    from softact.optimise.study import Trials, feasible
+    from softact.sweep.cache import DEFAULT, Cache
+    from softact.sweep.output import written_alone
+    from softact.sweep.spec import read
+
+    wanted, base = read(Path(file), Optimisation)
+    if trials:
+        wanted = wanted.model_copy(update={"trials": trials})
+    directory = Path(output) if output else Path("results") / wanted.name
+    cache = Cache(Path(cache_folder or DEFAULT), warn=lambda line: click.echo(line, err=True))
+
+    def told(trial, answer) -> None:
+        values = ", ".join(
+            f"{o.title} {v:.5g}" for o, v in zip(wanted.objectives, trial.values or [],
+                                                 strict=False)
+        )  # fmt: skip
+        said = values or f"{answer.status.replace('_', ' ')} ({answer.cause})"
+        broken = "" if feasible(trial) or not values else ", breaks a constraint"
+        click.echo(f"{len(study.done)}/{wanted.trials}  trial {trial.number}: {said}{broken}")
+
+    with written_alone(directory):
+        study = Trials(wanted, base, cache, directory)
+        click.echo(f"{wanted.trials} trials, {len(study.done)} of them done")
+        try:
+            study.run(jobs, told)
+        finally:
+            if study.done:
+                path = page.write(study, directory)
+    for trial in study.best():
+        texts = [f"{name} {value}" for name, value in study.coordinates(trial).items()]
+        values = [f"{o.title} {v:.5g}" for o, v in zip(wanted.objectives, trial.values,
+                                                       strict=True)]  # fmt: skip
+        click.echo(f"best: trial {trial.number}: {', '.join(values)} at {', '.join(texts)}")
+    click.echo(f"page: {path}")
+    if not study.best():
+        click.echo("no trial holds all constraints", err=True)
+        sys.exit(4)

@@ -1,0 +1,158 @@
+"""optimise.html and trials.csv: history, Pareto front, the best design's data sheet."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+from softact.optimise.study import Trials, feasible
+from softact.report import base, labels, write_report
+from softact.report.base import Section
+from softact.results import csv_text, write_atomic
+from softact.sweep.page import lead
+
+BEST = "best"
+
+
+def rows(trials: Trials) -> list[dict[str, Any]]:
+    """A row for each trial: parameters, objectives, constraints, status and cause."""
+    parts = (*trials.wanted.objectives, *trials.wanted.constraints)
+    found = []
+    for trial in trials.done:
+        values = trials.coordinates(trial)
+        row = {"trial": trial.number, "status": trial.user_attrs["status"]}
+        row |= {"feasible": feasible(trial), "cause": trial.user_attrs["cause"]}
+        row |= {axis.column: axis.cell(values[title]) for title, axis in trials.axes.items()}
+        row |= {part.title: trial.user_attrs.get(part.title, "") for part in parts}
+        found.append(row | {"run": trial.user_attrs["run"]})
+    return found
+
+
+def write(trials: Trials, directory: Path) -> Path:
+    """Write trials.csv, the best design's folder and the page; returns the page's path."""
+    table = rows(trials)
+    write_atomic(directory / "trials.csv", csv_text(table))
+    best = trials.best()
+    if best:
+        _data_sheet(trials, best[-1], directory / BEST)
+    page = directory / "optimise.html"
+    write_atomic(page, html(trials, table))
+    return page
+
+
+def _data_sheet(trials: Trials, trial: Any, target: Path) -> None:
+    """The result folder of a trial with its report; left alone where it is that run already."""
+    mark = target / "record.json"
+    run = trials.cache.folder(trial.user_attrs["run"])
+    if mark.is_file() and mark.read_bytes() == (run / "record.json").read_bytes():
+        return
+    shutil.rmtree(target, ignore_errors=True)
+    shutil.copytree(run, target)
+    write_report(target)
+
+
+def html(trials: Trials, table: list[dict]) -> str:
+    """The page."""
+    wanted, best = trials.wanted, trials.best()
+    sections = []
+    if best:
+        sections.append(Section("best", "Best designs", _best(trials, best)))
+    plots = [_history(trials, n) for n in range(len(wanted.objectives))]
+    sections.append(Section("history", "History", base.figures(plots)))
+    front = _front(trials)
+    if front is not None:
+        sections.append(Section("front", "Objectives and constraints", base.figures([front])))
+    heads = [name for name in table[0] if name != "run"] if table else []
+    body = base.table(heads, [[_cell(row[h]) for h in heads] for row in table], file="trials.csv")
+    sections.append(Section("trials", "Trials", body))
+    return base.page(
+        wanted.name,
+        sections,
+        kicker="Optimisation of a soft actuator",
+        kind="optimisation",
+        lead=lead(wanted.description, wanted.source) + _banner(trials, table),
+    )
+
+
+def _cell(value: Any) -> str | float:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return value if isinstance(value, float) else str(value)
+
+
+def _banner(trials: Trials, table: list[dict]) -> str:
+    failed = sum(row["status"] != "complete" for row in table)
+    good = sum(row["feasible"] for row in table)
+    said = f"{good} hold all constraints, {failed} failed."
+    return base.banner("good" if good else "warn", f"{len(table)} trials:", said)
+
+
+def _best(trials: Trials, best: list[Any]) -> str:
+    wanted = trials.wanted
+    parts = (*wanted.objectives, *wanted.constraints)
+    heads = ["Trial", *(axis.column for axis in trials.axes.values()), *(p.title for p in parts)]
+    chosen, marks = list(best), [""] * len(best)
+    if wanted.reference and trials.done and trials.done[0] not in chosen:
+        chosen.append(trials.done[0])
+        marks.append("soft")
+    body = []
+    for trial in chosen:
+        values = trials.coordinates(trial)
+        name = f"{trial.number}" + ("" if trial in best else " (reference)")
+        cells = [axis.cell(values[title]) for title, axis in trials.axes.items()]
+        body.append([name, *cells, *(trial.user_attrs.get(p.title, "") for p in parts)])
+    note = (
+        f"<p class='note'>The data sheet of trial {best[-1].number} is "
+        f"<a href='{BEST}/report.html'>{BEST}/report.html</a>; its spec is {BEST}/spec.yaml.</p>"
+    )
+    return base.table(heads, body, marks=marks) + note
+
+
+def _history(trials: Trials, number: int) -> base.Plot:
+    objective = trials.wanted.objectives[number]
+    sign = 1 if objective.goal == "maximise" else -1
+    good = [t for t in trials.done if feasible(t)]
+    other = [t for t in trials.done if t.values is not None and not feasible(t)]
+    steps, so_far = [], []
+    for trial in good:
+        value = trial.values[number]
+        so_far.append(value if not so_far else sign * max(sign * so_far[-1], sign * value))
+        steps.append(trial.number)
+    traces = [
+        base.xy("holds all constraints", [t.number for t in good], [t.values[number] for t in good],
+                mode="markers", colour="@c1"),
+        base.xy("breaks one", [t.number for t in other], [t.values[number] for t in other],
+                mode="markers", colour="@c8", marker={"symbol": "x"}),
+        base.xy("best so far", steps, so_far, mode="lines", colour="@c2", line={"shape": "hv"}),
+    ]  # fmt: skip
+    label = str(labels.column(objective.measure))
+    return base.lines(f"{objective.goal} {objective.title}", "Trial", label, traces, wide=True)
+
+
+def _front(trials: Trials) -> base.Plot | None:
+    """Two objectives, or the objective over the first constraint."""
+    wanted = trials.wanted
+    parts = (*wanted.objectives, *wanted.constraints)
+    if len(parts) < 2:
+        return None
+    x, y = parts[1], parts[0]
+
+    def trace(name, some, **more):
+        xs, ys = ([t.user_attrs.get(p.title) for t in some] for p in (x, y))
+        texts = [f"trial {t.number}" for t in some]
+        return base.xy(name, xs, ys, mode="markers", text=texts, **more,
+                       hovertemplate="%{text}: %{x:.4~g}, %{y:.4~g}<extra></extra>")  # fmt: skip
+
+    done = [t for t in trials.done if t.values is not None]
+    best = trials.best()
+    traces = [
+        trace("breaks a constraint", [t for t in done if not feasible(t)], colour="@c8"),
+        trace("holds all", [t for t in done if feasible(t)], colour="@c1"),
+        trace("best", best, colour="@c2", marker={"size": 10}),
+    ]
+    if wanted.reference and trials.done and trials.done[0].values is not None:
+        traces.append(trace("reference", trials.done[:1], colour="@c3", marker={"size": 10}))
+    xs, ys = (str(labels.column(p.measure)) for p in (x, y))
+    title = f"{y.title} and {x.title}"
+    return base.lines(title, xs, ys, traces, wide=True, id="front")
