@@ -1,0 +1,31 @@
+"""`softact compare`: several result folders in one page."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command(short_help="Set two or more result folders against each other.")
+@click.argument("folders", nargs=-1, required=True, metavar="DIR DIR...")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, file_okay=False),
+    default=Path("results/comparison"),
+    show_default=True,
+    metavar="DIR",
+    help="Folder for compare.html, measures.csv and curves.csv.",
+)
+def compare(folders: tuple[str, ...], output: Path) -> None:
+    """Set two or more result folders against each other.
+
+    One page: the curves over each other, the measures at the largest load that all reach with
+    their differences to the first run, what is different in the specs, and the last states.
+
+    \b
+    Example:
+      softact compare results/finger results/thin -o results/finger_or_thin
+    """
+    from softact.report.compare import write_comparison
+
+    click.echo(f"wrote {write_comparison([Path(folder) for folder in folders], output)}")

@@ -1,0 +1,261 @@
+"""Several result folders in one page: curves over each other, measures, and what was different."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from softact.errors import SpecError
+from softact.report import base, curves, labels
+from softact.report.base import Plot, Section
+from softact.report.view import load, load_name
+from softact.results import COMPLETE, Results, csv_text, read, write_atomic
+
+
+@dataclass(frozen=True)
+class Row:
+    """A measure of all runs. values: in the column's unit, NaN where a run has none."""
+
+    name: str
+    values: tuple[float, ...]
+
+    def differences(self) -> list[float]:
+        """Of the runs after the first, each minus the first."""
+        return [value - self.values[0] for value in self.values[1:]]
+
+    def percents(self) -> list[float]:
+        """The differences in percent of the first run's value; NaN where that is nothing."""
+        first = self.values[0]
+        if not abs(first) > 1e-9:
+            return [float("nan")] * (len(self.values) - 1)
+        return [100 * difference / abs(first) for difference in self.differences()]
+
+
+def write_comparison(folders: Sequence[Path], output: Path) -> Path:
+    """Write compare.html, measures.csv and curves.csv into ``output``; returns the page's path.
+
+    Raises SpecError where a folder holds no results, or results without a single state.
+    """
+    runs = _read_all(folders)
+    names = _names(folders)
+    aim, rows = measures(runs)
+    output.mkdir(parents=True, exist_ok=True)
+    write_atomic(output / "measures.csv", _measures_csv(names, aim, rows))
+    write_atomic(output / "curves.csv", _curves_csv(names, runs))
+    path = output / "compare.html"
+    write_atomic(path, html(names, runs))
+    return path
+
+
+def _read_all(folders: Sequence[Path]) -> list[Results]:
+    runs, faults = [], []
+    for folder in folders:
+        try:
+            run = read(folder)
+        except SpecError as error:
+            faults += error.lines
+            continue
+        if not len(load(run)):
+            faults.append(f"{folder}: the run has no state; there is nothing to compare")
+        runs.append(run)
+    if len(folders) < 2:
+        faults.append("two result folders or more are wanted, such as: softact compare A B")
+    if faults:
+        raise SpecError(*faults)
+    return runs
+
+
+def _names(folders: Sequence[Path]) -> list[str]:
+    """Names of folders, with as much of their paths as tells them apart."""
+    parts = [Path(folder).absolute().parts for folder in folders]
+    for depth in range(1, max(map(len, parts)) + 1):
+        names = ["/".join(part[-depth:]) for part in parts]
+        if len(set(names)) == len(names):
+            return names
+    return [f"{name} ({number})" for number, name in enumerate(names, 1)]
+
+
+def measures(runs: Sequence[Results]) -> tuple[float | None, list[Row]]:
+    """The load at which the runs are compared, and their measures there.
+
+    The load is the largest that all reach; None where they have no pressure in common: then their
+    last states are compared.
+    """
+    drivers = {load_name(run) for run in runs}
+    ends = [float(load(run)[-1]) for run in runs]
+    same = len(drivers) == 1 and None not in drivers and len({np.sign(end) for end in ends}) == 1
+    aim = min(ends, key=abs) if same else None
+    names = dict.fromkeys(name for run in runs for name in curves.measures(run))
+    rows = [
+        Row(name, tuple(_value(run, name, aim) for run in runs))
+        for name in names
+        if not (same and name in drivers)
+    ]
+    return aim, rows
+
+
+def _value(run: Results, name: str, aim: float | None) -> float:
+    values = run.curve.get(name)
+    if values is None or values.dtype != float:
+        return float("nan")
+    if aim is None or aim == load(run)[-1]:
+        return float(values[-1])
+    return curves.at_load(run, values, aim)
+
+
+def spec_differences(runs: Sequence[Results]) -> list[tuple[str, list[str]]]:
+    """Paths in the resolved specs whose values are not all the same, and the values."""
+    flat = [dict(_walk("", _spec(run))) for run in runs]
+    paths = dict.fromkeys(path for spec in flat for path in spec)
+    rows = [(path, [spec.get(path, "–") for spec in flat]) for path in paths]
+    return [(path, values) for path, values in rows if len(set(values)) > 1]
+
+
+def _spec(run: Results) -> dict:
+    try:
+        spec = yaml.safe_load(run.spec_yaml)
+    except yaml.YAMLError:
+        return {}
+    return spec if isinstance(spec, dict) else {}
+
+
+def _walk(path: str, value):
+    if isinstance(value, dict | list) and value:
+        pairs = value.items() if isinstance(value, dict) else enumerate(value)
+        for key, item in pairs:
+            yield from _walk(f"{path}.{key}" if path else str(key), item)
+    else:
+        yield path, str(value)
+
+
+def html(names: Sequence[str], runs: Sequence[Results]) -> str:
+    """The page."""
+    aim, rows = measures(runs)
+    sections = [
+        Section("measures", "Measures", _measures(names, runs, aim, rows)),
+        Section("spec", "What is different in the specs", _differences(names, runs), "Specs"),
+        Section("curves", "Curves", base.figures(_plots(names, runs))),
+        *_shapes(names, runs),
+        Section("runs", "Runs", _runs(names, runs)),
+    ]
+    unfinished = [n for n, run in zip(names, runs, strict=True) if run.status != COMPLETE]
+    lead = f"<p class='lead'>{escape(', '.join(names))}</p>"
+    if unfinished:
+        lead += base.banner("warn", "Not all runs are complete:", escape(", ".join(unfinished)))
+    return base.page("Comparison", sections, kicker=f"{len(runs)} runs of softact", lead=lead)
+
+
+def _at(runs: Sequence[Results], aim: float | None) -> str:
+    if aim is None:
+        return "at the last state of each (they have no pressure in common)"
+    label = labels.column(load_name(runs[0]))
+    return f"at {labels.number(aim)} {label.unit}, the largest load that all reach"
+
+
+def _measures(names, runs, aim, rows: Sequence[Row]) -> str:
+    heads = ["Figure", "Unit", *names]
+    for name in names[1:]:
+        heads += [f"{name} − {names[0]}", "%"]
+    shown = []
+    for row in rows:
+        label = labels.column(row.name)
+        scaled = [value * label.factor for value in row.values]
+        line = [label.name, label.unit, *(labels.number(value) for value in scaled)]
+        for difference, percent in zip(row.differences(), row.percents(), strict=True):
+            line += [labels.number(difference * label.factor), _percent(percent)]
+        shown.append(line)
+    link = base.download("measures.csv", _measures_csv(names, aim, rows).encode())
+    return (
+        f"<p>Figures {escape(_at(runs, aim))}.</p>{base.table(heads, shown, numbers=True)}"
+        f"<p class='note'>Between increments interpolated linearly. {link}</p>"
+    )
+
+
+def _percent(value: float) -> str:
+    return f"{value:+.1f}".replace("-", "−") if np.isfinite(value) else "–"
+
+
+def _differences(names, runs) -> str:
+    rows = spec_differences(runs)
+    if not rows:
+        return "<p>The resolved specs are the same.</p>"
+    return base.table(["Path", *names], [[path, *values] for path, values in rows], file="spec.csv")
+
+
+def _plots(names, runs) -> list[Plot]:
+    columns = dict.fromkeys(name for run in runs for name in curves.measures(run))
+    drivers = [load_name(run) for run in runs]
+    known = {driver for driver in drivers if driver}
+    x = str(labels.column(known.pop())) if len(known) == 1 else "Load (kPa, or finished steps)"
+    plots = []
+    for column in columns:
+        if column in drivers:
+            continue
+        label = labels.column(column)
+        traces = [
+            base.xy(name, load(run), run.curve[column] * label.factor)
+            for name, run in zip(names, runs, strict=True)
+            if column in run.curve and run.curve[column].dtype == float
+        ]
+        plots.append(base.lines(label.name, x, str(label), traces))
+    return plots
+
+
+def _shapes(names, runs) -> list[Section]:
+    pictures = [
+        f"<figure>{base.image((run.directory / 'shape.png').read_bytes(), name)}"
+        f"<figcaption>{escape(name)}</figcaption></figure>"
+        for name, run in zip(names, runs, strict=True)
+        if (run.directory / "shape.png").is_file()
+    ]
+    if not pictures:
+        return []
+    body = f"<div class='charts two'>{''.join(pictures)}</div>"
+    return [Section("shapes", "Last states", body)]
+
+
+def _runs(names, runs) -> str:
+    heads = [
+        "Run",
+        "Status",
+        "Last load",
+        "Cells",
+        "Unknowns",
+        "Iterations",
+        "Solve (s)",
+        "softact",
+    ]
+    rows = []
+    for name, run in zip(names, runs, strict=True):
+        told, driver = run.run, load_name(run)
+        unit = labels.column(driver).unit if driver else ""
+        rows.append([
+            name, run.status.replace("_", " "), f"{labels.number(load(run)[-1])} {unit}".strip(),
+            (told.get("mesh") or {}).get("cells"), (told.get("mesh") or {}).get("unknowns"),
+            sum(int(item.get("iterations") or 0) for item in told.get("history") or []),
+            (told.get("times_s") or {}).get("solve"), str(told.get("softact") or ""),
+        ])  # fmt: skip
+    return base.table(heads, rows)
+
+
+def _measures_csv(names, aim, rows: Sequence[Row]) -> str:
+    table = []
+    for row in rows:
+        line = {"measure": row.name, "load_kPa": "" if aim is None else aim}
+        line |= dict(zip(names, row.values, strict=True))
+        extras = zip(names[1:], row.differences(), row.percents(), strict=True)
+        for name, difference, percent in extras:
+            line |= {f"{name} minus {names[0]}": difference, f"{name} difference_%": percent}
+        table.append(line)
+    return csv_text(table)
+
+
+def _curves_csv(names, runs) -> str:
+    table = []
+    for name, run in zip(names, runs, strict=True):
+        count = len(load(run))
+        table += [{"run": name} | {k: v[n] for k, v in run.curve.items()} for n in range(count)]
+    return csv_text(table)

@@ -1,0 +1,79 @@
+"""Two result folders in one page: differences are those of the closed forms."""
+
+import csv
+
+import bent_beam
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from softact.cli.compare import compare as command
+from softact.errors import SpecError
+from softact.report import compare
+from softact.results import ResultsWriter, read
+
+SIZE = {"nx": 4, "ny": 2, "nz": 7}
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory):
+    """The bent beam at 200 degrees and, with another length in its spec, at 100 degrees."""
+    top = tmp_path_factory.mktemp("compare")
+    bent_beam.write(top / "a" / "beam", 200.0, 8, size=SIZE)
+    bent_beam.write(top / "b" / "beam", 100.0, 4, size=SIZE)
+    spec = top / "b" / "beam" / "spec.yaml"
+    spec.write_text(spec.read_text().replace("length: 120 mm", "length: 130 mm"))
+    return [top / "a" / "beam", top / "b" / "beam"]
+
+
+def test_measures_and_differences(folders):
+    aim, rows = compare.measures([read(folder) for folder in folders])
+    assert aim == 50.0
+    row = next(row for row in rows if row.name == "bending_angle_deg")
+    assert row.values == pytest.approx((200.0, 100.0))
+    assert row.differences() == pytest.approx([-100.0])
+    assert row.percents() == pytest.approx([-50.0])
+    assert "pressure_kPa" not in [row.name for row in rows]
+
+
+def test_the_load_is_the_largest_that_all_reach(folders, tmp_path):
+    writer = ResultsWriter(tmp_path / "short", "name: short\n", {})
+    for n in range(4):
+        writer.increment({"pressure_kPa": 10.0 * n, "bending_angle_deg": 30.0 * n})
+    writer.finish("complete")
+    aim, rows = compare.measures([read(folders[0]), read(tmp_path / "short")])
+    assert aim == 30.0
+    row = next(row for row in rows if row.name == "bending_angle_deg")
+    assert row.values == pytest.approx((120.0, 90.0))  # 4 and 3 degrees per kPa
+    stress = next(row for row in rows if row.name == "max_von_mises_MPa")
+    assert np.isnan(stress.values[1]) and np.isnan(stress.percents()[0])
+
+
+def test_only_what_differs_in_the_specs_is_told(folders):
+    found = compare.spec_differences([read(folder) for folder in folders])
+    assert found == [("geometry.length", ["120 mm", "130 mm"])]
+
+
+def test_the_command_writes_page_and_tables(folders, tmp_path):
+    done = CliRunner().invoke(command, [*map(str, folders), "-o", str(tmp_path / "out")])
+    assert done.exit_code == 0, done.output
+    page = (tmp_path / "out" / "compare.html").read_text()
+    assert "a/beam" in page and "130 mm" in page  # named by what tells them apart
+    with open(tmp_path / "out" / "measures.csv", newline="") as file:
+        rows = {row["measure"]: row for row in csv.DictReader(file)}
+    angle = rows["bending_angle_deg"]
+    assert float(angle["a/beam"]) == pytest.approx(200)
+    assert float(angle["b/beam minus a/beam"]) == pytest.approx(-100)
+    assert float(angle["b/beam difference_%"]) == pytest.approx(-50)
+    with open(tmp_path / "out" / "curves.csv", newline="") as file:
+        runs = [row["run"] for row in csv.DictReader(file)]
+    assert (runs.count("a/beam"), runs.count("b/beam")) == (9, 5)
+
+
+def test_folders_that_will_not_do_are_all_told(folders, tmp_path):
+    with pytest.raises(SpecError) as told:
+        compare.write_comparison([tmp_path, tmp_path / "none", folders[0]], tmp_path / "out")
+    assert len(told.value.lines) == 2
+    with pytest.raises(SpecError, match="two result folders or more"):
+        compare.write_comparison(folders[:1], tmp_path / "out")
+    assert not (tmp_path / "out").exists()
