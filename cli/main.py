@@ -18,7 +18,18 @@ import click
 from softact.errors import SoftactError
 
 WRONG_INPUT, BUG, INTERRUPTED, BROKEN_PIPE = 2, 70, 130, 141
-FIRST = ("run", "validate", "mesh", "list", "report", "schema", "doctor", "fit", "calibrate")
+FIRST = (
+    "run",
+    "validate",
+    "mesh",
+    "list",
+    "report",
+    "compare",
+    "schema",
+    "doctor",
+    "fit",
+    "calibrate",
+)
 
 
 class Commands(click.Group):

@@ -1,5 +1,6 @@
 """`softact report`: the report of a result folder, built anew."""
 
+from functools import partial
 from pathlib import Path
 
 import click
@@ -10,7 +11,17 @@ from softact.cli._measured import measured_options, read_all, sections, tell
 @click.command(short_help="Rebuild the report of a result folder.")
 @click.argument("directory", metavar="DIR", type=click.Path(path_type=Path))
 @measured_options
-def report(directory: Path, measured: tuple[Path, ...], columns: str | None) -> None:
+@click.option(
+    "--targets",
+    multiple=True,
+    metavar="NAME",
+    help="Say which published requirements of an application the actuator meets: glove, "
+    "trunk_belt, neck, hip, wrist, ankle, heart, exoskeleton, operation_bending, "
+    "operation_linear. May be repeated.",
+)
+def report(
+    directory: Path, measured: tuple[Path, ...], columns: str | None, targets: tuple[str, ...]
+) -> None:
     """Rebuild report.html and the pictures of a result folder from the files in it.
 
     With --measured, the report sets the run against measured curves: RMSE, the largest deviation
@@ -20,11 +31,20 @@ def report(directory: Path, measured: tuple[Path, ...], columns: str | None) -> 
     Examples:
       softact report results/pneunet_glove
       softact report results/finger --measured angle.csv
+      softact report results/pneunet_glove --targets glove
     """
+    from softact.report import targets as published
     from softact.report import write_report
     from softact.results import read
 
-    read_in = read_all(measured, list(read(directory).curve), columns)
-    path = write_report(directory, sections(read_in))
+    published.check(targets)
+    results = read(directory)
+    read_in = read_all(measured, list(results.curve), columns)
+    more = [partial(published.section, wanted=targets)] if targets else []
+    path = write_report(directory, [*sections(read_in), *more])
     tell(directory, read_in)
+    for name in targets:
+        verdicts = [published.judge(results, asked) for asked in published.requirements(name)]
+        for line in published.tell(name, verdicts):
+            click.echo(line)
     click.echo(f"wrote {path}")

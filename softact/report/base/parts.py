@@ -53,13 +53,21 @@ def table(
     """A table that scrolls sideways where it is too wide; the first column stays in sight.
 
     Texts are escaped; numbers are shown with four digits. file: name of a CSV of all digits, for
-    which a link is put below. marks: a CSS class for each row, or none. numbers: texts after the
-    second column are numbers too, and stand to the right.
+    which a link is put below. marks: for each row "good", "warn", "bad" or "", the colour of its
+    second cell. numbers: texts after the second column are numbers too, and stand to the right.
     """
     rows = [list(row) for row in rows]
-    head = "".join(f"<th scope='col'>{escape(text)}</th>" for text in heads)
+    right = [
+        any(not isinstance(row[n], str) for row in rows) or (numbers and n > 1)
+        for n in range(len(heads))
+    ]
+    marked = [" class='number'" if number and n else "" for n, number in enumerate(right)]
+    head = "".join(
+        f"<th scope='col'{mark}>{escape(text)}</th>"
+        for mark, text in zip(marked, heads, strict=True)
+    )
     kinds = [*marks, *[""] * len(rows)]
-    body = "".join(_row(row, kind, numbers) for row, kind in zip(rows, kinds, strict=False))
+    body = "".join(_row(row, kind, marked) for row, kind in zip(rows, kinds, strict=False))
     below = ""
     if file:
         text = csv_text([dict(zip(heads, row, strict=True)) for row in rows])
@@ -70,13 +78,9 @@ def table(
     )
 
 
-def _row(row: Sequence, kind: str, numbers: bool) -> str:
+def _row(row: Sequence, kind: str, marked: Sequence[str]) -> str:
     first, *rest = [_cell(value) for value in row]
-    right = [not isinstance(v, str) or (numbers and n > 0) for n, v in enumerate(row[1:])]
-    cells = "".join(
-        f"<td{' class=number' if number else ''}>{text}</td>"
-        for number, text in zip(right, rest, strict=True)
-    )
+    cells = "".join(f"<td{mark}>{text}</td>" for mark, text in zip(marked[1:], rest, strict=True))
     mark = f" class='{kind}'" if kind else ""
     return f"<tr{mark}><th scope='row'>{first}</th>{cells}</tr>"
 

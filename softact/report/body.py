@@ -1,0 +1,54 @@
+"""Size and mass of an actuator, from the stored mesh and spec."""
+
+import numpy as np
+import yaml
+
+from softact.report.surface import mirrored
+from softact.results import Results
+from softact.units import DENSITY
+
+
+def extent(results: Results) -> np.ndarray | None:
+    """(3,) mm: outer dimensions along x, y, z of the whole undeformed actuator."""
+    if results.points is None:
+        return None
+    planes = tuple(results.layout.symmetry.values())
+    whole, _ = mirrored(results.points, np.zeros((0, 3), int), planes)
+    return np.ptp(whole, axis=0)
+
+
+def profile(results: Results) -> float | None:
+    """mm: height of the undeformed actuator across its axis, in the plane in which it bends."""
+    size = extent(results)
+    if size is None:
+        return None
+    across = np.array([0.0, 0.0, 1.0])
+    if results.layout.bending_axis is not None:
+        across = np.cross(results.layout.bending_axis, results.layout.axis)
+    return float(np.abs(across) @ size)
+
+
+def mass(results: Results) -> float | None:
+    """kg of the whole actuator without its layers; None where a region's density is not known."""
+    if results.points is None or len(results.cells) == 0:
+        return None
+    corners = results.points[results.cells[:, :4]]
+    edges = corners[:, 1:] - corners[:, :1]
+    volumes = np.abs(np.linalg.det(edges)) / 6
+    whole = 2 ** len(results.layout.symmetry)
+    total = 0.0
+    for number, name in enumerate(results.region_names):
+        density = _density(results, name)
+        if density is None:
+            return None
+        total += whole * density * volumes[results.region == number].sum()
+    return 1e3 * float(total)  # of tonnes
+
+
+def _density(results: Results, region: str) -> float | None:
+    """tonne/mm³ of a region's material, as the resolved spec has it."""
+    try:
+        material = yaml.safe_load(results.spec_yaml)["materials"][region]
+        return DENSITY.parse(material["density"])
+    except (yaml.YAMLError, KeyError, TypeError, ValueError):
+        return None
