@@ -87,7 +87,9 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, values: tuple[str, ..
     metavar="NAME=VALUE",
     help="Hold a constant, such as beta=0 or families=1.",
 )
-@click.option("--compare", multiple=True, metavar="CARD", help="Draw a card beside the fit.")
+@click.option(
+    "--compare", multiple=True, metavar="CARD", help="Draw a card or a card's file beside it."
+)
 @click.option("--density", callback=_quantity("DENSITY"), help="For the card.")
 @click.option("--strength", callback=_quantity("PRESSURE"), help="Tensile strength, for the card.")
 @click.option("--name", callback=_file_name, help="Name of the card; default: the first file's.")

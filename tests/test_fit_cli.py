@@ -64,7 +64,13 @@ def test_the_card_goes_into_a_spec_as_it_is(folder, capsys):
         "steps": [{"traction": {"surface": "x_max", "value": ["1 kPa", "0 kPa", "0 kPa"]}}],
     }
     (folder / "cube.yaml").write_text(yaml.safe_dump(spec))
-    assert load(folder / "cube.yaml").materials["body"].c10 == pytest.approx(0.11, rel=1e-6)
+    inline = load(folder / "cube.yaml").materials["body"]
+    assert inline.c10 == pytest.approx(0.11, rel=1e-6)
+    spec["materials"] = {"body": "./mine.yaml"}
+    (folder / "cube.yaml").write_text(yaml.safe_dump(spec))
+    assert load(folder / "cube.yaml").materials["body"] == inline.model_copy(
+        update={"name": "mine"}
+    )
 
 
 def test_all_laws_are_ranked_and_the_law_of_the_data_wins(folder, capsys):
@@ -91,6 +97,13 @@ def test_comparison_with_a_card_is_said_in_numbers(folder, capsys):
     assert f"differs from the fit by {100 * ratio.mean():+.1f} % on average" in out
 
 
+def test_a_fitted_card_is_compared_with_a_later_fit(folder, capsys):
+    softact(capsys, "uniaxial.csv", "--name", "mine", "-o", ".")
+    code, out, _ = softact(capsys, "planar.csv:planar", "--compare", "./mine.yaml", "-o", "out")
+    assert code == 0
+    assert "./mine.yaml on planar (planar): R² 1.0000" in out
+
+
 def test_held_constant_and_warning_of_a_wrong_unit(folder, capsys):
     text = (folder / "uniaxial.csv").read_text().replace("(kPa)", "(Pa)")
     (folder / "uniaxial.csv").write_text(text)
@@ -112,6 +125,7 @@ def test_held_constant_and_warning_of_a_wrong_unit(folder, capsys):
         (["uniaxial.csv", "--fix", "c40=0 MPa"], "no constant 'c40'"),
         (["uniaxial.csv", "--law", "all", "--fix", "c30=0 MPa"], "--law all"),
         (["uniaxial.csv", "--compare", "elastosil"], "did you mean 'elastosil-m4601'"),
+        (["uniaxial.csv", "--compare", "./none.yaml"], "none.yaml: there is no such file"),
         (["uniaxial.csv", "--density", "3 mm"], "density"),
         (["uniaxial.csv", "--columns", "strain %, -"], "no column for the load"),
         (["uniaxial.csv", "--stress", "cauchy"], "is not the cauchy stress"),

@@ -1,19 +1,16 @@
-"""From a table to tests: stretch and nominal stress, branches, trimming, plausibility."""
+"""From a table to tests: stretch and nominal stress, and whether they can be right."""
 
-from dataclasses import dataclass, replace
-from itertools import pairwise
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import savgol_filter
 
 from softact.errors import SpecError
 from softact.fit.columns import Column
 from softact.fit.sheet import TestSheet
 from softact.fit.table import Table, read_table
+from softact.fit.trimming import MIN_POINTS, branch, prepare
 
-MIN_POINTS = 5
 LARGEST_STRESS = 1e6  # MPa
-NOISE = 0.01  # of the range: smaller steps back are the extensometer's, not unloading
 
 
 @dataclass(frozen=True)
@@ -77,8 +74,8 @@ def _read_one(sheet, table: Table, rows, numbers, name: str, direction: str | No
     if sheet.mode == "compression" and np.mean(x) > 1 and np.mean(y) > 0:
         x, y = 2.0 - x, -y
         messages.append("positive strain and stress of a compression test taken as compression")
-    keep = _branch(sheet, x, messages)
-    x, y, numbers = x[keep], y[keep], numbers[keep]
+    keep = branch(sheet, x, messages)
+    x, y = x[keep], y[keep]
     other = None if other is None else other[keep]
     test = Test(
         name=name,
@@ -89,7 +86,7 @@ def _read_one(sheet, table: Table, rows, numbers, name: str, direction: str | No
         other=other,
         messages=tuple(messages),
     )
-    test = _prepare(sheet, test, numbers)
+    test = prepare(sheet, test)
     _check_count(sheet, len(test.stretch))
     if np.max(np.abs(test.stretch - 1.0)) < 1e-6:
         raise SpecError(f"{sheet.file}: the stretch is 1 throughout; there is no deformation")
@@ -206,98 +203,6 @@ def _load(sheet, table: Table, rows, direction, stretch: np.ndarray) -> np.ndarr
             area = width * thickness
         return values / area
     return values
-
-
-def _branch(sheet: TestSheet, x: np.ndarray, messages: list[str]) -> slice | np.ndarray:
-    """Rows to keep: all of a monotonic test, or the loading that the user chose."""
-    turns = turning_points(x)
-    if sheet.loading or sheet.cycle is not None:
-        loadings = [
-            slice(a, b + 1) for a, b in pairwise(turns) if abs(x[b] - 1.0) > abs(x[a] - 1.0)
-        ]
-        which = len(loadings) if sheet.cycle == "last" else sheet.cycle or 1
-        if not 1 <= which <= len(loadings):
-            raise SpecError(f"{sheet.file}: there is no cycle {which}; {len(loadings)} were found")
-        kept = loadings[which - 1]
-        messages.append(
-            f"loading {which} of {len(loadings)} kept: {kept.stop - kept.start} of {len(x)} points"
-        )
-        return kept
-    if len(turns) > 2:
-        turn, after = turns[1], turns[2]
-        raise SpecError(
-            f"{sheet.file}: the stretch turns back at point {turn + 1}, from {x[turn]:.4g} to "
-            f"{x[after]:.4g}: this looks like unloading or cycles. Give --loading for the first "
-            "loading or --cycle last"
-        )
-    return slice(None)
-
-
-def turning_points(x: np.ndarray) -> list[int]:
-    """Indices of the first point, of every reversal by more than the noise, and of the last."""
-    if len(x) < 2:
-        return [0]
-    limit = NOISE * (np.max(x) - np.min(x))
-    turns, extreme, sense = [0], 0, 0
-    for i in range(1, len(x)):
-        step = x[i] - x[extreme]
-        if sense == 0:
-            if abs(step) > limit:
-                sense, extreme = (1 if step > 0 else -1), i
-        elif step * sense >= 0:
-            extreme = i
-        elif abs(step) > limit:
-            turns.append(extreme)
-            sense, extreme = -sense, i
-    last = extreme if sense and (len(x) - 1 - extreme) else len(x) - 1
-    return [*turns, last] if last > turns[-1] else turns
-
-
-def _prepare(sheet: TestSheet, test: Test, numbers: np.ndarray) -> Test:
-    x, y, other, messages = test.stretch, test.stress, test.other, list(test.messages)
-    if sheet.zero and len(y):
-        messages.append(f"stress of the first point, {y[0] * 1e3:.4g} kPa, subtracted")
-        y = y - y[0]
-    if sheet.smooth:
-        if len(y) < sheet.smooth:
-            raise SpecError(f"{sheet.file}: fewer points than the smoothing window")
-        y = savgol_filter(y, sheet.smooth, 2)
-        messages.append(f"stress smoothed (Savitzky-Golay, {sheet.smooth} points, order 2)")
-    if sheet.toe and len(y):
-        x, y, other = _cut_toe(sheet, x, y, other, messages)
-    window = np.ones(len(x), dtype=bool)
-    if sheet.stretch_from is not None:
-        window &= x >= sheet.stretch_from
-    if sheet.stretch_to is not None:
-        window &= x <= sheet.stretch_to
-    if not np.all(window):
-        messages.append(f"{np.sum(~window)} of {len(x)} points outside the chosen range dropped")
-        x, y, other = x[window], y[window], None if other is None else other[window]
-    if sheet.points and len(x) > sheet.points:
-        chosen = _spread(x, sheet.points)
-        messages.append(f"thinned from {len(x)} to {len(chosen)} points")
-        x, y, other = x[chosen], y[chosen], None if other is None else other[chosen]
-    return replace(test, stretch=x, stress=y, other=other, messages=tuple(messages))
-
-
-def _cut_toe(sheet, x, y, other, messages):
-    """Drop the toe and move the zero of strain to where the curve above it points."""
-    start = int(np.argmax(np.abs(y) >= sheet.toe))
-    if abs(y[start]) < sheet.toe:
-        raise SpecError(f"{sheet.file}: no point reaches the toe stress")
-    end = max(start + MIN_POINTS, int(np.searchsorted(np.abs(y), 2 * sheet.toe)))
-    slope, offset = np.polyfit(x[start:end], y[start:end], 1)
-    shift = -offset / slope - 1.0
-    messages.append(f"toe: {start} points dropped, zero of strain moved by {shift:.4f}")
-    return x[start:] / (1.0 + shift), y[start:], None if other is None else other[start:]
-
-
-def _spread(x: np.ndarray, count: int) -> np.ndarray:
-    """Indices of about ``count`` points evenly spaced in stretch."""
-    wanted = np.linspace(np.min(x), np.max(x), count)
-    order = np.argsort(x, kind="stable")
-    near = np.clip(np.searchsorted(x[order], wanted), 0, len(x) - 1)
-    return np.unique(order[near])
 
 
 def _check_count(sheet: TestSheet, count: int) -> None:

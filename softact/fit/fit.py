@@ -8,7 +8,8 @@ import numpy as np
 from softact.fit.candidates import Candidate
 from softact.fit.data import Test
 from softact.fit.modes import MODES, first_invariant, stretch_reaching
-from softact.fit.optimise import Problem, Solution, make_problem, model_stress, solve
+from softact.fit.optimise import Solution, solve
+from softact.fit.problem import Problem, make_problem, model_stress
 from softact.fit.stability import Stability, drucker
 from softact.fit.statistics import (
     Certainty,

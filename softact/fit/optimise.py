@@ -2,111 +2,16 @@
 
 import warnings
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from scipy.optimize import least_squares, lsq_linear, minimize
 
 from softact.errors import SpecError
 from softact.fit.candidates import Candidate, Parameter
-from softact.fit.data import Test
-from softact.fit.modes import MODES, nominal_stress, path_stress, sheet_stress
-from softact.fit.plausible import secant_modulus
+from softact.fit.problem import Problem, all_stress, modulus, parameter_scale, residuals, thinned
 
 METHODS = ("least-squares", "L-BFGS-B", "Nelder-Mead", "Powell", "CG", "COBYLA", "SLSQP")
 ROUGH, FINE = 1e-8, 1e-14  # relative, of the descents from all starts and of the best one
-UNREACHED = 1e3  # residual, in units of the largest stress, where a law has no value
-RELATIVE_FLOOR = 0.02  # of the largest stress of a test: below it a relative residual is absolute
-
-
-@dataclass(frozen=True)
-class Problem:
-    """Tests and how their residuals count.
-
-    weights: per test, an array (n,) that multiplies the residual in MPa.
-    """
-
-    tests: tuple[Test, ...]
-    weights: tuple[np.ndarray, ...]
-
-    @cached_property
-    def weight(self) -> np.ndarray:
-        """The weights of all points."""
-        return np.concatenate(self.weights)
-
-    @cached_property
-    def paths(self) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-        """Powers (3, n), pairs (n,) and stretches (n,) of all points; None for biaxial tests."""
-        if any(test.mode not in MODES for test in self.tests):
-            return None
-        modes = [MODES[test.mode] for test in self.tests for _ in test.stretch]
-        powers = np.array([mode.powers for mode in modes]).T
-        pairs = np.array([mode.pairs for mode in modes], dtype=float)
-        return powers, pairs, np.concatenate([test.stretch for test in self.tests])
-
-    @cached_property
-    def ceiling(self) -> np.ndarray:
-        """Stress that stands for a value that the law has not."""
-        return np.concatenate(
-            [np.full(len(t.stress), UNREACHED * np.max(np.abs(t.stress))) for t in self.tests]
-        )
-
-    @property
-    def size(self) -> int:
-        """Number of data points."""
-        return sum(len(test.stress) for test in self.tests)
-
-    @cached_property
-    def data(self) -> np.ndarray:
-        """All weighted stresses."""
-        return self.weight * np.concatenate([test.stress for test in self.tests])
-
-
-def make_problem(tests: list[Test], relative: bool = False, balance: bool = False) -> Problem:
-    """Return the problem of fitting ``tests``.
-
-    relative: residuals in parts of the measured stress. balance: every test counts alike, however
-    many points it has and however large its stress.
-    """
-    weights = []
-    for test in tests:
-        largest = float(np.max(np.abs(test.stress)))
-        if largest == 0.0:
-            raise SpecError(f"{test.label}: the stress is zero throughout")
-        weight = np.ones(len(test.stress))
-        if relative:
-            weight = 1.0 / np.maximum(np.abs(test.stress), RELATIVE_FLOOR * largest)
-        if balance:
-            weight = weight / np.sqrt(np.sum((weight * test.stress) ** 2))
-        weights.append(weight)
-    return Problem(tuple(tests), tuple(weights))
-
-
-def model_stress(candidate: Candidate, vector: np.ndarray, test: Test) -> np.ndarray:
-    """Return the law's nominal stress (n,) in MPa at the stretches of ``test``."""
-    k = candidate.constants(vector)
-    if candidate.law.anisotropic:
-        direction = test.direction or "course"
-        return sheet_stress(candidate.law, k, test.mode, direction, test.stretch, test.other)
-    if test.mode == "biaxial":
-        return sheet_stress(candidate.law, k, test.mode, test.direction, test.stretch, test.other)
-    return nominal_stress(candidate.law, k, test.mode, test.stretch)
-
-
-def _all_stress(problem: Problem, candidate: Candidate, vector: np.ndarray) -> np.ndarray:
-    """The law's stress at all points of a problem, in one evaluation where that is possible."""
-    if problem.paths is None or candidate.law.anisotropic:
-        return np.concatenate([model_stress(candidate, vector, test) for test in problem.tests])
-    return path_stress(candidate.law, candidate.constants(vector), *problem.paths)
-
-
-def residuals(problem: Problem, candidate: Candidate, vector: np.ndarray) -> np.ndarray:
-    """Return the weighted residuals (n,), model less data; large where the law has no value."""
-    stress = _all_stress(problem, candidate, vector)
-    lost = ~np.isfinite(stress)
-    if np.any(lost):
-        stress = np.where(lost, problem.ceiling, stress)
-    return problem.weight * stress - problem.data
 
 
 @dataclass(frozen=True)
@@ -175,7 +80,7 @@ def _starts(problem: Problem, candidate: Candidate, count: int, seed: int) -> li
     if not curved:
         return [_with_linear(problem, candidate, np.zeros(len(candidate.parameters)))]
     rng = np.random.default_rng(seed)
-    coarse = _thinned(problem)
+    coarse = thinned(problem)
     drawn = []
     for _ in range(12 * count):
         vector = np.zeros(len(candidate.parameters))
@@ -195,25 +100,12 @@ def _draw(rng: np.random.Generator, parameter: Parameter) -> float:
     return value if value else high
 
 
-def _thinned(problem: Problem, most: int = 40) -> Problem:
-    """A problem of few points, for sorting starts."""
-    tests, weights = [], []
-    for test, weight in zip(problem.tests, problem.weights, strict=True):
-        keep = np.unique(np.linspace(0, len(test.stress) - 1, most).astype(int))
-        other = None if test.other is None else test.other[keep]
-        tests.append(
-            Test(test.name, test.mode, test.stretch[keep], test.stress[keep], test.direction, other)
-        )
-        weights.append(weight[keep])
-    return Problem(tuple(tests), tuple(weights))
-
-
 def _with_linear(problem: Problem, candidate: Candidate, vector: np.ndarray) -> np.ndarray:
     """Return ``vector`` with its linear constants by least squares, the others held."""
     linear = [i for i, p in enumerate(candidate.parameters) if p.linear]
     if not linear:
         return vector
-    scale = _modulus(problem)
+    scale = modulus(problem)
     base = vector.copy()
     base[linear] = 0.0
     offset = _model(problem, candidate, base)
@@ -236,21 +128,7 @@ def _with_linear(problem: Problem, candidate: Candidate, vector: np.ndarray) -> 
 
 
 def _model(problem: Problem, candidate: Candidate, vector: np.ndarray) -> np.ndarray:
-    return problem.weight * _all_stress(problem, candidate, vector)
-
-
-def _modulus(problem: Problem) -> float:
-    return max(abs(float(np.mean([secant_modulus(t) for t in problem.tests]))), 1e-12)
-
-
-def parameter_scale(problem: Problem, candidate: Candidate, vector: np.ndarray) -> np.ndarray:
-    """Return the size by which each constant is measured: its value, or a modulus, or its range."""
-    modulus = _modulus(problem)
-    scale = []
-    for parameter, value in zip(candidate.parameters, vector, strict=True):
-        usual = modulus if parameter.linear else 0.1 * (parameter.seek[1] - parameter.seek[0])
-        scale.append(max(abs(value), 1e-3 * usual))
-    return np.array(scale)
+    return problem.weight * all_stress(problem, candidate, vector)
 
 
 def _descend(problem, candidate, method, start, tolerance) -> tuple[np.ndarray, int]:

@@ -8,7 +8,7 @@ from softact.fit.candidates import as_candidate
 from softact.fit.data import Test
 from softact.fit.fit import Fit
 from softact.fit.modes import MODES
-from softact.fit.optimise import model_stress
+from softact.fit.problem import model_stress
 from softact.materials import Law
 
 COLOURS = ("#0b62a4", "#d1495b", "#2e8b57", "#8a5fbf", "#c77d0a")

@@ -13,7 +13,8 @@ from softact.fit.plausible import warnings
 from softact.fit.plot import write_plot
 from softact.fit.sheet import TestSheet
 from softact.fit.tell import tell_comparison, tell_fit, tell_ranking, tell_tests
-from softact.materials import Law, load_card
+from softact.materials import Law, load_card, parse_material
+from softact.spec.card_files import is_file, read_card
 from softact.units import dimension_of
 
 
@@ -43,7 +44,7 @@ def run(request: Request, say: Callable[[str], None]) -> list[Fit]:
     for test in tests:
         for warning in warnings(test):
             say(f"warning: {warning}")
-    others = {name: load_card(name) for name in request.compare}
+    others = {name: _card(name) for name in request.compare}
     candidates = _candidates(request, tests)
     fits = _fit_all(tests, candidates, request.options, say)
     say("")
@@ -59,6 +60,11 @@ def run(request: Request, say: Callable[[str], None]) -> list[Fit]:
             say(line)
     _write(request, fits, others, say)
     return fits
+
+
+def _card(name: str) -> Law:
+    """A card of the library, or a file such as an earlier fit wrote."""
+    return parse_material(read_card(Path(name))) if is_file(name) else load_card(name)
 
 
 def _read_all(sheets: list[TestSheet]) -> list[Test]:

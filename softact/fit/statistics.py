@@ -7,7 +7,7 @@ from scipy.stats import t as student
 
 from softact.fit.candidates import Candidate
 from softact.fit.data import Test
-from softact.fit.optimise import Problem, model_stress, parameter_scale, residuals
+from softact.fit.problem import Problem, model_stress, parameter_scale, residuals
 
 # A direction of constants along which the stresses change by less than this part of what the
 # best determined direction changes them is not determined by the data.

@@ -5,7 +5,7 @@ import numpy as np
 from softact.fit.candidates import as_candidate
 from softact.fit.data import Test
 from softact.fit.fit import Fit
-from softact.fit.optimise import model_stress
+from softact.fit.problem import model_stress
 from softact.materials import Law
 
 

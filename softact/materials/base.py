@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic.fields import FieldInfo
 
+from softact.errors import SpecError
 from softact.units import Compliance, Density, Dimensionless, Pressure, dimension_of
 
 # Nearly incompressible, K of about 500 shear moduli: elastomers have 1e3 to 1e4, and P2/P1
@@ -178,6 +179,17 @@ class Material(ABC):
         state, for fibre laws only. Where the law has no value (beyond a locking stretch, C not
         positive definite) the result is not finite.
         """
+
+    def check_fibres(self, fibres: np.ndarray | None) -> None:
+        """Raise SpecError where a law does not get the fibres that it has: without them it would
+        silently be its matrix alone."""
+        wanted = self.law.families if self.law.anisotropic else None
+        given = None if fibres is None else np.shape(fibres)[1]
+        if given != wanted:
+            raise SpecError(
+                f"the law {self.law.law} wants {wanted or 'no'} fibre directions per point, "
+                f"not {given or 'none'}"
+            )
 
     def extra_volumetric(self, J: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return U, dU/dJ, d²U/dJ² (n,) in MPa of what the volumetric energy has beyond K/2 (J−1)².

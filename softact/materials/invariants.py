@@ -6,7 +6,6 @@ and are turned here into stress and tangent (Holzapfel, Nonlinear Solid Mechanic
 
 import numpy as np
 
-from softact.errors import SpecError
 from softact.materials.base import Law, Material
 from softact.materials.jets import Jet, variables
 from softact.materials.kernel import (
@@ -52,7 +51,7 @@ class InvariantMaterial(Material):
 
     def energy(self, C: np.ndarray, fibres: np.ndarray | None = None) -> np.ndarray:
         """See ``Material.energy``."""
-        self._check_fibres(fibres)
+        self.check_fibres(fibres)
         with np.errstate(all="ignore"):
             C = components(np.asarray(C, dtype=float))
             families = structure_tensors(fibres, slice(None))
@@ -69,18 +68,8 @@ class InvariantMaterial(Material):
         self, C: np.ndarray, fibres: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
         """See ``Material.stress_tangent``."""
-        self._check_fibres(fibres)
+        self.check_fibres(fibres)
         return by_chunks(C, fibres, self._points)
-
-    def _check_fibres(self, fibres: np.ndarray | None) -> None:
-        """Without its fibres the law would silently be its matrix alone."""
-        wanted = self.law.families if self.law.anisotropic else None
-        given = None if fibres is None else np.shape(fibres)[1]
-        if given != wanted:
-            raise SpecError(
-                f"the law {self.law.law} wants {wanted or 'no'} fibre directions per point, "
-                f"not {given or 'none'}"
-            )
 
     def _points(self, C: Tensor, families: list[Tensor]) -> tuple[Tensor, Tangent]:
         det = determinant(C)

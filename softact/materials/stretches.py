@@ -47,6 +47,7 @@ class StretchMaterial(Material):
 
     def energy(self, C: np.ndarray, fibres: np.ndarray | None = None) -> np.ndarray:
         """See ``Material.energy``."""
+        self.check_fibres(fibres)
         with np.errstate(all="ignore"):
             squares, _ = eigen_system(components(np.asarray(C, dtype=float)))
             scale = (squares[0] * squares[1] * squares[2]) ** (-1.0 / 6.0)
@@ -56,6 +57,7 @@ class StretchMaterial(Material):
         self, C: np.ndarray, fibres: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
         """See ``Material.stress_tangent``."""
+        self.check_fibres(fibres)
         return by_chunks(C, None, self._points)
 
     def _points(self, C: Tensor, _: list[Tensor]) -> tuple[Tensor, Tangent]:

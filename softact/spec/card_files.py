@@ -8,37 +8,43 @@ from pydantic import ValidationError
 from softact.errors import SpecError
 from softact.materials import LAWS
 from softact.materials.cards import with_changes
+from softact.spec import document
 from softact.spec.choice import nearest
-from softact.spec.document import Document, Place, dotted, read
+from softact.spec.document import Document, Place, dotted
 from softact.spec.faults import fault_lines
 from softact.units import show
 
 SUFFIXES = (".yaml", ".yml")
 
 
-def insert(document: Document, folder: Path) -> None:
+def is_file(card: str) -> bool:
+    """Whether what a spec or an option names is a file and no card of the library."""
+    return card.lower().endswith(SUFFIXES)
+
+
+def insert(source: Document, folder: Path) -> None:
     """Replace each material that names a card file by the file's content and its changes.
 
     folder: where relative paths count from. A card that is wrong is told with its own lines, all
     cards at once. Raises SpecError.
     """
     faults = []
-    for place in _material_places(document.data):
-        value = _at(document.data, place)
+    for place in _material_places(source.data):
+        value = _at(source.data, place)
         card = value.get("card") if isinstance(value, dict) else value
-        if not isinstance(card, str) or not card.lower().endswith(SUFFIXES):
+        if not isinstance(card, str) or not is_file(card):
             continue
         changes = {k: v for k, v in value.items() if k != "card"} if isinstance(value, dict) else {}
         try:
-            content = _read(folder / Path(card).expanduser())
+            content = read_card(folder / Path(card).expanduser())
             if changes.get("law", content["law"]) != content["law"]:
                 raise SpecError(f"the card is of law {content['law']}, not {changes['law']}")
         except SpecError as error:
             here = (*place, "card") if isinstance(value, dict) else place
-            start = f"{document.where(here)}: {dotted(here)}"
+            start = f"{source.where(here)}: {dotted(here)}"
             faults += [f"{start}: {line}" for line in error.lines]
             continue
-        _at(document.data, place[:-1])[place[-1]] = with_changes(content, changes)
+        _at(source.data, place[:-1])[place[-1]] = with_changes(content, changes)
     if faults:
         raise SpecError(*faults)
 
@@ -64,9 +70,12 @@ def _at(data: Any, place: Place) -> Any:
     return data
 
 
-def _read(path: Path) -> dict[str, Any]:
-    """Return a card's content, its name being the file's where it has none. Raises SpecError."""
-    card = read(path)
+def read_card(path: Path) -> dict[str, Any]:
+    """Return what a card file holds, as ``card_data`` does for a card of the library.
+
+    Its name is the file's where it has none. Raises SpecError with the file's lines.
+    """
+    card = document.read(path)
     law = card.data.get("law")
     if law is None:
         raise SpecError(f"{card.name}: 'law' is missing; one of {', '.join(LAWS)}")

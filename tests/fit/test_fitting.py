@@ -10,7 +10,8 @@ from softact.fit.candidates import ALL_ISOTROPIC, CANDIDATES, as_candidate, chos
 from softact.fit.data import Test, read_tests
 from softact.fit.fit import Options, fit, ranked
 from softact.fit.modes import MODES, nominal_stress, sheet_stress
-from softact.fit.optimise import METHODS, make_problem, residuals
+from softact.fit.optimise import METHODS
+from softact.fit.problem import make_problem, residuals
 from softact.fit.sheet import sheets_from_argument
 from softact.fit.stability import drucker
 from softact.fit.statistics import certainty, information

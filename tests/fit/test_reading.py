@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from softact.errors import SpecError
-from softact.fit.data import read_tests, turning_points
+from softact.fit.data import read_tests
 from softact.fit.plausible import secant_modulus, warnings
 from softact.fit.sheet import make_sheet, sheets_from_argument
+from softact.fit.trimming import turning_points
 
 STRETCH = np.linspace(1.0, 2.5, 16)
 NOMINAL = 2 * 0.14 * (STRETCH - STRETCH**-2)  # MPa, neo-Hookean
