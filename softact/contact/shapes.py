@@ -3,7 +3,8 @@
 Each shape has ``distance(x)``: points (n, 3) in mm -> (g (n,), normal (n, 3), curvature (n, 3, 3)):
 the distance to the surface, below zero inside; its gradient, which points out of the shape; and
 the matrix of its second derivatives, 1/mm. ``room``: how deep a point may be inside before the
-nearest surface is that of another side, mm. ``surface(extent)``: (points, triangles) to draw.
+nearest surface is that of another side, mm. ``surface(extent, about)``: (points, triangles) to
+draw; endless ones are ``extent`` mm long and have their middle near ``about``.
 """
 
 from __future__ import annotations
@@ -41,12 +42,13 @@ class Plane:
             np.broadcast_to(np.zeros((3, 3)), (len(x), 3, 3)),
         )
 
-    def surface(self, extent):
-        """A square of side ``extent`` about the point."""
+    def surface(self, extent, about):
+        """A square of side ``extent``."""
         n = _unit(self.normal)
+        middle = about - (about - np.asarray(self.point)) @ n * n
         a = _unit(np.cross(n, np.eye(3)[np.argmin(np.abs(n))]))
         b = np.cross(n, a)
-        corners = [self.point + extent / 2 * (s * a + t * b) for s in (-1, 1) for t in (-1, 1)]
+        corners = [middle + extent / 2 * (s * a + t * b) for s in (-1, 1) for t in (-1, 1)]
         return np.array(corners), np.array([[0, 2, 3], [0, 3, 1]])
 
 
@@ -70,7 +72,7 @@ class Sphere:
         curvature = (np.eye(3) - n[:, :, None] * n[:, None]) / r[:, None, None]
         return r - self.radius, n, curvature
 
-    def surface(self, extent):
+    def surface(self, extent, about):
         """Triangles between meridians and parallels."""
         polar, around = np.meshgrid(np.linspace(0, np.pi, 25), np.linspace(0, 2 * np.pi, 49))
         points = np.stack(
@@ -118,18 +120,18 @@ class Cylinder:
         bend = np.where(rim, 1 / corner, 0.0)[:, None, None]
         return g, n, curvature + bend * turned[:, :, None] * turned[:, None]
 
-    def surface(self, extent):
+    def surface(self, extent, about):
         """The side and both ends."""
         e = _unit(self.axis)
         a = _unit(np.cross(e, np.eye(3)[np.argmin(np.abs(e))]))
         b = np.cross(e, a)
-        half = (extent if self.length is None else self.length) / 2
+        half, middle = extent / 2, self.center + (np.asarray(about) - self.center) @ e * e
+        if self.length is not None:
+            half, middle = self.length / 2, np.asarray(self.center)
         profile = [(0.0, -half), (self.radius, -half), (self.radius, half), (0.0, half)]
         angles = np.linspace(0, 2 * np.pi, 49)
         points = [
-            self.center + r * (np.cos(t) * a + np.sin(t) * b) + z * e
-            for t in angles
-            for r, z in profile
+            middle + r * (np.cos(t) * a + np.sin(t) * b) + z * e for t in angles for r, z in profile
         ]
         return np.array(points), _grid_triangles(49, 4)
 
@@ -168,7 +170,7 @@ class Block:
         local_curvature = np.where(outer, 1 / np.maximum(far, TINY), 0.0)[:, None, None] * span
         return g, n, axes.T @ local_curvature @ axes
 
-    def surface(self, extent):
+    def surface(self, extent, about):
         """Twelve triangles."""
         signs = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])
         points = self.center + (signs * np.asarray(self.size) / 2) @ np.asarray(self.axes, float)

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from softact.report import labels
+from softact.report.obstacles import bodies
 from softact.report.surface import Skin, mirrored, skin
 from softact.report.view import STRESS_COLOURS, View, bending_view, colour_range
 from softact.results import Results
@@ -77,6 +78,17 @@ class Scene:
         low, high = middle - size * mm / 2, middle + size * mm / 2
         return Group(numbers, ghost, low, high, (int(width), int(height)))
 
+    def bodies(self, numbers: Sequence[int], whole: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Points (states, m, 3) and triangles (b, 3) of the obstacles; those that are not there
+        have shrunk to a point."""
+        points, triangles, count = [np.zeros((len(numbers), 0, 3))], [np.zeros((0, 3), int)], 0
+        for body in bodies(self.results, whole.min(axis=0), whole.max(axis=0)):
+            places = [body.at(n) if body.seen(n) else 0 * body.points for n in numbers]
+            points.append(np.array(places))
+            triangles.append(body.triangles + count)
+            count += len(body.points)
+        return np.concatenate(points, axis=1), np.concatenate(triangles)
+
     def job(self, group: Group) -> dict[str, np.ndarray]:
         """Arrays for ``render.py``."""
         points, values = [], []
@@ -85,7 +97,9 @@ class Scene:
             points.append(whole)
             values.append(np.tile(self.values(number), len(whole) // len(self.skin.nodes)))
         ghost, edges = mirrored(self.points(-1), self.skin.edges, self.skin.mirrors)
+        beside, body_triangles = self.bodies(group.numbers, np.concatenate(points))
         return {
+            "bodies": beside, "body_triangles": body_triangles,
             "points": np.array(points), "values": np.array(values), "triangles": triangles,
             "edges": edges, "ghost": ghost if group.ghost else np.zeros((0, 3)),
             "limits": np.array(self.limits), "colours": _rgb(STRESS_COLOURS),

@@ -6,7 +6,8 @@ time a small picture takes.
 
 The arrays of JOB, for k states seen alike: points (k, n, 3) mm; values (k, n) for the colours;
 triangles (t, 3); edges (e, 2) vertices of creases; ghost (g, 3) or (0, 3): points of the same
-edges to draw in grey behind each; limits (2,) of the values; colours (c, 3) in 0..1, from low to
+edges to draw in grey behind each; bodies (k, m, 3) and body_triangles (b, 3): rigid bodies beside
+each; limits (2,) of the values; colours (c, 3) in 0..1, from low to
 high; right, up, eye (3,): unit vectors of the parallel projection; low, high (2,): corners of the
 frame, mm in the picture; size (2,): pixels. JOB.npy is then (k, height, width, 3) uint8, on white.
 """
@@ -47,8 +48,11 @@ def render(job) -> np.ndarray:
         ghost = _lines(job, _GREY, 1.0)
         _place(ghost, job["ghost"])
         renderer.AddActor(ghost)
+    bodies = _bodies(job)
+    renderer.AddActor(bodies)
     pictures = []
-    for points, values in zip(job["points"], job["values"], strict=True):
+    for points, values, beside in zip(job["points"], job["values"], job["bodies"], strict=True):
+        _place(bodies, beside)
         _place(surface, points, values)
         _place(outline, points)
         _aim(renderer, job, points)
@@ -95,6 +99,22 @@ def _surface(job) -> vtkActor:
     look.SetDiffuse(0.58)
     look.SetSpecular(0.1)
     look.SetSpecularPower(20)
+    actor.surface = data
+    return actor
+
+
+def _bodies(job) -> vtkActor:
+    data = vtkPolyData()
+    data.SetPolys(_cells(job["body_triangles"]))
+    mapper = vtkPolyDataMapper()
+    mapper.SetInputData(data)
+    actor = vtkActor()
+    actor.SetMapper(mapper)
+    look = actor.GetProperty()
+    look.SetColor(*_GREY)
+    look.SetOpacity(0.45)
+    look.SetAmbient(0.4)
+    look.SetInterpolationToFlat()
     actor.surface = data
     return actor
 

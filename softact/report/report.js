@@ -137,8 +137,25 @@ class Shape {
       hoverinfo: "skip", showlegend: false };
   }
 
+  /* The rigid obstacles: where they are in this state, and whether they are there. */
+  bodies() {
+    return this.view.bodies.map((body) => {
+      const shift = body.shift[this.state];
+      const [x, y, z] = ["x", "y", "z"].map((axis, n) => body[axis].map((at) => at + shift[n]));
+      return { x, y, z, visible: body.there[this.state], body };
+    });
+  }
+
+  obstacles() {
+    return this.bodies().map(({ body, ...moved }) => ({
+      type: "mesh3d", ...moved, i: body.i, j: body.j, k: body.k, color: body.colour,
+      opacity: 0.45, flatshading: true, hoverinfo: "skip",
+    }));
+  }
+
   draw() {
-    return Plotly.newPlot("shape", [this.trace(), this.cube()], themed(this.layout()), {
+    const traces = [this.trace(), this.cube(), ...this.obstacles()];
+    return Plotly.newPlot("shape", traces, themed(this.layout()), {
       displaylogo: false, responsive: true,
       modeBarButtons: [["toImage", "zoom3d", "pan3d", "resetCameraDefault3d"]],
     });
@@ -168,6 +185,9 @@ class Shape {
           Object.assign(change, { cmin, cmax, "colorbar.title.text": colorbar.title.text });
         }
         await Plotly.restyle("shape", change, [0]);
+        for (const [n, { x, y, z, visible }] of this.bodies().entries()) {
+          await Plotly.restyle("shape", { x: [x], y: [y], z: [z], visible }, [2 + n]);
+        }
       }
       this.drawing = null;
     })();

@@ -6,6 +6,7 @@ import gzip
 import numpy as np
 
 from softact.report import labels
+from softact.report.obstacles import COLOUR, Body, bodies
 from softact.report.surface import Skin, mirrored, skin
 from softact.report.view import STRESS_COLOURS, bending_view, colour_range, load, load_name
 from softact.results import Results
@@ -49,6 +50,7 @@ def pack(results: Results) -> dict:
         np.diff(np.array(values, np.uint8), axis=1, prepend=np.uint8(0)).tobytes()
         if names else b"",
     ))  # fmt: skip
+    box = _box(places, parts)
     return {
         "vertices": len(nodes),
         "outer": len(parts.outer),
@@ -59,9 +61,22 @@ def pack(results: Results) -> dict:
         "states": [_caption(results, number) for number in numbers],
         "fields": fields,
         "colours": STRESS_COLOURS,
-        "box": _box(places, parts).T.tolist(),
+        "box": box.T.tolist(),
+        "bodies": [_obstacle(body, numbers) for body in bodies(results, *box)],
         "camera": _camera(results),
         "data": base64.b64encode(gzip.compress(raw, 9, mtime=0)).decode(),
+    }
+
+
+def _obstacle(body: Body, numbers: list[int]) -> dict:
+    """An obstacle for report.js: its surface, and its motion from state to state."""
+    points, triangles = np.round(body.points, 4).T, body.triangles.T
+    return {
+        **dict(zip("xyz", points.tolist(), strict=True)),
+        **dict(zip("ijk", triangles.tolist(), strict=True)),
+        "shift": [(body.shift[n] if n >= 0 else np.zeros(3)).tolist() for n in numbers],
+        "there": [body.seen(n) for n in numbers],
+        "colour": COLOUR,
     }
 
 

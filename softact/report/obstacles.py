@@ -1,0 +1,54 @@
+"""Rigid obstacles as bodies to draw: their surface, and where they are in each state."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import yaml
+from pydantic import ValidationError
+
+from softact.results import Results
+from softact.spec.contact import OBSTACLES
+
+COLOUR = "#a3abb2"
+
+
+@dataclass(frozen=True)
+class Body:
+    """points (n, 3) mm and triangles (m, 3) of an obstacle where it was placed.
+
+    shift: (states, 3) mm how far it has moved in each state. there: (states,) whether it is there.
+    """
+
+    name: str
+    points: np.ndarray
+    triangles: np.ndarray
+    shift: np.ndarray
+    there: np.ndarray
+
+    def at(self, number: int) -> np.ndarray:
+        """(n, 3) mm: its points in state ``number``; −1 is where it was placed."""
+        return self.points + (self.shift[number] if number >= 0 else 0.0)
+
+    def seen(self, number: int) -> bool:
+        """Whether it is there in state ``number``; −1 is the undeformed one, as the first."""
+        return bool(self.there[max(number, 0)])
+
+
+def bodies(results: Results, low: np.ndarray, high: np.ndarray) -> list[Body]:
+    """The obstacles of a result; endless ones are drawn as large as the box from ``low`` to
+    ``high`` (3,) mm, around its middle."""
+    try:
+        written = (yaml.safe_load(results.spec_yaml) or {}).get("obstacles") or {}
+        shapes = {n: OBSTACLES[o["type"]].model_validate(o).shape() for n, o in written.items()}
+    except (yaml.YAMLError, ValidationError, KeyError, TypeError, AttributeError):
+        return []  # written by another version of softact
+    return [_body(results, name, shape, low, high) for name, shape in shapes.items()]
+
+
+def _body(results, name, shape, low, high) -> Body:
+    points, triangles = shape.surface(float((high - low).max()), (low + high) / 2)
+    rows = len(results.increments)
+    columns = [results.curve.get(f"obstacle_{name}_{c}_mm", np.zeros(rows)) for c in "xyz"]
+    gap = results.curve.get(f"contact_gap_{name}_mm", np.zeros(rows))
+    shift = np.nan_to_num(np.column_stack(columns))
+    return Body(name, points, triangles, shift, np.isfinite(gap))
