@@ -14,7 +14,17 @@ from PIL import Image
 
 from softact.errors import SpecError
 from softact.geometry import Layout
-from softact.report import curves, frames, labels, pictures, surface, view, viewer, write_report
+from softact.report import (
+    curves,
+    frames,
+    labels,
+    obstacles,
+    pictures,
+    surface,
+    view,
+    viewer,
+    write_report,
+)
 from softact.results import ResultsWriter, read
 
 LENGTH, HALF, HEIGHT = bent_beam.LENGTH, bent_beam.HALF_WIDTH, bent_beam.HEIGHT
@@ -414,3 +424,24 @@ def test_picture_files_show_colours_on_white(folder):
         coloured = (np.ptp(pixels, axis=2) > 60).mean()
         assert 0.3 < white < 0.99
         assert coloured > (0.002 if name == "curve.png" else 0.05)
+
+
+def test_obstacles_are_drawn(tmp_path):
+    """An obstacle stands beside each state where its columns say, and is left out when removed."""
+    directory = tmp_path / "beam"
+    bent_beam.write(directory, 90.0, 2)
+    text = (directory / "spec.yaml").read_text()
+    block = "{type: block, center: [60 mm, 0 mm, -9 mm], size: [10 mm, 30 mm, 4 mm]}"
+    (directory / "spec.yaml").write_text(f"{text}obstacles:\n  cell: {block}\n")
+    table = (directory / "curve.csv").read_text().splitlines()
+    columns = ["obstacle_cell_x_mm,obstacle_cell_y_mm,obstacle_cell_z_mm,contact_gap_cell_mm"]
+    columns += ["0,0,-3,0.5"] * (len(table) - 2) + [",,,"]
+    rows = [f"{row},{more}" for row, more in zip(table, columns, strict=True)]
+    (directory / "curve.csv").write_text("\n".join(rows) + "\n")
+    (body,) = obstacles.bodies(read(directory), np.zeros(3), np.full(3, 100.0))
+    np.testing.assert_allclose(np.ptp(body.points, axis=0), [10, 30, 4])
+    np.testing.assert_allclose(body.at(0)[:, 2].min(), -9 - 2 - 3)
+    last = len(table) - 2
+    assert body.seen(0) and not body.seen(last)
+    (drawn,) = viewer.pack(read(directory))["bodies"]
+    assert drawn["there"][-1] is False and drawn["shift"][-2][2] == -3

@@ -13,6 +13,7 @@ _UNITS = {
     "mJ": ("mJ", 1.0),
     "Nmm": ("N·mm", 1.0),
     "N": ("N", 1.0),
+    "percent": ("%", 1.0),
 }
 
 #: Columns that say where a row stands or where a largest value lies; not results themselves.

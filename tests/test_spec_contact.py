@@ -1,0 +1,75 @@
+"""Obstacles and contact in a spec: units, shapes, and one line for each fault."""
+
+import numpy as np
+import pytest
+
+from softact import spec
+from softact.contact.shapes import Block, Cylinder, Plane, Sphere
+from softact.errors import SpecError
+
+TEXT = """\
+geometry: {type: pneunet}
+materials: {body: elastosil-m4601}
+obstacles:
+  table: {type: plane, point: [0 mm, 0 mm, -1 cm], normal: [0, 0, 2], friction: 0.3}
+  cell:
+    {type: block, center: [60 mm, 0 mm, -20 mm], size: [1 cm, 40 mm, 5 mm],
+     rotation: [0 deg, 90 deg, 0 deg], load_cell: true}
+  rod: {type: cylinder, center: [0 mm, 0 mm, 90 mm], axis: [0, 1, 0], radius: 4 mm, active: false}
+  ball: {type: sphere, center: [0 mm, 0 mm, 90 mm], radius: 4 mm, surfaces: [tip]}
+contact:
+  - {self: outer, friction: 0.2}
+  - {between: [tip, [outer, base]], distance: 0.1 mm}
+steps:
+  - {name: push, obstacles: {cell: {move: [0 mm, 0 mm, 3 mm]}, rod: {active: true}}}
+"""
+
+
+def load(text=TEXT):
+    return spec.loads(text, "finger.yaml")
+
+
+def test_obstacles_and_contact_are_read():
+    """Lengths become mm; a block turned by 90° about y has its x and z edges exchanged."""
+    read = load()
+    shapes = {name: obstacle.shape() for name, obstacle in read.obstacles.items()}
+    assert shapes["table"] == Plane((0.0, 0.0, -10.0), (0.0, 0.0, 2.0))
+    assert shapes["ball"] == Sphere((0.0, 0.0, 90.0), 4.0)
+    assert shapes["rod"] == Cylinder((0.0, 0.0, 90.0), (0.0, 1.0, 0.0), 4.0, None)
+    assert isinstance(shapes["cell"], Block)
+    beside = np.array([[60.0 + 2.6, 0, -20], [60.0, 0, -20 + 4.9]])
+    np.testing.assert_allclose(shapes["cell"].distance(beside)[0], [0.1, -0.1], atol=1e-12)
+    assert [c.groups for c in read.contact] == [(("outer",),), (("tip",), ("outer", "base"))]
+    assert [c.name for c in read.contact] == ["contact_1", "contact_2"]
+    assert read.steps[0].obstacles["cell"].move == (0.0, 0.0, 3.0)
+    again = spec.loads(read.to_yaml(), "again.yaml")
+    assert again == read and again.hash == read.hash
+
+
+WRONG = {
+    "friction: 0.3": ("friction: -0.3", "obstacles.table.friction: -0.3 is below zero"),
+    "type: plane": ("type: plain", "obstacles.table.type: there is no obstacle 'plain'"),
+    "normal: [0, 0, 2]": ("normal: [0, 0, 0]", "obstacles.table.normal: all three are zero"),
+    "-1 cm": ("-1 kPa", "obstacles.table.point.2: "),
+    "size: [1 cm": ("size: [0 mm", "obstacles.cell.size.0: "),
+    "radius: 4 mm, active": ("radius: 0 mm, active", "obstacles.rod.radius: "),
+    "surfaces: [tip]": ("surfaces: [tp]", "obstacles.ball.surfaces.0: the geometry has no surface"),
+    "self: outer": ("self: outre", "contact.0.self: the geometry has no surface 'outre'"),
+    "{self: outer, friction: 0.2}": ("{friction: 0.2}", "contact.0: write either self: outer"),
+    "friction: 0.2": ("friction: -1", "contact.0.friction: -1 is below zero"),
+    "[tip, [outer, base]]": ("[tip]", "contact.1.between"),
+    "[outer, base]": ("[outer, bases]", "contact.1.between.1.1: the geometry has no surface"),
+    "cell: {move:": ("cel: {move:", "steps.0.obstacles.cel: there is no obstacle 'cel'"),
+    "rod: {active: true}": ("rod: {}", "steps.0.obstacles.rod: changes nothing"),
+}
+
+
+@pytest.mark.parametrize("part", WRONG)
+def test_a_fault_is_one_line(part):
+    """Each says where it is and what is wrong."""
+    wrong, words = WRONG[part]
+    assert TEXT.count(part) == 1
+    with pytest.raises(SpecError) as caught:
+        load(TEXT.replace(part, wrong))
+    assert len(caught.value.lines) == 1
+    assert words in caught.value.lines[0]
