@@ -1,6 +1,7 @@
 """`softact fit` from the command line: files, exit codes, and a card that a spec takes."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -51,8 +52,19 @@ def test_fit_writes_card_plot_and_numbers(folder, capsys):
     assert numbers[0]["stable_over_the_tests"] is True
     assert imread(folder / "out" / "mine.png").std() > 0.05
     assert sorted(p.name for p in (folder / "out").iterdir()) == [
-        "mine.json", "mine.png", "mine.yaml",
+        "mine.html", "mine.json", "mine.png", "mine.yaml",
     ]  # fmt: skip
+    page = (folder / "out" / "mine.html").read_text()
+    found = re.findall(r"<script type='application/json'>(.*?)</script>", page, re.S)
+    plots = {plot["title"]: plot for plot in map(json.loads, found)}
+    assert list(plots) == [
+        "Uniaxial", "Planar", "Equibiaxial: prediction, not tested", "Residuals of yeoh",
+    ]  # fmt: skip
+    data, law_drawn = plots["Uniaxial"]["traces"]
+    expected = nominal_stress(LAW, LAW, "uniaxial", np.array(law_drawn["x"])) * 1e3
+    assert law_drawn["y"] == pytest.approx(expected, abs=1e-3)
+    assert data["x"] == pytest.approx(STRETCH, rel=1e-6)
+    assert "Download mine.yaml" in page and "0.11" in page
 
 
 def test_the_card_goes_into_a_spec_as_it_is(folder, capsys):

@@ -24,7 +24,7 @@ def write_plot(path: Path, fits: list[Fit], others: dict[str, Law]) -> None:
     from matplotlib.figure import Figure
 
     best = fits[0]
-    panels = _panels(best)
+    panels = drawn_modes(best)
     figure = Figure(figsize=(5.4 * ((len(panels) + 2) // 2), 8.4), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots(2, (len(panels) + 2) // 2).ravel()
@@ -41,7 +41,8 @@ def write_plot(path: Path, fits: list[Fit], others: dict[str, Law]) -> None:
     temporary.replace(path)
 
 
-def _panels(fit: Fit) -> list[tuple[str, str | None]]:
+def drawn_modes(fit: Fit) -> list[tuple[str, str | None]]:
+    """Modes and directions to draw: those of the tests, then the others as predictions."""
     measured = list(dict.fromkeys((t.mode, t.direction) for t in fit.problem.tests))
     if fit.candidate.law.anisotropic:
         return measured
@@ -55,7 +56,7 @@ def _draw_mode(axis, mode, direction, fits: list[Fit], others: dict[str, Law]) -
         axis.plot(test.stretch, test.stress * 1e3, MARKS[i % len(MARKS)], ms=4, mfc="none",
                   mec="0.35", label=test.name if len(tests) <= 6 else None)  # fmt: skip
     low, high = best.range_of(mode)
-    path = _path(mode, direction, tests, low, high)
+    path = path_of(mode, direction, tests, low, high)
     style = "-" if tests else "--"
     for colour, fit in zip(COLOURS, fits, strict=False):
         stress = fit.stress(path) * 1e3
@@ -77,7 +78,8 @@ def _draw_mode(axis, mode, direction, fits: list[Fit], others: dict[str, Law]) -
     axis.legend(fontsize=8, framealpha=0.8)
 
 
-def _path(mode, direction, tests: list[Test], low: float, high: float) -> Test:
+def path_of(mode, direction, tests: list[Test], low: float, high: float) -> Test:
+    """The stretches over which laws are drawn, as a test without stress."""
     if mode == "biaxial":
         return tests[0]
     stretch = np.linspace(low, high, 300)

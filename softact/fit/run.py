@@ -9,6 +9,7 @@ from softact.fit.candidates import Candidate, chosen
 from softact.fit.card import card_text, numbers, write_text
 from softact.fit.data import Test, read_tests
 from softact.fit.fit import Fit, Options, fit, ranked
+from softact.fit.page import html
 from softact.fit.plausible import warnings
 from softact.fit.plot import write_plot
 from softact.fit.sheet import TestSheet
@@ -126,6 +127,7 @@ def _write(request: Request, fits: list[Fit], others: dict[str, Law], say) -> No
     try:
         text = card_text(best, request.density, request.strength)
     except ValueError as error:
+        text = ""
         say(f"no card: {' '.join(str(error).split())}")
     else:
         write_text(base.with_suffix(".yaml"), text)
@@ -134,3 +136,5 @@ def _write(request: Request, fits: list[Fit], others: dict[str, Law], say) -> No
     say(f"plot:    {base}.png")
     write_text(base.with_suffix(".json"), numbers(fits))
     say(f"numbers: {base}.json")
+    write_text(base.with_suffix(".html"), html(request.name, fits, others, text))
+    say(f"page:    {base}.html")

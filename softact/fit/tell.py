@@ -42,7 +42,7 @@ def tell_fit(fit: Fit) -> list[str]:
         f"  reduced chi-square {chi}; ε {fit.error:.4f}; "
         f"AICc {fit.information.aicc:.1f}, BIC {fit.information.bic:.1f}"
     )
-    lines += _tell_stability(fit) + _tell_scatter(fit)
+    lines += stability_lines(fit)
     lines += [f"  attention: {remark}" for remark in fit.remarks()]
     return lines
 
@@ -51,6 +51,11 @@ def _interval(half: float) -> str:
     if np.isnan(half):
         return "at a bound"
     return f"± {half:.2g} (95 %)" if np.isfinite(half) else "not determined"
+
+
+def stability_lines(fit: Fit) -> list[str]:
+    """Return the range of stability in each mode, and the scatter of the specimens."""
+    return _tell_stability(fit) + _tell_scatter(fit)
 
 
 def _tell_stability(fit: Fit) -> list[str]:

@@ -65,7 +65,8 @@ function layoutOf(plot) {
     font: fonts(), margin: { l: 56, r: 12, t: 12, b: 46 }, hovermode: "closest",
     paper_bgcolor: "@paper", plot_bgcolor: "@paper", showlegend: legend, dragmode: false,
     colorway: ["@c1", "@c2", "@c3", "@c4", "@c5", "@c6", "@c7", "@c8"],
-    legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom", bgcolor: "rgba(0,0,0,0)" },
+    legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom", bgcolor: "rgba(0,0,0,0)",
+      maxheight: 0.95 },
     hoverlabel: { bgcolor: "@pale", bordercolor: "@strong", font: { color: "@ink" } },
     ...own,
     xaxis: { ...AXIS, title: { text: plot.x }, ...xaxis },
@@ -83,7 +84,21 @@ function tracesOf(plot) {
   }));
 }
 
+/* Room for a legend of many names, which stands above the axes. */
+function makeRoom(box, plot) {
+  const names = new Set(plot.traces.filter((trace) => trace.showlegend !== false).
+    map((trace) => trace.name));
+  const longest = Math.max(0, ...[...names].map((name) => String(name ?? "").length));
+  const across = Math.max(1, Math.floor((box.clientWidth - 70) / (60 + 7 * longest)));
+  const rows = Math.ceil(names.size / across);
+  box.style.height = "";
+  if (names.size > 1 && rows > 1) {
+    box.style.height = `${box.clientHeight + 20 * (rows - 1)}px`;
+  }
+}
+
 function drawPlot(box, plot) {
+  makeRoom(box, plot);
   return Plotly.react(box, themed(tracesOf(plot)), themed(layoutOf(plot)), PLAIN);
 }
 
