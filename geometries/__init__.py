@@ -2,6 +2,7 @@
 
 from softact.geometries.antagonistic import Antagonistic
 from softact.geometries.block import Block
+from softact.geometries.fiber_reinforced import FiberReinforced
 from softact.geometries.omnidirectional import Omnidirectional
 from softact.geometries.pneunet import Pneunet
 from softact.geometries.shell_reinforced import ShellReinforced
@@ -12,6 +13,7 @@ from softact.geometries.tube import Tube
 GEOMETRIES = {
     "antagonistic": Antagonistic,
     "block": Block,
+    "fiber_reinforced": FiberReinforced,
     "omnidirectional": Omnidirectional,
     "pneunet": Pneunet,
     "shell_reinforced": ShellReinforced,

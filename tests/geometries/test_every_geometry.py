@@ -64,6 +64,8 @@ CASES = [
     ("shell_reinforced", {"kind": "linear", "cuts": 4, "symmetry": False}),
     ("shell_reinforced", {"kind": "linear", "cuts": 3, "strip": "5 mm", "mesh_size": "3 mm"}),
     ("shell_reinforced", {"cuts": 0, "symmetry": False}),
+    ("fiber_reinforced", {"length": "40 mm"}),
+    ("fiber_reinforced", {"length": "40 mm", "symmetry": False, "base_wall": "1 mm"}),
 ]  # fmt: skip
 
 

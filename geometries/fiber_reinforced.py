@@ -1,0 +1,144 @@
+"""A fibre-reinforced bending actuator: a half-round tube with a double-helix winding and a base
+that does not stretch.
+
+Polygerinos et al. (2015), IEEE Transactions on Robotics 31:778. Run by itself it writes a mesh:
+``python geometries/fiber_reinforced.py --radius "9 mm" -o tube.msh``.
+"""
+
+from math import acos, pi, sqrt
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+
+from softact.boxes import Plane
+from softact.geometry import THINNEST, Geometry, Layout, main
+from softact.prisms import Prism, Prisms, Shapes, lacking
+from softact.units import Length
+
+
+class FiberReinforced(Geometry):
+    """A half-round tube along x, round above and flat below, with closed ends.
+
+    Its outer part is the region ``sleeve``, all around: give it a law with fibres for the winding.
+    The flat underside is the surface ``base``: give it a layer that does not stretch.
+    """
+
+    type: Literal["fiber_reinforced"] = "fiber_reinforced"
+    length: Length = Field(160.0, description="overall length")
+    radius: Length = Field(9.0, description="radius of the round outside")
+    sleeve: Length = Field(1.0, description="thickness of the region that holds the winding")
+    wall: Length = Field(2.0, description="thickness of the round wall inside the sleeve")
+    base_wall: Length = Field(2.0, description="thickness of the flat wall inside the sleeve")
+    end: Length = Field(5.0, description="thickness of the solid ends")
+    symmetry: bool = Field(True, description="model the half y >= 0 only")
+    mesh_size: Length = Field(4.0, description="longest edge")
+
+    def faults(self):
+        if self.length - 2 * self.end < THINNEST:
+            yield "end", f"{self.end:g} mm on both sides fills the length: the chamber would vanish"
+        if self._inside - self._floor < THINNEST:
+            yield (
+                "radius",
+                f"{self.radius:g} mm less sleeve, wall and base_wall leaves no room: the chamber "
+                "would vanish",
+            )
+
+    @property
+    def _inside(self) -> float:
+        """Radius of the chamber."""
+        return self.radius - self.sleeve - self.wall
+
+    @property
+    def _floor(self) -> float:
+        """Height of the chamber's floor over the underside."""
+        return self.sleeve + self.base_wall
+
+    def layout(self) -> Layout:
+        surfaces = ("clamp", "tip", "cavity", "outer", "base")
+        return Layout(
+            regions=("body", "sleeve"),
+            surfaces=(*surfaces, "symmetry") if self.symmetry else surfaces,
+            cavities={"cavity": ("cavity",)},
+            bending_axis=(0.0, 1.0, 0.0),
+            symmetry={"symmetry": 1} if self.symmetry else {},
+            length=self.length,
+        )
+
+    def wall_normal(self, region: str, points: np.ndarray) -> np.ndarray:
+        round_part = points * [0.0, 1.0, 1.0]
+        flat = points[:, 2] < self.sleeve
+        return np.where(flat[:, None], [0.0, 0.0, -1.0], round_part)
+
+    def volumes(self) -> dict[str, float]:
+        def above(radius, height):
+            """Area of a circle above a height."""
+            return radius**2 * acos(height / radius) - height * sqrt(radius**2 - height**2)
+
+        half = 0.5 if self.symmetry else 1.0
+        outside, core = above(self.radius, 0.0), above(self.radius - self.sleeve, self.sleeve)
+        cavity = above(self._inside, self._floor) * (self.length - 2 * self.end)
+        return {
+            "body": half * (core * self.length - cavity),
+            "sleeve": half * (outside - core) * self.length,
+            "cavity": half * cavity,
+            "clamp": half * outside,
+            "tip": half * outside,
+            "base": half * 2 * self.radius * self.length,
+        }
+
+    def volume_tolerance(self, name: str) -> float:
+        if name == "base":
+            return 1e-9
+        half = 0.5 if self.symmetry else 1.0
+
+        def lost(radius, length):
+            share = lacking(radius, self.mesh_size)
+            return half * pi * radius**2 * share * length
+
+        if name in ("clamp", "tip"):
+            return lost(self.radius, 1.0) / self.volumes()[name]
+        chamber = lost(self._inside, self.length)
+        if name != "cavity":
+            chamber += lost(self.radius - self.sleeve, self.length)
+        if name == "sleeve":
+            chamber += lost(self.radius, self.length)
+        return chamber / self.volumes()[name]
+
+    def _shapes(self, occ) -> Shapes:
+        size = 2 * self.radius
+
+        def above(radius, height):
+            disc = [(2, occ.addDisk(0, 0, 0, radius, radius))]
+            left = 0.0 if self.symmetry else -size
+            box = [(2, occ.addRectangle(left, height, 0, size - left, size))]
+            return occ.intersect(disc, box)[0]
+
+        return {
+            "outside": above(self.radius, 0.0),
+            "core": above(self.radius - self.sleeve, self.sleeve),
+            "chamber": above(self._inside, self._floor),
+        }
+
+    def solid(self) -> Prisms:
+        """The actuator as prisms painted over each other."""
+        prisms = (
+            Prism("sleeve", "outside", 0.0, self.length),
+            Prism("body", "core", 0.0, self.length),
+            Prism("cavity", "chamber", self.end, self.length - self.end),
+        )
+        planes = [Plane("clamp", 0, 0.0), Plane("tip", 0, self.length), Plane("base", 2, 0.0, True)]
+        if self.symmetry:
+            planes.append(Plane("symmetry", 1, 0.0))
+        regions = self.layout().regions
+        return Prisms(self._shapes, prisms, regions, ("cavity",), planes=tuple(planes))
+
+    def build(self, gmsh) -> None:
+        self.solid().build(gmsh)
+
+    def mesh(self, gmsh) -> None:
+        self.solid().mesh(gmsh, self.mesh_size)
+
+
+if __name__ == "__main__":
+    main(FiberReinforced)
