@@ -3,6 +3,8 @@
 from softact.geometries.antagonistic import Antagonistic
 from softact.geometries.block import Block
 from softact.geometries.fiber_reinforced import FiberReinforced
+from softact.geometries.from_script import FromScript
+from softact.geometries.from_step import FromStep
 from softact.geometries.omnidirectional import Omnidirectional
 from softact.geometries.pneunet import Pneunet
 from softact.geometries.shell_reinforced import ShellReinforced
@@ -14,6 +16,8 @@ GEOMETRIES = {
     "antagonistic": Antagonistic,
     "block": Block,
     "fiber_reinforced": FiberReinforced,
+    "from_script": FromScript,
+    "from_step": FromStep,
     "omnidirectional": Omnidirectional,
     "pneunet": Pneunet,
     "shell_reinforced": ShellReinforced,

@@ -117,7 +117,7 @@ def geometries() -> list[dict[str, Any]]:
     """Return every geometry: its parameters and the names that a spec may use with it."""
     records = []
     for name, geometry in GEOMETRIES.items():
-        layout = geometry().layout()
+        layout = geometry.model_construct().layout()  # a file's name has no default
         records.append(
             {
                 "name": name,

@@ -15,6 +15,7 @@ from pathlib import Path
 import gmsh
 import numpy as np
 
+from softact.errors import MeshError
 from softact.geometry import FAULT, Geometry
 from softact.orphans import end_with
 
@@ -53,6 +54,8 @@ def main() -> int:
     gmsh.model.add("softact")
     try:
         faults = write(geometry, Path(job["path"]))
+    except MeshError as error:
+        faults = error.lines
     except Exception as error:
         faults = [f"{type(error).__name__}: {' '.join(str(error).split())}"]
     for fault in faults:
@@ -110,11 +113,17 @@ def read_parts(geometry: Geometry) -> tuple[Parts | None, list[str]]:
     wanted = [(3, name) for name in layout.regions] + [(2, name) for name in layout.surfaces]
     missing = [key for key in wanted if not len(named.get(key, ()))]
     if missing:
-        kinds = {2: "surface", 3: "volume"}
-        return None, [f"the mesh has nothing in the {kinds[d]} group '{n}'" for d, n in missing]
+        return None, [_missing(dimension, name, named) for dimension, name in missing]
     regions = {name: named[3, name] for name in layout.regions}
     surfaces = {name: named[2, name] for name in layout.surfaces}
     return Parts(coordinates.reshape(-1, 3), regions, surfaces), []
+
+
+def _missing(dimension: int, name: str, named: dict) -> str:
+    kind = {2: "surface", 3: "volume"}[dimension]
+    there = sorted(n for d, n in named if d == dimension and n)
+    known = f"there are {', '.join(there)}" if there else f"no {kind} has a name"
+    return f"the mesh has nothing in the {kind} group '{name}'; {known}"
 
 
 def signed_volumes(points: np.ndarray, tets: np.ndarray) -> np.ndarray:

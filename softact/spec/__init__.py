@@ -46,10 +46,19 @@ def _spec(source: document.Document, changes: Sequence[str], folder: Path) -> Sp
     overrides.apply(source, list(changes))
     card_files.insert(source, folder)
     source.data.setdefault("name", _name(source.name))
+    _find_file(source)
     try:
         return Spec.model_validate(source.data)
     except ValidationError as error:
         raise SpecError(*fault_lines(error, source, Spec)) from None
+
+
+def _find_file(source: document.Document) -> None:
+    """Make the path of a geometry's file, which counts from the spec's folder, an absolute one."""
+    geometry = source.data.get("geometry")
+    if isinstance(geometry, dict) and isinstance(geometry.get("file"), str):
+        folder = Path(source.name).absolute().parent
+        geometry["file"] = str((folder / geometry["file"]).resolve())
 
 
 def _name(file: str) -> str:

@@ -16,6 +16,7 @@ from pydantic import (
 from pydantic_core.core_schema import ErrorType
 
 from softact.geometry import Geometry
+from softact.imported import Imported
 from softact.spec.checks import cross_faults, fibre_faults
 from softact.spec.choice import fault
 from softact.spec.contact import AnyObstacle, ObstacleChange, SurfaceContact
@@ -261,6 +262,8 @@ class Spec(Model):
         for part in (data, *data["materials"].values(), *(la["material"] for la in data["layers"])):
             for text in ("name", "description", "source", "assumptions", "test", "notes"):
                 part.pop(text, None)
+        if isinstance(self.geometry, Imported):
+            data["geometry"]["file"] = self.geometry.content()
         canonical = json.dumps(data, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(canonical.encode()).hexdigest()[:16]
 

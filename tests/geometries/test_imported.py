@@ -1,0 +1,175 @@
+"""Solids out of the user's own files: names, meshes, and one clear error for each fault."""
+
+import re
+
+import gmsh
+import numpy as np
+import pytest
+
+from softact import spec as specs
+from softact.errors import MeshError, SpecError
+from softact.geometries.from_script import FromScript
+from softact.geometries.from_step import FromStep
+from softact.step_names import StepFile
+
+# A block 30 x 12 x 10 mm with a room of 24 x 6 x 4 mm, its named parts found by where they are.
+POUCH = """
+def build(gmsh):
+    occ = gmsh.model.occ
+    outer, inner = occ.addBox(0, 0, 0, 30, 12, 10), occ.addBox(3, 3, 3, 24, 6, 4)
+    occ.cut([(3, outer)], [(3, inner)])
+    occ.synchronize()
+    groups = {}
+    for _, tag in gmsh.model.getEntities(2):
+        groups.setdefault(name(*occ.getCenterOfMass(2, tag)), []).append(tag)
+    for label, tags in groups.items():
+        gmsh.model.setPhysicalName(2, gmsh.model.addPhysicalGroup(2, tags), label)
+    solids = [tag for _, tag in gmsh.model.getEntities(3)]
+    gmsh.model.setPhysicalName(3, gmsh.model.addPhysicalGroup(3, solids), "body")
+
+
+def name(x, y, z):
+    if x < 1e-6 or x > 30 - 1e-6:
+        return "clamp" if x < 15 else "tip"
+    inside = 2.9 < x < 27.1 and 2.9 < y < 9.1 and 2.9 < z < 7.1
+    return "cavity" if inside else "outer"
+"""
+VOLUME, ROOM = 30 * 12 * 10 - 24 * 6 * 4, 24 * 6 * 4
+
+
+def names(x, y, z):
+    scope = {}
+    exec(POUCH, scope)
+    return scope["name"](x, y, z)
+
+
+@pytest.fixture
+def script(tmp_path):
+    """Function that writes the script with pieces replaced; returns its path as text."""
+
+    def write(*replace, suffix=".py"):
+        text = POUCH
+        for old, new in replace:
+            assert old in text
+            text = text.replace(old, new)
+        path = tmp_path / f"pouch{suffix}"
+        path.write_text(text)
+        return str(path)
+
+    return write
+
+
+@pytest.fixture
+def step(tmp_path):
+    """Function that writes a STEP file as a CAD program would, faces named by where they are."""
+
+    def write(named=True, shell_only=False):
+        gmsh.initialize(readConfigFiles=False)
+        gmsh.option.setNumber("General.Terminal", 0)
+        occ = gmsh.model.occ
+        occ.cut([(3, occ.addBox(0, 0, 0, 30, 12, 10))], [(3, occ.addBox(3, 3, 3, 24, 6, 4))])
+        occ.synchronize()
+        faces = [tag for _, tag in gmsh.model.getEntities(2)]
+        if shell_only:
+            occ.remove([(3, 1)])
+            occ.remove([(2, faces[0])])
+            occ.synchronize()
+        path = tmp_path / "pouch.step"
+        gmsh.write(str(path))
+        gmsh.finalize()
+        text = path.read_text()
+        path.write_text(with_names(text) if named else text)
+        return str(path)
+
+    return write
+
+
+def with_names(text):
+    """The text with each face's name written into it, after the middle of its corners."""
+    file = StepFile(text)
+    for number in file.kinds("ADVANCED_FACE"):
+        corners = [file._place(corner) for corner in file._corners(number)]
+        label = names(*np.mean(corners, axis=0))
+        text = re.sub(rf"(#{number}\s*=\s*ADVANCED_FACE\(')", rf"\g<1>{label}", text)
+    return text
+
+
+def areas(solid):
+    return {
+        name: np.linalg.norm(solid.outward_areas(name)[1], axis=1).sum() for name in solid.surfaces
+    }
+
+
+WANTED = {
+    "clamp": 120,
+    "tip": 120,
+    "cavity": 2 * (24 * 6 + 24 * 4 + 6 * 4),
+    "outer": 2 * 30 * (12 + 10),
+}
+
+
+@pytest.mark.parametrize("kind", [FromScript, FromStep])
+def test_names_of_the_file_are_those_of_the_mesh(kind, script, step, meshed):
+    """Areas of all named surfaces and the volumes by hand, from a script and from STEP names."""
+    file = script() if kind is FromScript else step()
+    solid = meshed(kind.model_validate({"file": file, "surfaces": ["outer"], "mesh_size": "4 mm"}))
+    assert solid.volumes.sum() == pytest.approx(VOLUME, rel=1e-9)
+    assert areas(solid) == pytest.approx(WANTED, rel=1e-9)
+    middles, vectors = solid.outward_areas("cavity")
+    assert -(middles * vectors).sum() / 3 == pytest.approx(ROOM, rel=1e-9)
+
+
+def refused(geometry, meshed) -> str:
+    with pytest.raises(MeshError) as caught:
+        meshed(geometry)
+    (line,) = caught.value.lines
+    return line
+
+
+@pytest.mark.parametrize(
+    ("change", "given", "words"),
+    [
+        (("def build(", "def make("), {}, "pouch.py has no function build(gmsh)"),
+        (('"clamp" if', '"root" if'), {}, "surface group 'clamp'; there are cavity, outer, root"),
+        (('"body")', '"core")'), {}, "volume group 'body'; there are core"),
+        (('"body")', '"core")'), {"regions": ["core", "skin"]}, "group 'skin'; there are core"),
+        (("27.1 and", "27.1 and z < 6.9 and"), {}, "the walls of the cavity 'cavity' do not close"),
+        (("    occ.synchronize()", "    1 / 0"), {}, "ZeroDivisionError"),
+        (
+            ("    occ.synchronize()", "    occ.remove(occ.getEntities(3))\n    occ.synchronize()"),
+            {},
+            "not watertight",
+        ),
+    ],
+)
+def test_faults_of_a_script(change, given, words, script, meshed):
+    file = script(change)
+    assert words in refused(FromScript.model_validate({"file": file, **given}), meshed)
+
+
+def test_a_step_file_without_names_or_not_watertight(step, meshed):
+    assert "no face has a name" in refused(
+        FromStep.model_validate({"file": step(named=False)}), meshed
+    )
+    assert "not watertight" in refused(
+        FromStep.model_validate({"file": step(named=False, shell_only=True)}), meshed
+    )
+
+
+def test_the_file_is_looked_for_beside_the_spec(script, tmp_path):
+    script()
+    spec = tmp_path / "pouch.yaml"
+    spec.write_text(
+        "geometry: {type: from_script, file: pouch.py}\n"
+        "materials: {body: ecoflex-00-30}\nsteps: [{pressure: 1 kPa}]\n"
+    )
+    loaded = specs.load(spec)
+    assert loaded.geometry.file == str(tmp_path / "pouch.py")
+    before = loaded.hash
+    script(("24, 6, 4", "24, 6, 3"))
+    assert specs.load(spec).hash != before  # the file's content counts, not its name
+    for name, words in (("other.py", "there is no file"), ("pouch.txt", "is none of .py, .geo")):
+        spec.write_text(spec.read_text().replace("pouch.py", name))
+        with pytest.raises(SpecError, match=words):
+            specs.load(spec)
+        spec.write_text(spec.read_text().replace(name, "pouch.py"))
