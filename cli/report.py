@@ -19,8 +19,17 @@ from softact.cli._measured import measured_options, read_all, sections, tell
     "trunk_belt, neck, hip, wrist, ankle, heart, exoskeleton, operation_bending, "
     "operation_linear. May be repeated.",
 )
+@click.option(
+    "--animate",
+    type=click.Choice(["gif", "mp4"]),
+    help="Write a film of the motion too; mp4 needs the package imageio-ffmpeg.",
+)
 def report(
-    directory: Path, measured: tuple[Path, ...], columns: str | None, targets: tuple[str, ...]
+    directory: Path,
+    measured: tuple[Path, ...],
+    columns: str | None,
+    targets: tuple[str, ...],
+    animate: str | None,
 ) -> None:
     """Rebuild report.html and the pictures of a result folder from the files in it.
 
@@ -32,12 +41,15 @@ def report(
       softact report results/pneunet_glove
       softact report results/finger --measured angle.csv
       softact report results/pneunet_glove --targets glove
+      softact report results/pneunet_glove --animate gif
     """
+    from softact.report import animation, write_report
     from softact.report import targets as published
-    from softact.report import write_report
     from softact.results import read
 
     published.check(targets)
+    if animate:
+        animation.check(animate)
     results = read(directory)
     read_in = read_all(measured, list(results.curve), columns)
     more = [partial(published.section, wanted=targets)] if targets else []
@@ -48,3 +60,5 @@ def report(
         for line in published.tell(name, verdicts):
             click.echo(line)
     click.echo(f"wrote {path}")
+    if animate:
+        click.echo(f"wrote {animation.write_animation(directory, animate)}")

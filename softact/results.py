@@ -37,6 +37,8 @@ OWN_FILES = (
     "curve.png",
     "states.png",
     "shape.png",
+    "animation.gif",
+    "animation.mp4",
     "log.txt",
 )
 

@@ -27,12 +27,13 @@ class DrawingError(Exception):
 
 @dataclass(frozen=True)
 class Group:
-    """States drawn in one frame. numbers: of the states, -1 is undeformed; ghost: whether the
+    """States drawn in one frame. numbers: of the states, -1 is undeformed and a fraction is linear
+    between two; ghost: whether the
     undeformed outline is drawn too; low, high: corners of the frame, mm in the picture; size:
     width and height in pixels.
     """
 
-    numbers: Sequence[int]
+    numbers: Sequence[float]
     ghost: bool
     low: np.ndarray
     high: np.ndarray
@@ -49,20 +50,21 @@ class Scene:
     field: str
     limits: tuple[float, float]
 
-    def points(self, number: int) -> np.ndarray:
+    def points(self, number: float) -> np.ndarray:
         """(v, 3) mm: vertices of the meshed part in state ``number``; -1 is undeformed."""
         at_rest = self.results.points[self.skin.nodes]
         if number < 0:
             return at_rest
-        return at_rest + self.results.field(number, "displacement")[self.skin.nodes]
+        moved = _between(number, lambda n: self.results.field(n, "displacement"))
+        return at_rest + moved[self.skin.nodes]
 
-    def values(self, number: int) -> np.ndarray:
+    def values(self, number: float) -> np.ndarray:
         """(v,) of the field in state ``number``."""
         if number < 0:
             return np.full(len(self.skin.nodes), self.limits[0])
-        return self.results.scalar(number, self.field)[self.skin.nodes]
+        return _between(number, lambda n: self.results.scalar(n, self.field))[self.skin.nodes]
 
-    def group(self, numbers: Sequence[int], ghost: bool, pixels: float) -> Group:
+    def group(self, numbers: Sequence[float], ghost: bool, pixels: float) -> Group:
         """A frame about all these states whose longer side has ``pixels``, even numbers."""
         used = np.unique(self.skin.outer)
         flat = []
@@ -106,6 +108,12 @@ class Scene:
             "right": self.view.right, "up": self.view.up, "eye": self.view.eye,
             "low": group.low, "high": group.high, "size": np.array(group.size),
         }  # fmt: skip
+
+
+def _between(number: float, state: Callable[[int], np.ndarray]) -> np.ndarray:
+    low = int(number)
+    part = number - low
+    return state(low) if part == 0 else (1 - part) * state(low) + part * state(low + 1)
 
 
 def make_scene(results: Results) -> Scene:

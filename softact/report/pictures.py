@@ -1,6 +1,6 @@
 """Pictures of the actuator: ``states.png`` and ``shape.png``."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from io import BytesIO
 
@@ -11,8 +11,10 @@ from softact.report.frames import Group, Scene
 from softact.report.view import STRESS_COLOURS, View, load, load_name, states
 from softact.results import Results, write_atomic
 
-_INK, _GREY = "#15202b", "#8a949b"
+INK, _GREY = "#15202b", "#8a949b"
 _DPI = 160
+_TITLE = 0.4  # inches above a panel
+CORNER = 0, round(_TITLE * _DPI)  # pixels from the upper left corner to that of a single panel
 _SIDES = 4.2, 5.5  # inches of the longer side of one of several panels, and of a single one
 
 
@@ -38,8 +40,8 @@ def drawing(results: Results) -> Iterator[Callable[[], str]]:
                 return str(error)
             columns = min(len(four), 2)
             folder = results.directory
-            write_atomic(folder / "states.png", _compose(scene, groups[0], several, columns))
-            write_atomic(folder / "shape.png", _compose(scene, groups[1], single, 1))
+            write_atomic(folder / "states.png", compose(scene, groups[0], several, columns))
+            write_atomic(folder / "shape.png", compose(scene, groups[1], single, 1))
             return ""
 
         yield write
@@ -51,14 +53,24 @@ def _colour_map():
     return LinearSegmentedColormap.from_list("stress", STRESS_COLOURS)
 
 
-def _compose(scene: Scene, group: Group, panels: np.ndarray, columns: int) -> bytes:
-    """PNG of the panels, pixel by pixel, with titles, colour bar and axes."""
+def compose(
+    scene: Scene,
+    group: Group,
+    panels: np.ndarray,
+    columns: int,
+    titles: Sequence[str] | None = None,
+) -> bytes:
+    """PNG of the panels, pixel by pixel, with titles, colour bar and axes.
+
+    titles: in place of those that say the load of each state.
+    """
+    titles = titles or [state_title(scene.results, number) for number in group.numbers]
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     width, height = np.array(group.size) / _DPI
     rows = -(-len(panels) // columns)
-    legend, title = 1.5, 0.4
+    legend, title = 1.5, _TITLE
     size = (columns * width + legend, max(rows * (height + title) + 0.1, 3.6))
     figure = Figure(figsize=size, dpi=_DPI, facecolor="white")
     FigureCanvasAgg(figure)
@@ -71,13 +83,13 @@ def _compose(scene: Scene, group: Group, panels: np.ndarray, columns: int) -> by
         return axes
 
     cells = np.ndindex(rows, columns)
-    for number, panel, (row, column) in zip(group.numbers, panels, cells, strict=False):
+    for said, panel, (row, column) in zip(titles, panels, cells, strict=False):
         left, top = column * width, row * (height + title) + title
         at = round(left * _DPI), round((size[1] - top - height) * _DPI)
         figure.figimage(panel, *at, origin="upper")
         figure.text(
             (left + width / 2) / size[0], 1 - (top - 0.06) / size[1],
-            state_title(scene.results, number), fontsize=11, color=_INK, ha="center",
+            said, fontsize=11, color=INK, ha="center",
         )  # fmt: skip
     bar = place(columns * width + 0.3, title, 0.16, max(size[1] - title - 1.55, 1.2))
     _colour_bar(figure, bar, scene)
@@ -90,16 +102,23 @@ def _compose(scene: Scene, group: Group, panels: np.ndarray, columns: int) -> by
     return out.getvalue()
 
 
-def state_title(results: Results, number: int) -> str:
-    """What the reader needs of a state: its load, and how far it bends."""
+def state_title(results: Results, number: float) -> str:
+    """What the reader needs of a state: its load, and how far it bends.
+
+    number: of the state; with a fraction, linear between two.
+    """
+
+    def value(column: np.ndarray) -> float:
+        return float(np.interp(number, np.arange(len(column)), column))
+
     name = load_name(results)
     if name:
         label = labels.column(name)
-        said = f"{labels.number(load(results)[number])} {label.unit}"
+        said = f"{labels.number(value(load(results)))} {label.unit}"
     else:
-        said = f"load {labels.number(load(results)[number])}"
+        said = f"load {labels.number(value(load(results)))}"
     if "bending_angle_deg" in results.curve:
-        said += f"   ·   {results.curve['bending_angle_deg'][number]:.0f}° bending"
+        said += f"   ·   {value(results.curve['bending_angle_deg']):.0f}° bending"
     return said
 
 
@@ -112,8 +131,8 @@ def _colour_bar(figure, axes, scene: Scene) -> None:
         ScalarMappable(Normalize(*scene.limits), _colour_map()), cax=axes, extend="max"
     )
     bar.outline.set_visible(False)
-    bar.ax.tick_params(labelsize=9, color=_GREY, labelcolor=_INK)
-    bar.set_label(str(labels.field(scene.field)), fontsize=10, color=_INK)
+    bar.ax.tick_params(labelsize=9, color=_GREY, labelcolor=INK)
+    bar.set_label(str(labels.field(scene.field)), fontsize=10, color=INK)
 
 
 def _axes_cross(axes, view: View, mm_per_inch: float, wide: float, tall: float, note: str) -> None:
@@ -125,15 +144,15 @@ def _axes_cross(axes, view: View, mm_per_inch: float, wide: float, tall: float, 
     for name, direction in zip("xyz", view.project(np.eye(3)), strict=True):
         end = start + length * direction
         axes.annotate(
-            "", end, start, arrowprops={"arrowstyle": "-|>", "color": _INK, "lw": 1.2,
+            "", end, start, arrowprops={"arrowstyle": "-|>", "color": INK, "lw": 1.2,
                                         "shrinkA": 0, "shrinkB": 0, "mutation_scale": 8},
         )  # fmt: skip
         beyond = end + 0.11 * mm_per_inch * direction / max(np.linalg.norm(direction), 0.3)
-        axes.text(*beyond, name, fontsize=9, color=_INK, ha="center", va="center")
+        axes.text(*beyond, name, fontsize=9, color=INK, ha="center", va="center")
     for height, text in ((0.15, f"arrows: {length:g} mm"), (0.0, note)):
         axes.text(
             0.5 * wide * mm_per_inch, height * tall * mm_per_inch, text,
-            fontsize=8.5, color=_INK, ha="center", va="bottom",
+            fontsize=8.5, color=INK, ha="center", va="bottom",
         )  # fmt: skip
 
 
