@@ -209,13 +209,18 @@ class Newton:
         return answer.getArray().copy()
 
     def _admissible_part(self, here: np.ndarray, change: np.ndarray) -> float:
-        """Part of a step (here − change) that turns no element inside out and loses no contact."""
+        """Part of a step (here − change) that turns no element inside out and, where there is such
+        a part, does not press bodies into each other."""
+        sound = None
         for halvings in range(MAX_HALVINGS):
-            there = here - change * 0.5**halvings
-            sound = self.model.smallest_jacobian(there) > 0.0
-            if sound and self.model.contacts.admissible(self._state, here, there):
-                return 0.5**halvings
-        return 1.0  # the residual will say so
+            part = 0.5**halvings
+            there = here - change * part
+            if self.model.smallest_jacobian(there) <= 0.0:
+                continue
+            if self.model.contacts.admissible(self._state, here, there):
+                return part
+            sound = part if sound is None else sound
+        return sound or 1.0  # where no part is sound, the residual will say so
 
     def _test(self, _snes, iteration, _norms):
         reason = PETSc.SNES.ConvergedReason

@@ -17,6 +17,8 @@ from softact.contact.pressure import pressure
 # What a step of Newton's method may press in on its way, of the element size and of the
 # obstacle's room.
 DEEPEST, ROOM = 0.05, 0.5
+# ... and by how much what overlaps may overlap more.
+DEEPER = 1.5
 
 
 @dataclass(frozen=True)
@@ -149,7 +151,7 @@ class RigidContact:
             return True
         deepest = np.minimum(DEEPEST * self.facets.size, ROOM * self.obstacle.shape.room)[:, None]
         now, then = self.gaps(state, x)[0], self.gaps(state, to)[0]
-        return bool((then >= np.minimum(now, -deepest)).all())
+        return bool((then >= np.minimum(DEEPER * now, -deepest)).all())
 
     def smallest_gap(self, state) -> tuple[float, float]:
         """Smallest gap, and its smallest ratio to the element size (both below zero: overlap)."""

@@ -24,6 +24,8 @@ from softact.errors import SpecError
 REACH, ROOM = 1.0, 0.5
 # What a step of Newton's method may press in on its way, of the element size.
 DEEPEST = 0.05
+# ... and by how much what overlaps may overlap more.
+DEEPER = 1.5
 HALF = 0.5
 
 
@@ -253,7 +255,7 @@ class SurfaceContact:
         a, b = np.moveaxis(np.einsum("man,mnc->mac", first, moved[other[0]]), 1, 0)
         normal = np.cross(a, b)
         then = np.einsum("mc,mc->m", mine - theirs, normal) / np.linalg.norm(normal, axis=1)
-        lowest = np.minimum(now[facet, point], -DEEPEST * self.facets.size[facet])
+        lowest = np.minimum(DEEPER * now[facet, point], -DEEPEST * self.facets.size[facet])
         return bool((then - self.touching.distance >= lowest).all())
 
     def smallest_gap(self, state) -> tuple[float, float]:
