@@ -125,6 +125,10 @@ DIRECTIONS = {
         {"families": 1, "angle": "30 deg"},
         "materials.body.families: one family at 30 deg is not symmetric to symmetry; take families",
     ),
+    "two components": (
+        {"normal": [0, 1]},
+        "materials.body.normal: write a list of three for x, y, z, for example [0, 0, 1]",
+    ),
     "no direction": (
         {"normal": [0, 0, 0]},
         "materials.body.normal: [0, 0, 0] has no direction; write for example [0, 0, 1]",

@@ -41,6 +41,13 @@ class Holzapfel(InvariantLaw):
         default=None, description="of the plane of the fibres; default: of the region's wall"
     )
 
+    @field_validator("normal", mode="before")
+    @classmethod
+    def _has_three_components(cls, value):
+        if value is not None and not (isinstance(value, list | tuple) and len(value) == 3):
+            raise ValueError("write a list of three for x, y, z, for example [0, 0, 1]")
+        return value
+
     @field_validator("normal")
     @classmethod
     def _has_a_direction(cls, value):
