@@ -40,6 +40,7 @@ OWN_FILES = (
     "animation.gif",
     "animation.mp4",
     "log.txt",
+    "restart.npz",
 )
 
 
@@ -70,6 +71,13 @@ def csv_text(rows: Sequence[Mapping[str, float | str]]) -> str:
     for row in rows:
         table.writerow([_cell(row.get(name, "")) for name in columns])
     return out.getvalue()
+
+
+def _number(cell):
+    try:
+        return float(cell)
+    except ValueError:
+        return cell
 
 
 def _cell(value) -> str:
@@ -126,6 +134,48 @@ class ResultsWriter:
         self._xdmf: Xdmf | None = None
         self._open_folder()
         write_atomic(self.directory / "spec.yaml", spec_yaml)
+
+    @classmethod
+    def reopen(
+        cls, directory: str | Path, spec_yaml: str, provenance: Mapping | None, rows: int
+    ) -> "ResultsWriter":
+        """Go on with the folder of a run that ended early, or that is to be extended.
+
+        rows: increments to keep; what was written after them is dropped. The folder says
+        "incomplete" again from here on. Raises OSError where fields.h5 cannot be read: a kill in
+        the middle of a write can leave it so.
+        """
+        writer = cls.__new__(cls)
+        writer.directory = Path(directory)
+        writer._provenance = dict(provenance or {})
+        writer._steps = []
+        with open(writer.directory / "curve.csv", newline="") as file:
+            writer._rows = [dict(row) for row in csv.DictReader(file)][:rows]
+        with h5py.File(writer.directory / "fields.h5", "a") as file:
+            if len(writer._rows) < rows or len(file["increments"]) < rows:
+                raise OSError(f"{directory}: has fewer increments than it was interrupted after")
+            writer._xdmf = Xdmf(len(file["mesh/points"]), file["mesh/cells"].shape)
+            for name in list(file["increments"])[rows:]:
+                del file["increments"][name]
+            for row, name in zip(writer._rows, file["increments"], strict=True):
+                group = file["increments"][name]
+                writer._xdmf.add(writer._time(row), f"increments/{name}", dict(group.items()))
+        write_atomic(writer.directory / "run.json", writer._run_json(INCOMPLETE))
+        for name in ("summary.csv", "report.html", "curve.png", "states.png", "shape.png"):
+            (writer.directory / name).unlink(missing_ok=True)
+        write_atomic(writer.directory / "spec.yaml", spec_yaml)
+        write_atomic(writer.directory / "fields.xdmf", writer._xdmf.text())
+        write_atomic(writer.directory / "curve.csv", csv_text(writer._rows))
+        return writer
+
+    @property
+    def last_row(self) -> dict[str, float | str]:
+        """The last row, numbers as numbers."""
+        return {name: _number(cell) for name, cell in self._rows[-1].items()} if self._rows else {}
+
+    def checkpoint(self, data: bytes) -> None:
+        """Store what a run needs to go on from here."""
+        write_atomic(self.directory / "restart.npz", data)
 
     def _open_folder(self) -> None:
         """Make the folder such that it says "incomplete" from its first moment."""

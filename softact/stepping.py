@@ -8,13 +8,14 @@ element inside out. Each rung hands back to load control as soon as it has passe
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Literal
 
 from softact import branch, dynamics
+from softact.checkpoint import Checkpoint, told
 from softact.drive import Drive, LoadDrive, Point, extrapolate
 from softact.model import Model, Support
-from softact.newton import Newton, NewtonOutcome
+from softact.newton import Counts, Newton, NewtonOutcome
 from softact.ramp import LoadStep, Ramp
 from softact.terms import State, SurfaceForce, SurfacePressure
 
@@ -77,7 +78,8 @@ class Stepper:
     """Carries a model through its steps.
 
     on_accept is called with (state, attempt, increment number) at each new equilibrium, and once
-    with the unloaded state before the first; on_reject with each attempt that failed.
+    with the unloaded state before the first; on_reject with each attempt that failed; on_checkpoint
+    after each increment from which the run could go on.
     """
 
     def __init__(
@@ -86,33 +88,57 @@ class Stepper:
         settings: Settings,
         on_accept: Callable[[State, Attempt, int], None],
         on_reject: Callable[[Attempt], None] = lambda attempt: None,
+        on_checkpoint: Callable[[Checkpoint], None] = lambda checkpoint: None,
     ):
         self.model, self.settings = model, settings
         self.on_accept, self.on_reject = on_accept, on_reject
+        self.on_checkpoint = on_checkpoint
         self.newton = Newton(model, settings.tolerance, settings.max_iterations)
         self.progress = Progress()
         self.state = model.initial_state()
         self._accepted = 0
 
-    def run(self, steps: Sequence[LoadStep], supports: Sequence[Support]) -> Progress:
-        """Solve the steps in order; stops where no further equilibrium is found."""
+    def run(
+        self,
+        steps: Sequence[LoadStep],
+        supports: Sequence[Support],
+        start: Checkpoint | None = None,
+        begin: int | None = 0,
+    ) -> Progress:
+        """Solve the steps in order; stops where no further equilibrium is found.
+
+        start: where an earlier run stood. begin: number of the step to begin with; None: go on
+        inside the step of ``start``.
+        """
         for step in steps:
             for surface in step.traction or {}:
                 self.model.add_surface_load(SurfaceForce, surface)
             for surface in step.surface_pressure or {}:
                 self.model.add_surface_load(SurfacePressure, surface)
-        for number, step in enumerate(steps):
-            held = step.supports if step.supports is not None else supports
-            if number == 0 or step.supports is not None:
-                self.newton.set_supports(held, self.state)
-            supports = held
-            if number == 0:
-                self.model.contacts.check_clear(self.state)
-                self.model.contacts.remember(self.state)
-                self.record(Attempt(step.name, 0.0, 0, True, [], "", 0))
-            if not self._solve_step(step):
+        inside = start if begin is None else None
+        first = start.step if inside else begin
+        if start:
+            self._restore(start, start.begun if inside else start.state)
+        replaced = [step.supports for step in steps[: first + 1] if step.supports is not None]
+        self.newton.set_supports(replaced[-1] if replaced else supports, self.state)
+        if not start:
+            self.model.contacts.check_clear(self.state)
+            self.model.contacts.remember(self.state)
+            self.record(Attempt(steps[0].name, 0.0, 0, True, [], "", 0))
+        for number, step in enumerate(steps[first:], first):
+            if number > first and step.supports is not None:
+                self.newton.set_supports(step.supports, self.state)
+            if not self._solve_step(number, step, inside):
                 break
+            inside = None
         return self.progress
+
+    def _restore(self, start: Checkpoint, state: State) -> None:
+        self.state = replace(state, x=state.x.copy())
+        self.progress.attempts = [Attempt(**attempt) for attempt in start.attempts]
+        self.progress.remarks = list(start.remarks)
+        self.newton.counts = Counts(**start.counts)
+        self._accepted = start.rows
 
     def record(self, attempt: Attempt) -> None:
         """Count an attempt and tell of it; the state is as the attempt left it."""
@@ -123,8 +149,10 @@ class Stepper:
         else:
             self.on_reject(attempt)
 
-    def _solve_step(self, step: LoadStep) -> bool:
+    def _solve_step(self, number: int, step: LoadStep, inside: Checkpoint | None) -> bool:
+        """Solve one step, from its start or from the checkpoint inside it."""
         s = self.settings
+        begun = replace(self.state, x=self.state.x.copy())
         ramp = Ramp(self.state, step, self.newton.held(self.state), self.model.cavity_volume)
         ramp.apply(self.state, 0.0)
         self.model.contacts.check_clear(self.state, step.presence or ())
@@ -134,7 +162,11 @@ class Stepper:
         path = [Point(0.0, self.state.x.copy(), drive.loads(self.state))]
         held_still = not self.model.sum(int(ramp.moves_supports))
         may_trace = ramp.only_pressures and held_still
-        left_at = None  # where volume control was tried last
+        traced_at = None  # where volume control was tried last
+        if inside:
+            path, size, traced_at = inside.path, inside.size, inside.traced_at
+            self.go_to(drive, path[-1])
+            self.state.memory = inside.state.memory
         while path[-1].s < 1.0:
             done = path[-1].s
             # Two halves rather than one whole and a sliver.
@@ -143,11 +175,12 @@ class Stepper:
             if outcome.converged:
                 path = self.accept(step, drive, path, target, outcome)
                 size = min(largest, size * growth(outcome.iterations))
+                self._checkpoint(number, begun, path, size, traced_at)
                 continue
             self.reject(step, drive, path, target, outcome)
             size *= CUT
-            if size < VOLUME_BELOW * largest and may_trace and left_at != done:
-                left_at = done
+            if size < VOLUME_BELOW * largest and may_trace and traced_at != done:
+                traced_at = done
                 found = branch.trace(self, step, ramp, path, size, largest)
                 if found.limit:
                     return self._stop(found.limit)
@@ -159,8 +192,18 @@ class Stepper:
                         f"no equilibrium found beyond {done:.2%} of step '{step.name}' "
                         f"({_loads(self.state)}): {outcome.reason}"
                     )
-                size = s.initial_increment
+                size = min(s.initial_increment, largest)
+            if path[-1].s > done:
+                self._checkpoint(number, begun, path, size, traced_at)
         return True
+
+    def _checkpoint(self, number, begun, path, size, traced_at) -> None:
+        attempts, counts = told(self.progress.attempts), asdict(self.newton.counts)
+        remarks = list(self.progress.remarks)
+        done = self._accepted, attempts, remarks, counts
+        self.on_checkpoint(
+            Checkpoint(number, begun, self.state, list(path), size, traced_at, *done)
+        )
 
     def _stop(self, why: str) -> bool:
         self.progress.stopped = why

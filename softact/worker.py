@@ -24,15 +24,24 @@ PETSC_OUT_OF_MEMORY = 55
 OUT_OF_MEMORY = "the solver ran out of memory; a larger mesh_size needs less"
 
 
-def solve(comm, spec, mesh_file: Path, directory: Path, times: dict, tell: Tell) -> str:
+def solve(
+    comm,
+    spec,
+    mesh_file: Path,
+    directory: Path,
+    times: dict,
+    tell: Tell,
+    old_steps: list[dict] | None = None,
+) -> str:
     """Solve ``spec`` on the mesh in ``mesh_file`` and write the result folder.
 
     Returns the status, "complete" or "no_equilibrium". times: seconds of the stages so far.
-    tell: receives events, see ``softact.run``.
+    tell: receives events, see ``softact.run``. old_steps: of the run that stands in the folder, to
+    go on with it; None: start anew.
     """
+    from softact import checkpoint
     from softact.mesh import distribute, read_msh
     from softact.model import BondedLayer, Model
-    from softact.results import ResultsWriter
 
     started = time.perf_counter()
     layout = spec.geometry.layout()
@@ -48,23 +57,45 @@ def solve(comm, spec, mesh_file: Path, directory: Path, times: dict, tell: Tell)
     )
     model.contacts.check_clear(model.initial_state())
     unknowns = comm.allreduce(model.unknowns.owned)
-    writer = None
-    if comm.rank == 0:
-        from softact.provenance import provenance
-
-        known = {"spec_hash": spec.hash, "processes": comm.size, **provenance()}
-        known["mesh"] = {"cells": mesh.cell_count, "unknowns": unknowns}
-        writer = ResultsWriter(directory, spec.to_yaml(), known)
-    recorder = _Recorder(spec, model, writer, tell)
+    start, begin = None, 0
+    if old_steps is not None:
+        start = checkpoint.read(model, directory)
+        if start is not None:
+            new_steps = spec.model_dump(mode="json", exclude_none=True)["steps"]
+            begin = checkpoint.first_to_solve(start, old_steps, new_steps)
+    known = {"mesh": {"cells": mesh.cell_count, "unknowns": unknowns}}
+    writer = _writer(comm, spec, directory, known, start)
+    if start is not None and comm.bcast(writer is not None and not writer.last_row):
+        start, begin = None, 0
+    recorder = _Recorder(spec, model, writer, tell, start)
     times["set_up"] = time.perf_counter() - started
     tell({"stage": "solve", "cells": mesh.cell_count, "unknowns": unknowns})
-    return recorder.run(times)
+    return recorder.run(times, start, begin)
+
+
+def _writer(comm, spec, directory: Path, known: dict, start):
+    """The writer of the result folder, on rank 0: a new one, or that of the run to go on with.
+
+    Where the old fields cannot be read, all is written and solved anew.
+    """
+    if comm.rank:
+        return None
+    from softact.provenance import provenance
+    from softact.results import ResultsWriter
+
+    known = {"spec_hash": spec.hash, "processes": comm.size, **provenance(), **known}
+    if start is not None:
+        try:
+            return ResultsWriter.reopen(directory, spec.to_yaml(), known, start.rows)
+        except (OSError, KeyError, RuntimeError):
+            pass  # killed in the middle of a write
+    return ResultsWriter(directory, spec.to_yaml(), known)
 
 
 class _Recorder:
     """Runs the steps of a spec and writes down each accepted state."""
 
-    def __init__(self, spec, model, writer, tell: Tell):
+    def __init__(self, spec, model, writer, tell: Tell, start):
         from softact.measures import MEASURES
         from softact.stepping import Settings, Stepper
 
@@ -73,10 +104,13 @@ class _Recorder:
         self.measures = [MEASURES[name] for name in wanted]
         settings = spec.solver.model_dump()
         settings.pop("element")
-        self.stepper = Stepper(model, Settings(**settings), self._accept, self._reject)
-        self.row: dict = {}
+        self.stepper = Stepper(
+            model, Settings(**settings), self._accept, self._reject, self._checkpoint
+        )
+        self.row: dict = model.comm.bcast(writer.last_row if writer is not None else None)
         self.write_time = 0.0
-        self._write_mesh()
+        if start is None:
+            self._write_mesh()
 
     def _write_mesh(self) -> None:
         from softact.snapshot import gather_mesh
@@ -87,11 +121,10 @@ class _Recorder:
             layout = self.model.mesh.layout
             self.writer.mesh(points, cells, region, layout.regions, surfaces, layout)
 
-    def run(self, times: dict) -> str:
+    def run(self, times: dict, start, begin: int | None) -> str:
         started = time.perf_counter()
-        progress = self.stepper.run(
-            _load_steps(self.spec, self.model), _supports(self.spec.supports)
-        )
+        steps, supports = _load_steps(self.spec, self.model), _supports(self.spec.supports)
+        progress = self.stepper.run(steps, supports, start, begin)
         times["solve"] = time.perf_counter() - started - self.write_time
         times["measure_and_write"] = self.write_time
         status = "no_equilibrium" if progress.stopped else "complete"
@@ -169,6 +202,15 @@ class _Recorder:
             self.writer.increment(row, fields)
         self.write_time += time.perf_counter() - started
         self.tell({"stage": "increment", "steps": len(self.spec.steps), **asdict(attempt), **row})
+
+    def _checkpoint(self, checkpoint) -> None:
+        from softact.checkpoint import pack
+
+        started = time.perf_counter()
+        data = pack(self.model, checkpoint)
+        if self.writer is not None:
+            self.writer.checkpoint(data)
+        self.write_time += time.perf_counter() - started
 
     def _reject(self, attempt) -> None:
         self.tell({"stage": "cutback", **asdict(attempt)})
@@ -282,7 +324,9 @@ def main(job_file: str) -> int:
 
     try:
         spec = specs.load(job["spec"])
-        status = solve(comm, spec, Path(job["mesh"]), Path(job["directory"]), job["times_s"], tell)
+        directory = Path(job["directory"])
+        times, old_steps = job["times_s"], job.get("old_steps")
+        status = solve(comm, spec, Path(job["mesh"]), directory, times, tell, old_steps)
     except OSError as error:  # a full disk, a folder that has gone
         lines = [f"cannot write: {error}"]
         print_event({"stage": "error", "exit_code": 2, "lines": lines, "cannot_write": True})

@@ -1,0 +1,189 @@
+"""Where a run stands: enough to go on from its last accepted increment to the same numbers.
+
+Unknowns are stored with the places of their nodes, so that a run may go on with another number of
+processes, which hold other parts of the mesh.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import numpy as np
+import scipy.spatial
+
+from softact.drive import Point
+from softact.errors import SpecError
+from softact.terms import State
+
+FILE = "restart.npz"
+SAME_PLACE = 1e-9  # of the body's size
+LOADS = ("pressure", "gravity", "traction", "surface_pressure", "shift", "presence")
+
+
+@dataclass
+class Checkpoint:
+    """A run after an accepted increment under load control.
+
+    step: number of the current step. begun: state at its start. state: now. path: its last points.
+    size: next increment. traced_at: where volume control was tried. rows: increments written down.
+    attempts, remarks, counts: what the run has told so far.
+    """
+
+    step: int
+    begun: State
+    state: State
+    path: list[Point]
+    size: float
+    traced_at: float | None
+    rows: int
+    attempts: list[dict] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
+    counts: dict = field(default_factory=dict)
+
+    @property
+    def step_done(self) -> bool:
+        """Whether the current step is at its end."""
+        return self.path[-1].s >= 1.0
+
+
+def pack(model, checkpoint: Checkpoint) -> bytes | None:
+    """The checkpoint as the bytes of an .npz file, on rank 0 (None elsewhere). Collective."""
+    arrays: dict[str, np.ndarray] = {}
+    vectors = [checkpoint.begun.x, *(point.x for point in checkpoint.path)]
+    for number, space in enumerate(model.unknowns.spaces):
+        owned = space.dofmap.index_map.size_local
+        dofs = model.unknowns.space_dofs[number][:owned]
+        mine = _places(space)[:owned], np.stack([x[dofs] for x in vectors])
+        found = model.comm.gather(mine)
+        if found is not None:
+            arrays[f"places_{number}"] = np.concatenate([places for places, _ in found])
+            arrays[f"values_{number}"] = np.concatenate([v for _, v in found], axis=1)
+    memories = model.comm.gather((checkpoint.begun.memory, checkpoint.state.memory))
+    if memories is None:
+        return None
+    for rank, pair in enumerate(memories):
+        for when, memory in zip(("begun", "now"), pair, strict=True):
+            for name, value in memory.items():
+                arrays[f"memory/{rank}/{when}/{name}"] = np.asarray(value)
+    known = {
+        "step": checkpoint.step,
+        "begun": _loads(checkpoint.begun),
+        "state": _loads(checkpoint.state),
+        "path": [{"s": p.s, "q": p.q.tolist()} for p in checkpoint.path],
+        "size": checkpoint.size,
+        "traced_at": checkpoint.traced_at,
+        "rows": checkpoint.rows,
+        "attempts": checkpoint.attempts,
+        "remarks": checkpoint.remarks,
+        "counts": checkpoint.counts,
+        "processes": len(memories),
+    }
+    buffer = io.BytesIO()
+    np.savez(buffer, known=np.array(json.dumps(known)), **arrays)
+    return buffer.getvalue()
+
+
+def read(model, directory: Path) -> Checkpoint | None:
+    """The checkpoint in a result folder; None where there is none. Collective.
+
+    Raises SpecError where it does not fit the model's mesh.
+    """
+    path = Path(directory) / FILE
+    if not model.comm.bcast(path.is_file() if model.comm.rank == 0 else None):
+        return None
+    with np.load(path, allow_pickle=False) as file:
+        known = json.loads(str(file["known"]))
+        vectors = np.zeros((1 + len(known["path"]), model.unknowns.local))
+        for number, space in enumerate(model.unknowns.spaces):
+            order = _find(file[f"places_{number}"], _places(space))
+            if model.comm.allreduce(int(order is None)):
+                raise SpecError(f"{path}: was written on another mesh; start the run anew")
+            dofs = model.unknowns.space_dofs[number]
+            for vector, values in zip(vectors, file[f"values_{number}"], strict=True):
+                vector[dofs] = values[order]
+        states = []
+        for when, loads, x in (
+            ("begun", known["begun"], vectors[0]),
+            ("now", known["state"], vectors[-1]),
+        ):
+            state = State(x.copy())
+            for name, value in loads.items():
+                setattr(state, name, _array(value))
+            state.memory = _memory(file, known["processes"], when, model.comm)
+            states.append(state)
+    points = [
+        Point(p["s"], x, np.array(p["q"], dtype=float))
+        for p, x in zip(known["path"], vectors[1:], strict=True)
+    ]
+    rest = {n: known[n] for n in ("size", "traced_at", "rows", "attempts", "remarks", "counts")}
+    return Checkpoint(known["step"], *states, points, **rest)
+
+
+def _memory(file, processes: int, when: str, comm) -> dict:
+    prefix = f"memory/{comm.rank}/{when}/"
+    found = {n.removeprefix(prefix): file[n] for n in file.files if n.startswith(prefix)}
+    found = {name: value if value.ndim else float(value) for name, value in found.items()}
+    if comm.allreduce(len(found)) and processes != comm.size:
+        raise SpecError(
+            f"a run with contact was begun with -n {processes} and goes on with as many, not with "
+            f"-n {comm.size}"
+        )
+    return found
+
+
+def _places(space) -> np.ndarray:
+    return space.tabulate_dof_coordinates()
+
+
+def _find(stored: np.ndarray, wanted: np.ndarray) -> np.ndarray | None:
+    """Where the wanted places are among the stored ones; None where one is missing."""
+    size = max(float(np.ptp(stored, axis=0).max()), 1e-300)
+    distance, order = scipy.spatial.cKDTree(stored).query(wanted)
+    return order if not len(distance) or distance.max() < SAME_PLACE * size else None
+
+
+def _loads(state: State) -> dict:
+    return {name: _plain(getattr(state, name)) for name in LOADS}
+
+
+def _plain(value):
+    if isinstance(value, dict):
+        return {name: _plain(entry) for name, entry in value.items()}
+    return np.asarray(value, dtype=float).tolist()
+
+
+def _array(value):
+    if isinstance(value, dict):
+        return {name: _array(entry) for name, entry in value.items()}
+    return np.array(value) if isinstance(value, list) else value
+
+
+def first_to_solve(checkpoint: Checkpoint, old: Sequence[dict], new: Sequence[dict]) -> int | None:
+    """Number of the step to begin, or None to go on inside the current one.
+
+    old, new: the steps of the stored spec and of the one to go on with, as plain data; their names
+    are part of them. Raises SpecError where the new one is no continuation.
+    """
+    k = checkpoint.step
+    if list(old[:k]) != list(new[:k]) or len(new) <= k:
+        raise SpecError(
+            f"steps: the results were computed with other steps up to '{old[k]['name']}'; "
+            "only what comes after may change"
+        )
+    if new[k] == old[k]:
+        return k + 1 if checkpoint.step_done else None
+    if not checkpoint.step_done:
+        raise SpecError(
+            f"steps.{k}: '{old[k]['name']}' was begun with other loads and is not finished; "
+            "resume it as it was, then extend it"
+        )
+    return k  # extended: from where it ended to the new loads
+
+
+def told(attempts) -> list[dict]:
+    """Attempts as plain data."""
+    return [asdict(attempt) for attempt in attempts]
