@@ -38,6 +38,12 @@ from softact.errors import SpecError
 @click.option(
     "--force", is_flag=True, help="Write into DIR even if it holds files that are no results."
 )
+@click.option(
+    "--resume",
+    is_flag=True,
+    help="Go on with the run in DIR from its last accepted increment; later steps and a higher "
+    "last load may be added.",
+)
 @measured_options
 def run(
     spec: str,
@@ -45,6 +51,7 @@ def run(
     processes: int,
     overrides: tuple[str, ...],
     force: bool,
+    resume: bool,
     measured: tuple[Path, ...],
     columns: str | None,
 ) -> None:
@@ -59,6 +66,7 @@ def run(
       softact run configs/pneunet_glove.yaml -n 2
       softact run finger.yaml -o results/thin --set geometry.roof='0.8 mm'
       softact run finger.yaml --measured angle.csv
+      softact run finger.yaml --resume --set steps.1.pressure='60 kPa'
     """
     from softact.cli._progress import Progress
     from softact.spec import load
@@ -72,7 +80,12 @@ def run(
 
     with Progress([step.name for step in loaded.steps]) as progress:
         outcome = solve(
-            loaded, directory, processes=processes, progress=progress, extra=sections(read_in)
+            loaded,
+            directory,
+            processes=processes,
+            progress=progress,
+            extra=sections(read_in),
+            resume=resume,
         )
     tell(directory, read_in)
     if outcome.message:

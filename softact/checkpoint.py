@@ -17,9 +17,9 @@ import scipy.spatial
 
 from softact.drive import Point
 from softact.errors import SpecError
+from softact.results import RESTART
 from softact.terms import State
 
-FILE = "restart.npz"
 SAME_PLACE = 1e-9  # of the body's size
 LOADS = ("pressure", "gravity", "traction", "surface_pressure", "shift", "presence")
 
@@ -92,7 +92,7 @@ def read(model, directory: Path) -> Checkpoint | None:
 
     Raises SpecError where it does not fit the model's mesh.
     """
-    path = Path(directory) / FILE
+    path = Path(directory) / RESTART
     if not model.comm.bcast(path.is_file() if model.comm.rank == 0 else None):
         return None
     with np.load(path, allow_pickle=False) as file:

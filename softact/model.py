@@ -45,11 +45,15 @@ ELEMENTS: dict[str, tuple[int, int | None]] = {
 
 @dataclass(frozen=True)
 class BondedLayer:
-    """A thin layer on a surface: its material (see ``softact.terms.Layer``), thickness in mm."""
+    """A thin layer on a surface: its material (see ``softact.terms.Layer``), thickness in mm.
+
+    bending: part of a plate's bending stiffness E t³/12(1 − ν²); a woven fabric has little of it.
+    """
 
     surface: str
     material: object
     thickness: float
+    bending: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -158,10 +162,10 @@ class Model:
         nodes = self.facet_nodes(self.mesh.facets[layer.surface])
         places = self.unknowns.spaces[0].tabulate_dof_coordinates()
         everywhere = np.concatenate(self.comm.allgather(places[nodes].reshape(-1, 3)))
-        if self.degree != 2 or not is_flat(everywhere):
+        if not layer.bending or self.degree != 2 or not is_flat(everywhere):
             return None
         young, poisson = layer.material.youngs_modulus, layer.material.poissons_ratio
-        rigidity = young * layer.thickness**3 / (12 * (1 - poisson**2))
+        rigidity = layer.bending * young * layer.thickness**3 / (12 * (1 - poisson**2))
         planes = tuple(self.mesh.layout.symmetry.values())
         return self.assembler, nodes, rigidity, poisson, planes
 

@@ -26,6 +26,8 @@ INCOMPLETE = "incomplete"
 COMPLETE = "complete"
 NO_EQUILIBRIUM = "no_equilibrium"
 
+RESTART = "restart.npz"
+
 #: Every file that softact itself puts into a result folder, ``run.json`` excepted.
 OWN_FILES = (
     "spec.yaml",
@@ -40,7 +42,7 @@ OWN_FILES = (
     "animation.gif",
     "animation.mp4",
     "log.txt",
-    "restart.npz",
+    RESTART,
 )
 
 
@@ -175,7 +177,7 @@ class ResultsWriter:
 
     def checkpoint(self, data: bytes) -> None:
         """Store what a run needs to go on from here."""
-        write_atomic(self.directory / "restart.npz", data)
+        write_atomic(self.directory / RESTART, data)
 
     def _open_folder(self) -> None:
         """Make the folder such that it says "incomplete" from its first moment."""

@@ -16,9 +16,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from softact.errors import NoEquilibriumError, SoftactError
+from softact.errors import NoEquilibriumError, SoftactError, SpecError
 from softact.geometry import make_mesh
-from softact.results import write_atomic
+from softact.results import RESTART, write_atomic
 
 # Events that ``progress`` receives: {"stage": "mesh"}; {"stage": "solve", "cells", "unknowns"};
 # {"stage": "increment", "step", "fraction", "iterations", ... and the row of curve.csv};
@@ -50,6 +50,7 @@ def run(
     threads: int | None = None,
     scratch: Path | None = None,
     extra: Sequence = (),
+    resume: bool = False,
 ) -> Outcome:
     """Solve ``spec`` and write its result folder.
 
@@ -57,7 +58,9 @@ def run(
     too; ``softact.report.write_report`` makes them later from the folder alone. threads: of a
     single process in BLAS, by default one for each core. extra: further sections of the report.
     scratch: folder for mesh and job files, by default a new one in the system's temporary folder.
-    The solver ends with this process, even where this one is killed.
+    The solver ends with this process, even where this one is killed. resume: go on with the run in
+    ``directory`` from its last accepted increment; the spec may have further steps, and a finished
+    last step other loads.
 
     Raises MeshError before anything is written, CannotWriteError where the disk is full or the
     folder read-only, and SolverCrashError where the solver's process ends in a way that it could
@@ -70,6 +73,9 @@ def run(
         processes = 1
         notes = ["contact between surfaces is computed by one process: the others are left out"]
     started = time.perf_counter()
+    old = _to_resume(spec, directory) if resume else None
+    if old and old.finished_as(spec):
+        return Outcome(old.status, directory, None)
     with tempfile.TemporaryDirectory(prefix="softact-", dir=scratch) as folder:
         mesh_file, spec_file = Path(folder) / "mesh.msh", Path(folder) / "spec.yaml"
         progress({"stage": "mesh"})
@@ -82,6 +88,7 @@ def run(
             "mesh": str(mesh_file),
             "directory": str(directory.absolute()),
             "times_s": times,
+            "old_steps": old.steps if old else None,
             "parent": os.getpid() if processes == 1 else None,
         }
         job_file.write_text(json.dumps(job))
@@ -92,6 +99,43 @@ def run(
 
         write_report(directory, extra)
     return Outcome(last["status"], directory, last.get("message"))
+
+
+@dataclass(frozen=True)
+class _Old:
+    """A run that can be resumed."""
+
+    status: str
+    steps: list[dict]
+
+    def finished_as(self, spec) -> bool:
+        """Whether nothing is left to solve."""
+        return self.status == "complete" and self.steps == _dump(spec)["steps"]
+
+
+def _dump(spec) -> dict:
+    return spec.model_dump(mode="json", exclude_none=True)
+
+
+def _to_resume(spec, directory: Path) -> _Old | None:
+    """The run in a folder; None where there is nothing to go on from.
+
+    Raises SpecError where it is the run of another spec.
+    """
+    from softact.spec import load
+
+    stored, known = directory / "spec.yaml", directory / "run.json"
+    if not all(file.is_file() for file in (stored, known, directory / RESTART)):
+        return None
+    old, new = _dump(load(str(stored))), _dump(spec)
+    texts = {"name", "description", "source", "assumptions", "steps"}
+    differing = [key for key in (old | new) if old.get(key) != new.get(key) and key not in texts]
+    if differing:
+        raise SpecError(
+            f"{directory}: holds the run of another spec ({', '.join(differing)} differ); a run is "
+            "resumed with its own spec, in which only later steps may change"
+        )
+    return _Old(json.loads(known.read_text())["status"], old["steps"])
 
 
 def _solve(

@@ -49,7 +49,7 @@ def solve(
     model = Model(
         mesh,
         {name: law.material() for name, law in spec.materials.items()},
-        [BondedLayer(la.surface, la.material, la.thickness) for la in spec.layers],
+        [BondedLayer(la.surface, la.material, la.thickness, la.bending) for la in spec.layers],
         spec.solver.element,
         spec.geometry.wall_normal,
         _obstacles(spec),

@@ -46,11 +46,19 @@ class Model(BaseModel):
 
 
 class Layer(Model):
-    """A thin layer bonded to a surface: membrane stiffness, no bending stiffness, no mesh."""
+    """A thin layer bonded to a surface: membrane stiffness, bending stiffness where it is flat, no
+    mesh."""
 
     surface: str = Field(description="surface of the geometry, outer or embedded")
     thickness: Length = Field(gt=0, description="thickness of the layer")
     material: LayerMaterial = Field(description="a card or {law: linear, ...}")
+    bending: Dimensionless = Field(
+        1.0,
+        ge=0,
+        le=1,
+        description="part of a plate's bending stiffness E t³/12(1 − ν²) that it has; a woven "
+        "fabric has little",
+    )
 
 
 class Support(Model):

@@ -1,0 +1,113 @@
+"""Kill a run at random moments and resume it: ``python -m benchmarks.resume --kills 20``.
+
+Each trial starts ``softact run`` anew, kills it and its solver with SIGKILL at a moment drawn
+uniformly over the time that an undisturbed run takes, resumes it, and compares the curve with that
+of the undisturbed run. Exits with 1 where a figure differs by more than 1e-8 of its size.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import click
+
+SPEC = """
+name: tiny
+geometry: {type: pneunet, chambers: 2, mesh_size: 6 mm}
+materials: {body: elastosil-m4601}
+steps:
+  - {name: gravity, gravity: [0, 0, -1]}
+  - {name: inflate, pressure: 20 kPa}
+"""
+TOLERANCE = 1e-8
+
+
+@click.command()
+@click.option("--kills", type=click.IntRange(1), default=20, show_default=True)
+@click.option("--seed", type=int, default=20131103, show_default=True)
+def main(kills: int, seed: int) -> None:
+    """Kill, resume and compare."""
+    draw = random.Random(seed)
+    with tempfile.TemporaryDirectory(prefix="softact-") as scratch:
+        folder = Path(scratch)
+        (folder / "tiny.yaml").write_text(SPEC)
+        for _ in range(2):  # the first compiles
+            started = time.monotonic()
+            start(folder, "whole").wait()
+            took = time.monotonic() - started
+        wanted = rows(folder / "whole")
+        resumed, worst = 0, 0.0
+        for trial in range(kills):
+            name = f"out{trial}"
+            moment = draw.uniform(0, took)
+            kill_after(start(folder, name), moment)
+            kept = len(rows(folder / name))
+            resumed += kept > 0
+            if start(folder, name, "--resume").wait():
+                sys.exit(f"kill {trial} after {moment:.2f} s: the resumed run failed")
+            status = json.loads((folder / name / "run.json").read_text())["status"]
+            found = rows(folder / name)
+            gap = difference(wanted, found) if len(wanted) == len(found) else float("inf")
+            worst = max(worst, gap)
+            click.echo(
+                f"kill {trial:2d} after {moment:5.2f} s: {kept:2d} rows, then {status}, "
+                f"largest difference {gap:.1e}"
+            )
+        click.echo(f"{kills} kills, {resumed} after the first row; largest difference {worst:.1e}")
+        sys.exit(int(worst > TOLERANCE))
+
+
+def start(folder: Path, name: str, *options: str) -> subprocess.Popen:
+    """``softact run`` in a session of its own."""
+    command = [sys.executable, "-m", "softact.cli.main", "run", "tiny.yaml", "-o", name, *options]
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    return subprocess.Popen(command, cwd=folder, start_new_session=True, **quiet)
+
+
+def kill_after(process: subprocess.Popen, seconds: float) -> None:
+    """Kill the command and the processes that it has started by then."""
+    time.sleep(seconds)
+    listing = ["pgrep", "-P", str(process.pid)]
+    children = subprocess.run(listing, capture_output=True, text=True, check=False).stdout.split()
+    for pid in (process.pid, *map(int, children)):
+        for kill in (os.killpg, os.kill):
+            try:
+                kill(pid, signal.SIGKILL)
+            except ProcessLookupError:
+                continue
+    process.wait()
+
+
+def rows(directory: Path) -> list[dict[str, str]]:
+    """Rows of the curve so far."""
+    try:
+        with (directory / "curve.csv").open() as file:
+            return list(csv.DictReader(file))
+    except FileNotFoundError:
+        return []
+
+
+def difference(wanted, found) -> float:
+    """Largest difference of a figure by the largest value in its column (mm, deg, MPa, ...), where
+    that is not rounding (1e-6)."""
+    worst = 0.0
+    for name in wanted[0]:
+        if name in ("step", "residual"):
+            continue
+        pairs = [(float(a[name]), float(b[name])) for a, b in zip(wanted, found, strict=True)]
+        size = max(abs(a) for a, _ in pairs)
+        worst = max(worst, max(abs(a - b) for a, b in pairs) / max(size, 1e-6))
+    return worst
+
+
+if __name__ == "__main__":
+    main()
