@@ -35,6 +35,12 @@ class Contacts:
         for contact in self._all:
             state.memory = state.memory | contact.remember(state)
 
+    def resume(self, state) -> None:
+        """Take up a run at an equilibrium that was stored with its ``shift``, ``presence`` and
+        ``memory``: all else that contact needs follows from these."""
+        for contact in self._all:
+            contact.resume(state)
+
     def stiffen(self, state) -> bool:
         """Raise the stiffness where bodies overlap too far; whether it was raised anywhere."""
         raised = False

@@ -145,6 +145,9 @@ class RigidContact:
             found[f"{self.name}.place"] = self._places(state, state.x)
         return found
 
+    def resume(self, state) -> None:
+        """See ``Contacts.resume``: nothing is kept outside the state."""
+
     def admissible(self, state, x, to) -> bool:
         """Whether Newton may go from ``x`` to ``to``: no point so deep that it is lost."""
         if self.presence(state) != 1.0 or not len(self.facets):

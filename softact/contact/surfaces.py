@@ -205,8 +205,7 @@ class SurfaceContact:
 
     def remember(self, state) -> dict[str, np.ndarray]:
         """Memory of this equilibrium; also looks for what may touch next."""
-        self._search(state.x)
-        self._last = (None, None)
+        self.resume(state)
         if not self.touching.friction:
             return {}
         shape = self.facets.areas.shape
@@ -236,6 +235,11 @@ class SurfaceContact:
         _, p, slope, _ = self._pressures(state, facet, gap)
         found = self._friction(state, facet, point, gap, p, slope)
         return found.weight * p[found.on], found.weight[:, None] * found.traction
+
+    def resume(self, state) -> None:
+        """See ``Contacts.resume``: looks for what may touch next."""
+        self._search(state.x)
+        self._last = (None, None)
 
     # --- limits -----------------------------------------------------------------------------
 

@@ -87,6 +87,25 @@ def test_action_and_reaction(friction):
     np.testing.assert_allclose(forces.sum(axis=0), 0, atol=1e-14)
 
 
+@pytest.mark.parametrize("friction", [0.0, 0.4])
+def test_resumed_run(friction):
+    """A state stored with its memory gives the same forces in a model that is built anew."""
+    model, state = bitten(friction)
+    (term,) = model.contacts
+    start = model.initial_state()
+    start.x, start.memory = state.x, state.memory
+    other = jaws(friction, shear=0.13)
+    other.contacts.resume(start)
+    model.contacts.resume(start)
+    (again,) = other.contacts
+    found = force(other, again, start)
+    assert np.abs(found).max() > 0.001
+    np.testing.assert_allclose(found, force(model, term, start), atol=1e-15)
+    if friction:
+        start.memory = {}
+        assert np.abs(force(other, again, start) - found).max() > 1e-4
+
+
 SIDES = [Support("x_min", {0: 0.0}), Support("y_min", {1: 0.0}), Support("z_min", {2: 0.0})]
 
 
