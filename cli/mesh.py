@@ -1,5 +1,7 @@
 """`softact mesh`: the mesh of a spec, without solving."""
 
+from typing import Literal
+
 import click
 
 
@@ -19,6 +21,19 @@ import click
     help="Replace a value of the spec, such as geometry.mesh_size='2 mm'. May be repeated.",
 )
 @click.option(
+    "--part",
+    type=click.Choice(["solid", "core"]),
+    default="solid",
+    show_default=True,
+    help="The solid, for printing, or the air of its cavities, as a core for casting.",
+)
+@click.option(
+    "--format",
+    "suffix",
+    type=click.Choice(["msh", "vtu", "stl", "step"]),
+    help="Format, where no file is named.  [default: msh]",
+)
+@click.option(
     "--timeout",
     type=click.FloatRange(min=0, min_open=True),
     default=300.0,
@@ -26,15 +41,24 @@ import click
     metavar="SECONDS",
     help="Stop gmsh after this time.",
 )
-def mesh(spec: str, output: str | None, overrides: tuple[str, ...], timeout: float) -> None:
+def mesh(
+    spec: str,
+    output: str | None,
+    overrides: tuple[str, ...],
+    part: Literal["solid", "core"],
+    suffix: str | None,
+    timeout: float,
+) -> None:
     """Mesh the actuator of a spec, without solving it.
 
     .msh is gmsh's mesh with named parts, .vtu the same for ParaView, .stl the surface,
-    .step the exact geometry for a CAD program.
+    .step the exact geometry for a CAD program. With --part core, .stl and .step hold the air of
+    the cavities, to be printed as a core for casting.
 
     \b
     Example:
       softact mesh configs/pneunet_glove.yaml -o finger.vtu
+      softact mesh configs/pneunet_glove.yaml --part core -o core.stl
     """
     from pathlib import Path
 
@@ -43,8 +67,10 @@ def mesh(spec: str, output: str | None, overrides: tuple[str, ...], timeout: flo
     from softact.spec import load
 
     loaded = load(spec, overrides)
-    path = Path(output or f"{loaded.name}.msh")
+    if output and suffix and Path(output).suffix.lower() != f".{suffix}":
+        raise SpecError(f"{output}: --format {suffix} is another format than the file's suffix")
+    path = Path(output or f"{loaded.name}.{suffix or 'msh'}")
     if path.is_dir():
         raise SpecError(f"{path}: this is a folder; give the name of a file")
-    export(loaded.geometry, path, timeout=timeout)
+    export(loaded.geometry, path, timeout=timeout, part=part)
     click.echo(f"wrote {path}")

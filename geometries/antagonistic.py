@@ -223,12 +223,14 @@ class Antagonistic(Geometry):
         pitch, half = self.pitch, self.chamber_length / 2
         starts, length = self._starts(), self.length
         prisms = [Prism("body", "wide", 0.0, length)]
-        for pair, start in starts.items():
-            for i in range(1, self.chambers):
-                middle = start + i * pitch
-                notch = middle - self.gap / 2, middle + self.gap / 2
-                prisms.append(Prism(OUTSIDE, "wide", *notch))
-                prisms += [Prism("body", shape, *notch) for shape in (f"{pair} wall", "narrow")]
+        notches = [
+            (pair, start + i * pitch - self.gap / 2, start + i * pitch + self.gap / 2)
+            for pair, start in starts.items()
+            for i in range(1, self.chambers)
+        ]
+        prisms += [Prism(OUTSIDE, "wide", *notch) for _, *notch in notches]
+        for pair, *notch in notches:
+            prisms += [Prism("body", shape, *notch) for shape in (f"{pair} wall", "narrow")]
         for name, (pair, _, _) in self._meshed().items():
             middles = [starts[pair] + (i + 0.5) * pitch for i in range(self.chambers)]
             if pair == "lower":

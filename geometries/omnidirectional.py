@@ -224,9 +224,10 @@ class Omnidirectional(Geometry):
         pitch, length = self.pitch, self.length
         prisms = [Prism("body", "wide", 0.0, length)]
         middles = [(i + 0.5) * pitch for i in range(self.modules)]
-        for i in range(1, self.modules):
-            notch = i * pitch - self.gap / 2, i * pitch + self.gap / 2
-            prisms += [Prism(OUTSIDE, "wide", *notch), Prism("body", "narrow", *notch)]
+        borders = [i * pitch for i in range(1, self.modules)]
+        notches = [(x - self.gap / 2, x + self.gap / 2) for x in borders]
+        prisms += [Prism(OUTSIDE, "wide", *notch) for notch in notches]
+        prisms += [Prism("body", "narrow", *notch) for notch in notches]
         for name in self._meshed():
             if self.channels and self.modules > 1:
                 prisms.append(Prism(name, f"channel of {name}", middles[0], middles[-1]))

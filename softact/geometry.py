@@ -13,6 +13,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError, field_validator, model_validator
@@ -27,6 +28,8 @@ FAULT = "softact-fault: "
 MOST_TETRAHEDRA = 3e6
 THINNEST, LONGEST = 1e-4, 1e5  # mm
 SUFFIXES = (".msh", ".vtu", ".stl", ".step")
+CORE_SUFFIXES = (".stl", ".step")
+Part = Literal["solid", "core"]
 
 
 @dataclass(frozen=True)
@@ -188,8 +191,11 @@ def make_mesh(geometry: Geometry, path: Path, timeout: float = 300.0) -> None:
     _write(geometry, Path(path), timeout, ".msh")
 
 
-def export(geometry: Geometry, path: Path, timeout: float = 300.0) -> None:
+def export(geometry: Geometry, path: Path, timeout: float = 300.0, part: Part = "solid") -> None:
     """Writes a geometry to ``path`` in the format of its suffix.
+
+    part: "solid" is what is printed; "core" is the air of its cavities, what is put into a mould,
+    in .stl and .step only.
 
     .msh: gmsh 4.1 with named groups; .vtu: the same mesh for ParaView; .stl: the closed skin of the
     whole solid, outside and cavities; .step: the whole solid for CAD. Raises SpecError for another
@@ -198,21 +204,28 @@ def export(geometry: Geometry, path: Path, timeout: float = 300.0) -> None:
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
         raise SpecError(f"{path}: no format for '{path.suffix}'; use one of {', '.join(SUFFIXES)}")
-    _write(geometry, path, timeout, path.suffix.lower())
+    if part == "core":
+        if path.suffix.lower() not in CORE_SUFFIXES:
+            raise SpecError(f"{path}: a core is written to {' or '.join(CORE_SUFFIXES)} only")
+        if not geometry.layout().cavities:
+            raise SpecError(f"{path}: {_name(geometry)} has no closed cavity, so there is no core")
+    _write(geometry, path, timeout, path.suffix.lower(), part)
 
 
-def _write(geometry: Geometry, path: Path, timeout: float, suffix: str) -> None:
+def _write(
+    geometry: Geometry, path: Path, timeout: float, suffix: str, part: Part = "solid"
+) -> None:
     if not path.parent.is_dir():
         raise SpecError(f"{path}: there is no folder '{path.parent}'")
     temporary = path.with_name(f".{path.name}.{os.getpid()}{suffix}")
     try:
-        _run_gmsh(geometry, temporary.resolve(), timeout)
+        _run_gmsh(geometry, temporary.resolve(), timeout, part)
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
 
 
-def _run_gmsh(geometry: Geometry, path: Path, timeout: float) -> None:
+def _run_gmsh(geometry: Geometry, path: Path, timeout: float, part: Part) -> None:
     kind = type(geometry)
     job = {
         "module": kind.__module__,
@@ -220,6 +233,7 @@ def _run_gmsh(geometry: Geometry, path: Path, timeout: float) -> None:
         "class": kind.__qualname__,
         "parameters": {name: getattr(geometry, name) for name in kind.model_fields},
         "path": str(path),
+        "part": part,
         "timeout": timeout,
         "parent": os.getpid(),
     }

@@ -53,7 +53,7 @@ def main() -> int:
     gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)
     gmsh.model.add("softact")
     try:
-        faults = write(geometry, Path(job["path"]))
+        faults = write(geometry, Path(job["path"]), job.get("part", "solid"))
     except MeshError as error:
         faults = error.lines
     except Exception as error:
@@ -79,16 +79,19 @@ def load(job: dict) -> Geometry:
     return getattr(module, job["class"]).model_construct(**job["parameters"])
 
 
-def write(geometry: Geometry, path: Path) -> list[str]:
+def write(geometry: Geometry, path: Path, part: str) -> list[str]:
     """Writes the file that the suffix of ``path`` asks for; returns what is wrong with the mesh."""
     if path.suffix == ".step":
-        write_step(geometry, path)
+        write_step(geometry, path, part)
         return []
     geometry.mesh(gmsh)
     parts, faults = read_parts(geometry)
     faults = faults or check(geometry, parts)
     if faults:
         return faults
+    if part == "core":
+        write_core(geometry, parts, path)
+        return []
     writers = {".msh": write_msh, ".vtu": write_vtu, ".stl": write_stl}
     writers[path.suffix](geometry, parts, path)
     return []
@@ -241,12 +244,22 @@ def write_vtu(geometry: Geometry, parts: Parts, path: Path) -> None:
 
 def write_stl(geometry: Geometry, parts: Parts, path: Path) -> None:
     """The closed skin of the whole solid, outside and cavities, mirrored at symmetry planes."""
+    faces = parts.cells[:, FACES].reshape(-1, 3)
+    _, count = outward(faces, parts.cells)
+    write_skin(geometry, parts.points[faces[count == 1]], path)
+
+
+def write_core(geometry: Geometry, parts: Parts, path: Path) -> None:
+    """The closed skins of the cavities' air: their walls, turned out of the air."""
+    walls = [wall for names in geometry.layout().cavities.values() for wall in names]
+    triangles, _ = outward(np.vstack([parts.surfaces[wall] for wall in walls]), parts.cells)
+    write_skin(geometry, parts.points[triangles[:, ::-1]], path)
+
+
+def write_skin(geometry: Geometry, skin: np.ndarray, path: Path) -> None:
+    """Triangles (k, 3, 3), and their mirror images, but for those in symmetry planes."""
     import meshio
 
-    points, cells = parts.points, parts.cells
-    faces = cells[:, FACES].reshape(-1, 3)
-    _, count = outward(faces, cells)
-    skin = points[faces[count == 1]]
     for axis in geometry.layout().symmetry.values():
         skin = skin[~(np.abs(skin[:, :, axis]) < 1e-9).all(axis=1)]
         mirrored = skin[:, ::-1].copy()
@@ -257,8 +270,9 @@ def write_stl(geometry: Geometry, parts: Parts, path: Path) -> None:
     meshio.Mesh(corners, [("triangle", triangles)]).write(path, binary=True)
 
 
-def write_step(geometry: Geometry, path: Path) -> None:
-    """The whole solid for CAD, mirrored at symmetry planes, without the surfaces inside it."""
+def write_step(geometry: Geometry, path: Path, part: str) -> None:
+    """The whole solid for CAD, or the air of its cavities, mirrored at symmetry planes, without the
+    surfaces inside it."""
     geometry.build(gmsh)
     occ = gmsh.model.occ
     for axis in geometry.layout().symmetry.values():
@@ -267,10 +281,25 @@ def write_step(geometry: Geometry, path: Path) -> None:
         plane = [0.0, 0.0, 0.0, 0.0]
         plane[axis] = 1.0
         occ.mirror(mirrored, *plane)
-        for part, image in zip(parts, mirrored, strict=True):
-            occ.fuse([part], [image])
+        for solid, image in zip(parts, mirrored, strict=True):
+            occ.fuse([solid], [image])
+    if part == "core":
+        keep_air()
     occ.synchronize()
     gmsh.write(str(path))
+
+
+def keep_air() -> None:
+    """Replaces the OCC solids by the air that they enclose."""
+    occ = gmsh.model.occ
+    solids = occ.getEntities(3)
+    boxes = np.array([occ.getBoundingBox(*solid) for solid in solids])
+    lower, upper = boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)
+    margin = 0.1 * np.linalg.norm(upper - lower)
+    around = occ.addBox(*(lower - margin), *(upper - lower + 2 * margin))
+    air, _ = occ.cut([(3, around)], solids)
+    outside = [tag for tag in air if occ.getBoundingBox(*tag)[0] < lower[0] - margin / 2]
+    occ.remove(outside, recursive=True)
 
 
 if __name__ == "__main__":

@@ -207,9 +207,14 @@ def test_registry_names_are_the_types(name):
 HALF = GEOMETRIES["pneunet"].model_validate({"chambers": 2, "mesh_size": "4 mm"})
 
 
-def test_stl_is_the_closed_skin_of_the_whole(tmp_path):
+# What is exported -> the name of its volume.
+PARTS = {"solid": "body", "core": "cavity"}
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_stl_is_the_closed_skin_of_the_whole(part, tmp_path):
     """Each edge of the skin runs once each way, and the skin holds twice the half's volume."""
-    export(HALF, tmp_path / "skin.stl", 60.0)
+    export(HALF, tmp_path / "skin.stl", 60.0, part)
     skin = meshio.read(tmp_path / "skin.stl")
     points, number = np.unique(np.round(skin.points, 4), axis=0, return_inverse=True)
     triangles = number.reshape(-1)[skin.cells_dict["triangle"]]
@@ -219,11 +224,12 @@ def test_stl_is_the_closed_skin_of_the_whole(tmp_path):
     assert count.max() == 1 and np.array_equal(there, back)
     a, b, c = (points[triangles[:, i]] for i in range(3))
     volume = np.einsum("ij,ij->", np.cross(a, b), c) / 6
-    assert volume == pytest.approx(2 * HALF.volumes()["body"], rel=1e-5)
+    assert volume == pytest.approx(2 * HALF.volumes()[PARTS[part]], rel=1e-5)
 
 
-def test_step_is_the_whole_solid(tmp_path):
-    export(HALF, tmp_path / "solid.step", 60.0)
+@pytest.mark.parametrize("part", PARTS)
+def test_step_is_the_whole_solid(part, tmp_path):
+    export(HALF, tmp_path / "solid.step", 60.0, part)
     gmsh.initialize(readConfigFiles=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
@@ -234,7 +240,15 @@ def test_step_is_the_whole_solid(tmp_path):
     finally:
         gmsh.finalize()
     assert len(solids) == 1
-    assert volume == pytest.approx(2 * HALF.volumes()["body"], rel=1e-6)
+    assert volume == pytest.approx(2 * HALF.volumes()[PARTS[part]], rel=1e-6)
+
+
+def test_a_core_needs_a_cavity_and_a_format_for_surfaces(tmp_path):
+    with pytest.raises(SpecError, match=r"a core is written to \.stl or \.step only"):
+        export(HALF, tmp_path / "core.vtu", part="core")
+    with pytest.raises(SpecError, match="block has no closed cavity"):
+        export(Block(), tmp_path / "core.stl", part="core")
+    assert not os.listdir(tmp_path)
 
 
 def test_vtu_holds_the_mesh_and_its_surfaces(tmp_path):
