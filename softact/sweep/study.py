@@ -71,7 +71,7 @@ class Study:
         try:
             for answer in runner(jobs, self.cache):
                 self.answers[answer.key] = answer
-                self.computed += not answer.cached
+                self.computed += answer.record is not None and not answer.cached
                 told(first[answer.key], answer)
         finally:
             self.waited += time.perf_counter() - started

@@ -1,0 +1,96 @@
+"""What a sweep costs beside its runs.
+
+``python -m benchmarks.sweep_figures throughput`` (needs two idle cores): six runs with -j 1 and
+with -j 2, each from an empty cache. ``python -m benchmarks.sweep_figures many``: 10,000 points
+whose runs are in the cache (copies of one run under other keys), listed and reported.
+"""
+
+import csv
+import hashlib
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+FINGER = """
+base:
+  geometry: {type: pneunet, chambers: 3, chamber_length: 7 mm, mesh_size: 4 mm}
+  materials: {body: elastosil-m4601}
+  layers: [{surface: strain_limiting_layer, thickness: 0.1 mm, material: paper}]
+  steps: [{name: inflate, pressure: 20 kPa}]
+axes: [{path: geometry.roof, from: 1 mm, to: 1.5 mm, count: 6}]
+"""
+MANY = """
+base:
+  geometry: {type: block, length: 4 mm, width: 4 mm, height: 4 mm, mesh_size: 4 mm}
+  materials: {body: {law: neo_hookean, c10: 0.1 MPa}}
+  steps: [{name: pull, traction: {surface: x_max, value: [20 kPa, 0 kPa, 0 kPa]}}]
+axes:
+  - {path: materials.body.c10, from: 0.1 MPa, to: 0.4 MPa, count: 100}
+  - {path: geometry.length, from: 4 mm, to: 9 mm, count: 100}
+"""
+
+
+def sweep(folder: Path, *options: str) -> float:
+    """Seconds of ``softact sweep study.yaml``."""
+    command = [sys.executable, "-m", "softact.cli.main", "sweep", "study.yaml", *options]
+    started = time.perf_counter()
+    subprocess.run(command, cwd=folder, check=True, stdout=subprocess.DEVNULL)
+    return time.perf_counter() - started
+
+
+def throughput() -> None:
+    seconds = {}
+    for jobs in (1, 2):
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            (folder / "study.yaml").write_text(FINGER)
+            seconds[jobs] = sweep(folder, "-j", str(jobs))
+            with open(folder / "results/study/sweep.csv") as file:
+                runs = [float(row["seconds"]) for row in csv.DictReader(file)]
+        outside = 1 - sum(runs) / (jobs * seconds[jobs])
+        mean = sum(runs) / len(runs)
+        print(f"-j {jobs}: {seconds[jobs]:.1f} s for {len(runs)} runs of {mean:.2f} s; "
+              f"{outside:.1%} of the time outside the runs")  # fmt: skip
+    print(f"-j 2 does {seconds[1] / seconds[2]:.2f} times as many runs as -j 1")
+
+
+def many() -> None:
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        one = MANY.replace("count: 100", "count: 2")
+        (folder / "study.yaml").write_text(one)
+        sweep(folder, "-j", "2")
+        sample = next((folder / "results/.runs").glob("??/*/record.json")).parent
+        (folder / "study.yaml").write_text(MANY)
+        print(f"first listing, keys made: {sweep(folder, '--list'):.1f} s")
+        plan = json.loads((folder / "results/study/.plan.json").read_text())
+        for key in plan["points"].values():
+            copy(sample, folder / "results/.runs" / key[:2] / key)
+        print(f"second listing: {sweep(folder, '--list'):.1f} s")
+        print(f"table, curves and page: {sweep(folder):.1f} s")
+        size = (folder / "results/study/sweep.html").stat().st_size
+        rows = (folder / "results/study/sweep.csv").read_text().count(",complete,")
+        print(f"{rows} rows; sweep.html has {size / 1e6:.1f} MB")
+
+
+def copy(sample: Path, target: Path) -> None:
+    """The run under another key; its other files are links to the same ones."""
+    if target.exists():
+        return
+    target.mkdir(parents=True)
+    for path in sample.iterdir():
+        if path.name != "record.json":
+            os.link(path, target / path.name)
+    data = json.loads((sample / "record.json").read_text().splitlines()[1])
+    data["key"] = target.name
+    text = json.dumps(data, separators=(",", ":"))
+    digest = hashlib.sha256(text.encode()).hexdigest()
+    (target / "record.json").write_text(f"{digest}\n{text}\n")
+
+
+if __name__ == "__main__":
+    {"throughput": throughput, "many": many}[sys.argv[1]]()
