@@ -141,7 +141,8 @@ def _write_page(study, rows, seen, sample, directory: Path) -> None:
         sections = sensitivity.section(found)
         for line in found.notes:
             click.echo(line, err=True)
-    write_atomic(directory / "sweep.html", page.html(study, rows, seen, sections))
+    csv = (directory / "sweep.csv").read_bytes()
+    write_atomic(directory / "sweep.html", page.html(study, rows, csv, seen, sections))
 
 
 def _sum_up(study, rows, directory: Path, seconds: float) -> None:

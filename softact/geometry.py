@@ -20,6 +20,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, field_validator, mo
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from softact.errors import MeshError, SoftactError, SpecError
+from softact.orphans import bound
 from softact.units import LENGTH, dimension_of
 
 # A child started by a process that runs under mpirun would join its MPI job and hang.
@@ -240,7 +241,7 @@ def _run_gmsh(geometry: Geometry, path: Path, timeout: float, part: Part) -> Non
     environment = {k: v for k, v in os.environ.items() if not k.startswith(MPI_PREFIXES)}
     environment["OMP_NUM_THREADS"] = "1"
     process = subprocess.Popen(
-        [sys.executable, "-m", "softact.gmsh_process"],
+        bound([sys.executable, "-m", "softact.gmsh_process"]),
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,

@@ -6,7 +6,6 @@ import contextlib
 import json
 import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -18,6 +17,7 @@ from pathlib import Path
 
 from softact.errors import NoEquilibriumError, SoftactError, SpecError
 from softact.geometry import make_mesh
+from softact.orphans import bound
 from softact.results import RESTART, write_atomic
 
 # Events that ``progress`` receives: {"stage": "mesh"}; {"stage": "solve", "cells", "unknowns"};
@@ -212,11 +212,10 @@ def _crash(code: int, errors: Path) -> str:
 def _command(job_file: Path, processes: int) -> list[str]:
     worker = [sys.executable, "-m", "softact.worker", str(job_file)]
     if processes == 1:
-        return worker
+        return bound(worker)
     # Unbound, or two runs side by side would share one core.
     mpirun = ["mpirun", "-n", str(processes), "--oversubscribe", "--bind-to", "none", *worker]
-    # A single process sees to it itself that it ends with its parent; here mpirun has to.
-    return ["setpriv", "--pdeathsig", "KILL", *mpirun] if shutil.which("setpriv") else mpirun
+    return bound(mpirun)
 
 
 def _environment(processes: int, threads: int | None = None) -> dict[str, str]:

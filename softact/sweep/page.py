@@ -17,7 +17,7 @@ import numpy as np
 from softact.report import base, labels
 from softact.report.base import Section
 from softact.report.curves import is_place
-from softact.results import COMPLETE, csv_text
+from softact.results import COMPLETE
 from softact.sweep import shape
 from softact.sweep.study import Study
 from softact.sweep.table import Row, measure_columns
@@ -55,10 +55,13 @@ _PARALLEL = """
 it.</p><div class="scroll"><div id="parallel"></div></div>"""
 
 
-def html(study: Study, table: list[Row], verdicts: list[Verdict], more: Sequence[Section]) -> str:
-    """The page. table: ``table.rows``; more: further sections, such as indices."""
+def html(
+    study: Study, table: list[Row], csv: bytes, verdicts: list[Verdict], more: Sequence[Section]
+) -> str:
+    """The page. table: ``table.rows``, csv: the same as a file; more: further sections, such as
+    indices."""
     sweep = study.sweep
-    csv = base.download("sweep.csv", csv_text(table).encode(), text="All rows as CSV")
+    link = base.download("sweep.csv", csv, text="All rows as CSV")
     sections = [
         *trends(verdicts),
         *more,
@@ -73,7 +76,7 @@ def html(study: Study, table: list[Row], verdicts: list[Verdict], more: Sequence
         sections,
         kicker="Sweep over the spec of a soft actuator",
         kind="sweep",
-        lead=lead(sweep.description, sweep.source) + points_banner(table) + f"<p>{csv}</p>",
+        lead=lead(sweep.description, sweep.source) + points_banner(table) + f"<p>{link}</p>",
         data={"packed": packed(page_data(study, table))},
         style=(files("softact.sweep") / "sweep.css").read_text(encoding="utf-8"),
         script=(files("softact.sweep") / "sweep.js").read_text(encoding="utf-8"),
