@@ -63,16 +63,19 @@ class Study:
         return [key for key in keys if key not in self.answers]
 
     def compute(self, runner: Runner, told: Callable[[Point, Answer], None]) -> None:
-        """Compute what is missing; ``told`` is called as each run ends."""
-        changes = {point.key: point.changes for point in reversed(self.points)}
-        first = {point.key: point for point in reversed(self.points)}
-        jobs = {key: partial(spec_at, self.base, changes[key]) for key in self.missing()}
+        """Compute what is missing; ``told`` is called for each point as its run ends."""
+        places: dict[str, list[Point]] = {}
+        for point in self.points:
+            if point.key is not None:
+                places.setdefault(point.key, []).append(point)
+        jobs = {k: partial(spec_at, self.base, places[k][0].changes) for k in self.missing()}
         started = time.perf_counter()
         try:
             for answer in runner(jobs, self.cache):
                 self.answers[answer.key] = answer
                 self.computed += answer.record is not None and not answer.cached
-                told(first[answer.key], answer)
+                for point in places[answer.key]:
+                    told(point, answer)
         finally:
             self.waited += time.perf_counter() - started
 

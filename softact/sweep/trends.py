@@ -50,7 +50,8 @@ def _lines(study: Study, table: list[Row], axis, measure: str):
         usable = row["status"] == COMPLETE and isinstance(x, float) and isinstance(y, float)
         if usable and y == y:
             found.setdefault(tuple(row.get(name, "") for name in others), []).append((x, y))
-    return [sorted(line) for line in found.values()]
+    # The base of one_at_a_time stands in every axis once more: the same run, the same point.
+    return [sorted(set(line)) for line in found.values()]
 
 
 def _does(what: str, y: list[float]) -> bool:

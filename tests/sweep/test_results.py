@@ -89,6 +89,13 @@ def test_trends_are_seen(tmp_path, does, holds):
     assert "4: 40, 6: 60, 8: 80" in verdict.text
 
 
+def test_trends_of_one_at_a_time_count_the_base_once(tmp_path):
+    trend = "trends: [{measure: bending_angle_deg, axis: geometry.length, does: rise}]\n"
+    study = study_of(tmp_path, "design: one_at_a_time\n" + trend + AXES)
+    (verdict,) = verdicts(study, table.rows(study))
+    assert verdict.holds, verdict.text
+
+
 def test_trend_of_a_measure_that_is_not_there_cannot_be_told(tmp_path):
     trend = "trends: [{measure: grip_N, axis: side, does: rise}]\n"
     study = study_of(tmp_path, trend + AXES)
