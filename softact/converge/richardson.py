@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 SAFETY = 1.25  # of the grid convergence index with three meshes
+NOTHING = 1e-9  # in any unit: rounding
 LEAST, MOST = 0.5, 6.0  # orders outside say that the meshes are too coarse to tell one
 
 
@@ -34,7 +35,10 @@ class Estimate:
 
 def estimate(sizes: Sequence[float], values: Sequence[float]) -> Estimate:
     """Of one measure on meshes of edge lengths ``sizes``, coarse to fine, at least two."""
-    changes = tuple(abs(b - a) / max(abs(b), 1e-300) for a, b in itertools.pairwise(values))
+    pairs = itertools.pairwise(values)
+    changes = tuple(
+        abs(b - a) / max(abs(b), NOTHING) if abs(b - a) > NOTHING else 0.0 for a, b in pairs
+    )
     order, note = _order(sizes[-3:], values[-3:])
     if order is None:
         errors = [
@@ -53,7 +57,7 @@ def _order(sizes: Sequence[float], values: Sequence[float]) -> tuple[float | Non
     if len(values) < 3:
         return None, "two meshes tell no order"
     first, second = values[1] - values[0], values[2] - values[1]
-    if second == 0 or abs(second) <= 1e-9 * abs(values[2]):
+    if abs(second) <= NOTHING * max(abs(values[2]), 1.0):
         return None, "the last two values are the same"
     if first / second <= 0:
         return None, "the values go up and down"

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from softact.converge.richardson import Estimate, estimate
+from softact.converge.richardson import NOTHING, Estimate, estimate
 from softact.errors import NoEquilibriumError, SoftactError, SpecError
 from softact.results import COMPLETE
 from softact.spec import Spec
@@ -57,7 +57,7 @@ class Convergence:
         """The coarsest mesh whose error bar is within the tolerance for all measures."""
         found = [self.estimate(measure) for measure in self.measures]
         for number, level in enumerate(self.levels):
-            if all(e.errors[number] <= self.tolerance * abs(e.limit) for e in found):
+            if all(e.errors[number] <= max(self.tolerance * abs(e.limit), NOTHING) for e in found):
                 return level
         return None
 

@@ -52,6 +52,12 @@ def test_values_without_an_order_have_error_bars_all_the_same(values, note):
     assert found.errors[0] == SAFETY * max(abs(v - values[0]) for v in values)
 
 
+def test_what_is_zero_but_for_rounding_has_converged():
+    found = estimate([4, 2, 1], [8e-16, -2e-16, 7e-16])
+    assert found.changes == (0.0, 0.0)
+    assert max(found.errors) < 1e-14
+
+
 def test_all_mesh_sizes_are_refined_alike():
     spec = specs.loads(
         "geometry: {type: pneunet, mesh_size: 3 mm, cavity_mesh_size: 6 mm}\n"
