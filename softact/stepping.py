@@ -135,6 +135,7 @@ class Stepper:
 
     def _restore(self, start: Checkpoint, state: State) -> None:
         self.state = replace(state, x=state.x.copy())
+        self.model.contacts.resume(self.state)
         self.progress.attempts = [Attempt(**attempt) for attempt in start.attempts]
         self.progress.remarks = list(start.remarks)
         self.newton.counts = Counts(**start.counts)
@@ -167,6 +168,7 @@ class Stepper:
             path, size, traced_at = inside.path, inside.size, inside.traced_at
             self.go_to(drive, path[-1])
             self.state.memory = inside.state.memory
+            self.model.contacts.resume(self.state)
         while path[-1].s < 1.0:
             done = path[-1].s
             # Two halves rather than one whole and a sliver.
