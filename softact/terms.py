@@ -274,7 +274,7 @@ class CavityPressure:
 
 
 class Layer:
-    """Thin elastic sheet bonded to a surface: membrane energy, no bending stiffness.
+    """Thin elastic sheet bonded to a surface: membrane energy; bending is ``softact.bending``.
 
     material: St. Venant-Kirchhoff with ``youngs_modulus`` (MPa), ``poissons_ratio``, ``density``
     (tonne/mm³); thickness in mm.
