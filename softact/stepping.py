@@ -38,6 +38,7 @@ class Settings:
     max_iterations: int = 15
     tolerance: float = 1e-8
     predictor: Literal["none", "linear", "quadratic"] = "quadratic"
+    dynamics: bool = True
 
 
 @dataclass(frozen=True)
@@ -188,7 +189,9 @@ class Stepper:
                     return self._stop(found.limit)
                 path, size = found.path, max(found.size, size)
             elif size < s.min_increment:
-                path, reached = dynamics.settle(self, step, drive, path, largest)
+                reached = False
+                if s.dynamics:
+                    path, reached = dynamics.settle(self, step, drive, path, largest)
                 if not reached:
                     return self._stop(
                         f"no equilibrium found beyond {done:.2%} of step '{step.name}' "

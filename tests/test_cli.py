@@ -182,6 +182,7 @@ def test_validate_applies_overrides(folder, capsys):
                 "pressure",
                 "inject",
                 "traction",
+                "payload",
                 "surface_pressure",
                 "supports",
                 "obstacles",
@@ -252,7 +253,7 @@ def test_force_keeps_what_else_is_in_the_folder(folder, monkeypatch):
     Path("home/thesis.tex").write_text("years of work")
     asked = []
 
-    def solve(spec, directory, processes, progress):
+    def solve(spec, directory, processes, **others):
         asked.append((spec.name, directory, processes))
         raise MeshError("far enough")
 
@@ -267,7 +268,12 @@ def test_force_keeps_what_else_is_in_the_folder(folder, monkeypatch):
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_signal_ends_a_run_at_once(folder, number, code):
     process = subprocess.Popen(
-        [*SOFTACT, "run", "cube.yaml"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [*SOFTACT, "run", "cube.yaml"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        # A shell starts what is in its background with SIGINT ignored, and children inherit that.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     assert process.stdout.readline().endswith("  mesh\n")
     process.send_signal(number)

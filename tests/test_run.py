@@ -134,6 +134,7 @@ def test_no_equilibrium_keeps_what_was_reached(tmp_path):
             "solver.initial_increment=0.015",
             "solver.max_increment=0.05",
             "solver.min_increment=0.014",
+            "solver.dynamics=false",
         ),
     )
     outcome = runs.run(spec, tmp_path / "result", report=False)

@@ -7,8 +7,8 @@ import numpy as np
 
 from softact.fit.candidates import as_candidate
 from softact.fit.fit import Fit
-from softact.fit.optimise import model_stress
 from softact.fit.plot import drawn_modes, path_of
+from softact.fit.problem import model_stress
 from softact.fit.tell import stability_lines
 from softact.materials import Law
 from softact.report import base

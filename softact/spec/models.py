@@ -185,6 +185,9 @@ class Solver(Model):
     predictor: Literal["none", "linear", "quadratic"] = Field(
         "quadratic", description="extrapolation from the last states as the first guess"
     )
+    dynamics: bool = Field(
+        True, description="let the actuator move to its next equilibrium where none is near"
+    )
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
