@@ -33,7 +33,10 @@ def test_deviations_are_those_that_were_put_in(folder, tmp_path):
     # a difference of 12 is not more than that.
     apart = np.array([-3.0, 0.0, 4.0, 12.0, 17.0])
     bar = np.array([0.1, 0.2, 0.3, 0.35, 0.45])
-    rows = [f"{p!r},{a!r}" for p, a in zip(bar, np.radians(400 * bar - apart), strict=True)]
+    rows = [
+        f"{float(p)!r},{float(a)!r}"
+        for p, a in zip(bar, np.radians(400 * bar - apart), strict=True)
+    ]
     text = "Pressure (bar), Bending angle / rad\n" + "\n".join(rows) + "\n"
     found = read_measured(*measured(tmp_path, text)[:2])
     (d,) = overlay.deviations(read(folder).curve, found)
