@@ -63,7 +63,7 @@ class QuadraticMesh:
     @staticmethod
     def face_quadrature():
         """Weight, shape functions (6,) and their derivatives at the points of a rule on a face."""
-        s, weights = _gauss(4)
+        s, weights = gauss(4)
         for u, wu in zip(s, weights, strict=True):
             for v, wv in zip(s, weights, strict=True):
                 # The square is collapsed onto the triangle; 1 - u is the Jacobian of that.
@@ -133,7 +133,7 @@ def cavity_volume(mesh, displacement: np.ndarray, surfaces) -> float:
     return float(volume)
 
 
-def _gauss(count: int) -> tuple[np.ndarray, np.ndarray]:
+def gauss(count: int) -> tuple[np.ndarray, np.ndarray]:
     """Points and weights on (0, 1)."""
     s, weights = np.polynomial.legendre.leggauss(count)
     return (s + 1) / 2, weights / 2

@@ -13,7 +13,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from benchmarks.ccx import _gauss
+from benchmarks.ccx import gauss
 from softact.boxes import BoxMesh
 
 # Corners 1 to 8 of a cell, then the ends of the edges that carry nodes 9 to 20.
@@ -55,7 +55,7 @@ class HexahedralMesh:
     @staticmethod
     def face_quadrature():
         """Weight, shape functions (8,) and their derivatives at the points of a rule on a face."""
-        s, weights = _gauss(4)
+        s, weights = gauss(4)
         for r, wr in zip(2 * s - 1, 2 * weights, strict=True):
             for t, wt in zip(2 * s - 1, 2 * weights, strict=True):
                 yield wr * wt, *_serendipity(r, t)

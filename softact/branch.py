@@ -108,11 +108,12 @@ class _Trace:
         return outcome.converged
 
     def _limit(self, seen) -> float | None:
-        """Largest fraction on the way where it is not at the end: top of the parabola there."""
+        """The highest maximum of the fraction on the way: top of the parabola through it."""
         t = np.array([p.q[0] for p in seen])
-        top = int(np.argmax(t))
-        if top in (0, len(seen) - 1):
+        tops = [i for i in range(1, len(t) - 1) if t[i - 1] < t[i] >= t[i + 1]]
+        if not tops:
             return None
+        top = max(tops, key=t.__getitem__)
         s = np.array([p.s for p in seen[top - 1 : top + 2]])
         a, b, c = np.polyfit(s - s[1], t[top - 1 : top + 2], 2)
         return float(c - b * b / (4 * a))

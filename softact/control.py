@@ -75,10 +75,13 @@ class Border:
         answers = np.array([solve(row) for row in rows])
         compliance = self._model.sum(rows @ answers.T)
         lacking = self._control.targets - self.values(state) + self._model.sum(rows @ step)
-        change = np.linalg.solve(compliance, lacking)
+        try:
+            change = np.linalg.solve(compliance, lacking)
+            grows = np.linalg.eigvalsh((compliance + compliance.T) / 2)
+        except np.linalg.LinAlgError:  # no pressure changes these volumes: the solve fails
+            change = grows = np.full(len(lacking), np.nan)
         step -= change @ answers
-        symmetric = (compliance + compliance.T) / 2
-        self.softening = int(np.sum(np.linalg.eigvalsh(symmetric) < 0))
+        self.softening = int(np.sum(grows < 0))
         return change
 
     def add(self, state: State, change: np.ndarray) -> None:

@@ -238,7 +238,7 @@ def look_at_cache() -> Iterable[Finding]:
         with tempfile.TemporaryFile(dir=nearest):
             yield Finding("cache", "ok", f"{folder} can be written")
     except OSError as error:
-        mend = "export XDG_CACHE_HOME=/tmp/cache"
+        mend = "export XDG_CACHE_HOME=$(mktemp -d)"
         yield Finding("cache", "broken", f"{nearest} cannot be written: {error.strerror}", mend)
 
 

@@ -26,14 +26,13 @@ def settle(stepper, step, drive, path: list[Point], largest: float) -> tuple[lis
     Returns the path from there and whether an equilibrium was found; the state is at its end.
     """
     motion = _Motion(stepper, drive, path[-1], min(1.0, path[-1].s + largest))
-    if any(inertia.density <= 0 for inertia in stepper.model.inertia):
-        return path, False
     outcome = motion.run()
     if outcome is None or not outcome.converged:
         stepper.go_to(drive, path[-1])
         return path, False
-    path = stepper.accept(step, drive, [], motion.goal, outcome, motion.kinetic_ratio)
     ratio = motion.kinetic_ratio
+    told = {"control": "dynamics", "kinetic_ratio": ratio}
+    path = stepper.accept(step, drive, [], motion.goal, outcome, **told)
     verdict = "" if ratio <= QUASI_STATIC else ", more than quasi-static motion may have"
     stepper.progress.remarks.append(
         f"step '{step.name}': no equilibrium nearby at {motion.start.s:.2%}; the actuator moved to "
@@ -51,6 +50,7 @@ class _Motion:
     def run(self):
         """Outcome of the static solve after the motion; None where it did not come to rest."""
         model, state = self.stepper.model, self.stepper.state
+        model.add_inertia()
         x, velocity = self.start.x, np.zeros_like(self.start.x)
         first = time_step = self._sound_crosses()
         q = self.start.q

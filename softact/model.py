@@ -135,10 +135,7 @@ class Model:
             for la in layers
             if la.material.density
         ]
-        self.inertia = [
-            Inertia(self.assembler, s.cells, s.material.density, self.degree)
-            for s in self.solids.values()
-        ]
+        self.inertia: list[Inertia] = []
         self.surface_loads: dict[tuple[type, str], SurfaceForce | SurfacePressure] = {}
         self.contacts = Contacts(
             self.comm,
@@ -189,6 +186,14 @@ class Model:
             self.surface_loads[kind, surface] = kind(
                 self.assembler, surface, self.facets(surface), self.degree
             )
+
+    def add_inertia(self) -> None:
+        """Give the regions their inertia, for motions; it acts while it has a time step."""
+        if not self.inertia:
+            self.inertia = [
+                Inertia(self.assembler, s.cells, s.material.density, self.degree)
+                for s in self.solids.values()
+            ]
 
     def initial_state(self) -> State:
         """The unloaded state."""

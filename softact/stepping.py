@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from typing import Literal
 
 from softact import branch, dynamics
 from softact.checkpoint import Checkpoint, told
@@ -17,6 +16,7 @@ from softact.drive import Drive, LoadDrive, Point, extrapolate
 from softact.model import Model, Support
 from softact.newton import Counts, Newton, NewtonOutcome
 from softact.ramp import LoadStep, Ramp
+from softact.settings import Settings
 from softact.terms import State, SurfaceForce, SurfacePressure
 
 __all__ = ["Attempt", "LoadStep", "Progress", "Settings", "Stepper"]
@@ -26,19 +26,6 @@ EASY, HARD = 5, 8
 GROWTH, SHRINK, CUT = 1.6, 0.7, 0.4
 # Volume control is tried when the increment has come down to this part of the largest.
 VOLUME_BELOW = 0.05
-
-
-@dataclass(frozen=True)
-class Settings:
-    """How equilibrium is sought; fractions are of a step. See the spec's ``solver``."""
-
-    initial_increment: float = 0.1
-    max_increment: float = 0.1
-    min_increment: float = 1e-4
-    max_iterations: int = 15
-    tolerance: float = 1e-8
-    predictor: Literal["none", "linear", "quadratic"] = "quadratic"
-    dynamics: bool = True
 
 
 @dataclass(frozen=True)
@@ -250,11 +237,14 @@ class Stepper:
             outcome = replace(again, iterations=outcome.iterations + again.iterations)
         return outcome
 
-    def accept(self, step, drive, path, s, outcome, kinetic_ratio=0.0) -> list[Point]:
-        """Take the state as the next point of the path; returns the last points."""
+    def accept(self, step, drive, path, s, outcome, **motion) -> list[Point]:
+        """Take the state as the next point of the path; returns the last points.
+
+        motion: ``control`` and ``kinetic_ratio`` of the attempt, where there was one.
+        """
         self.model.contacts.remember(self.state)
         point = Point(s, self.state.x.copy(), drive.loads(self.state))
-        self.record(self._told(step, drive, point, outcome, kinetic_ratio))
+        self.record(replace(self._told(step, drive, point, outcome), **motion))
         return [*path[-2:], point]
 
     def reject(self, step, drive, path, s, outcome) -> None:
@@ -269,7 +259,7 @@ class Stepper:
         self.state.x = point.x.copy()
 
     @staticmethod
-    def _told(step, drive, point, outcome, kinetic_ratio=0.0) -> Attempt:
+    def _told(step, drive, point, outcome) -> Attempt:
         return Attempt(
             step.name,
             float(drive.fraction(point)),
@@ -279,7 +269,6 @@ class Stepper:
             outcome.reason,
             outcome.unstable_modes - (outcome.softening if drive.holds_volume else 0),
             drive.control,
-            kinetic_ratio,
         )
 
 

@@ -65,6 +65,7 @@ def solve(
             begin = checkpoint.first_to_solve(start, old_steps, new_steps)
     known = {"mesh": {"cells": mesh.cell_count, "unknowns": unknowns}}
     writer = _writer(comm, spec, directory, known, start)
+    # A new writer has no rows: then nothing is left to go on from.
     if start is not None and comm.bcast(writer is not None and not writer.last_row):
         start, begin = None, 0
     recorder = _Recorder(spec, model, writer, tell, start)
@@ -97,7 +98,8 @@ class _Recorder:
 
     def __init__(self, spec, model, writer, tell: Tell, start):
         from softact.measures import MEASURES
-        from softact.stepping import Settings, Stepper
+        from softact.settings import Settings
+        from softact.stepping import Stepper
 
         self.spec, self.model, self.writer, self.tell = spec, model, writer, tell
         wanted = MEASURES if spec.measures == "all" else dict.fromkeys(spec.measures)

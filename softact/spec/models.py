@@ -17,6 +17,7 @@ from pydantic_core.core_schema import ErrorType
 
 from softact.geometry import Geometry
 from softact.imported import Imported
+from softact.settings import Predictor, Settings
 from softact.spec.checks import cross_faults, fibre_faults
 from softact.spec.choice import fault
 from softact.spec.contact import AnyObstacle, ObstacleChange, SurfaceContact
@@ -116,8 +117,9 @@ class Step(Model):
     )
     inject: Volumes | None = Field(
         None,
-        description="volume added to a cavity in this step, as by a syringe; its pressure follows. "
-        "Of all cavities, or {cavity: volume}; below zero to withdraw",
+        description="volume added to a cavity in this step, as by a syringe; its pressure follows, "
+        "and stays when the step has ended. Of all cavities, or {cavity: volume}; below zero to "
+        "withdraw",
     )
     traction: Traction | None = Field(None, description="dead load on a surface")
     payload: Payload | None = Field(None, description="dead force on a surface, the tip by default")
@@ -142,8 +144,8 @@ class Step(Model):
     def _changes_something(self) -> Self:
         if self.gravity is None and self._changes_only_gravity:
             raise fault(
-                "this step changes nothing; give it gravity, pressure, inject, payload, supports "
-                "or obstacles"
+                "this step changes nothing; give it gravity, pressure, inject, traction, payload, "
+                "supports or obstacles"
             )
         return self
 
@@ -169,24 +171,39 @@ class Step(Model):
         return (*driven, self.payload, self.supports, self.obstacles) == (None,) * 7
 
 
+USUAL = Settings()
+
+
 class Solver(Model):
     """How the equilibrium is sought. Increments are fractions of a step."""
 
     element: Literal["P2/P1", "P2/P0", "P2"] = Field(
         "P2/P1", description="displacement and pressure; P2 alone locks near incompressibility"
     )
-    initial_increment: Dimensionless = Field(0.1, gt=0, le=1, description="first increment")
-    max_increment: Dimensionless = Field(0.1, gt=0, le=1, description="largest increment")
-    min_increment: Dimensionless = Field(1e-4, gt=0, le=1, description="below it the run ends")
-    max_iterations: int = Field(
-        15, ge=2, le=1000, description="Newton iterations before the increment is cut"
+    initial_increment: Dimensionless = Field(
+        USUAL.initial_increment, gt=0, le=1, description="first increment"
     )
-    tolerance: Dimensionless = Field(1e-8, gt=0, le=1e-2, description="on the relative residual")
-    predictor: Literal["none", "linear", "quadratic"] = Field(
-        "quadratic", description="extrapolation from the last states as the first guess"
+    max_increment: Dimensionless = Field(
+        USUAL.max_increment, gt=0, le=1, description="largest increment"
+    )
+    min_increment: Dimensionless = Field(
+        USUAL.min_increment, gt=0, le=1, description="below it the run ends"
+    )
+    max_iterations: int = Field(
+        USUAL.max_iterations,
+        ge=2,
+        le=1000,
+        description="Newton iterations before the increment is cut",
+    )
+    tolerance: Dimensionless = Field(
+        USUAL.tolerance, gt=0, le=1e-2, description="on the relative residual"
+    )
+    predictor: Predictor = Field(
+        USUAL.predictor, description="extrapolation from the last states as the first guess"
     )
     dynamics: bool = Field(
-        True, description="let the actuator move to its next equilibrium where none is near"
+        USUAL.dynamics,
+        description="let the actuator move to its next equilibrium where none is near",
     )
 
     @model_validator(mode="after")

@@ -1,0 +1,145 @@
+"""The last rungs of the ladder: past a snap by volume, and by damped motion.
+
+A thick Gent sphere, A/B = 10/11, μ = 0.28 MPa, Jm = 30: its pressure has a maximum of 34.5 kPa at
+an inner stretch of 1.5, falls to 30.9 kPa and rises again without bound. At 40 kPa there is one
+equilibrium only, far beyond the maximum; quadrature gives its stretch.
+"""
+
+import re
+
+import numpy as np
+import pytest
+import scipy.optimize
+from meshes import block
+from mpi4py import MPI
+from solving import build, solve
+from test_thick_walls import pressure_at
+
+from softact.geometries.thick_sphere import ThickSphere
+from softact.geometry import make_mesh
+from softact.materials import LAWS
+from softact.mesh import distribute, read_msh
+from softact.model import Model
+from softact.newton import Newton
+from softact.stepping import LoadStep
+
+GENT = {"mu": 0.28, "jm": 30.0}
+WANTED = 0.04  # MPa
+DENSITY = 1.07e-9  # tonne/mm³
+
+
+def gent(stretch):
+    return pressure_at("gent", GENT, stretch)
+
+
+@pytest.fixture(scope="module")
+def mesh_of(tmp_path_factory):
+    geometry = ThickSphere.model_validate({"mesh_size": "3 mm"})
+    file, layout = tmp_path_factory.mktemp("sphere") / "mesh.msh", geometry.layout()
+    make_mesh(geometry, file)
+    return lambda: distribute(MPI.COMM_SELF, lambda: read_msh(file, layout), layout)
+
+
+def inflate(mesh, **step):
+    """The run to 40 kPa and the inner stretch at its end."""
+    model = Model(mesh, {"body": LAWS["gent"].of(**GENT, bulk_modulus=1e4).material()})
+    rest = model.cavity_volume(model.initial_state(), "cavity")
+    step = LoadStep("inflate", pressure={"cavity": WANTED}, **step)
+    solution = solve(model, step, [], 0.1)
+    return solution, np.cbrt(model.cavity_volume(solution.state, "cavity") / rest)
+
+
+@pytest.fixture(scope="module")
+def caught():
+    """Stretch at which the sphere holds 40 kPa."""
+    return scipy.optimize.brentq(lambda s: gent(s) - WANTED, 3.0, 3.5)
+
+
+def test_volume_leads_past_a_snap(mesh_of, caught):
+    """The unstable branch is traced, the maximum is named, and the load is reached."""
+    solution, stretch = inflate(mesh_of())
+    assert stretch == pytest.approx(caught, rel=0.005)
+    top = scipy.optimize.minimize_scalar(lambda s: -gent(s), bounds=(1.3, 1.8), method="bounded")
+    (remark,) = solution.stepper.progress.remarks
+    said = re.search(r"snaps at ([\d.]+) kPa", remark)
+    assert float(said[1]) == pytest.approx(-1e3 * top.fun, rel=0.005)
+    attempts = [a for a in solution.stepper.progress.attempts if a.converged]
+    assert sum(a.control == "volume" and a.unstable_modes == 1 for a in attempts) > 3
+    assert attempts[-1].unstable_modes == 0
+    assert attempts[-1].control == "load"
+
+
+def test_motion_leads_past_a_snap(mesh_of, caught):
+    """Where other loads change too, volume cannot stand for them, and the sphere moves."""
+    solution, stretch = inflate(mesh_of(), gravity=(0.0, 0.0, 0.0))
+    assert stretch == pytest.approx(caught, rel=0.005)
+    moved = [a for a in solution.stepper.progress.attempts if a.control == "dynamics"]
+    assert moved
+    assert all(a.converged and a.unstable_modes == 0 and a.kinetic_ratio > 0 for a in moved)
+    assert "damped time steps (kinetic energy at most" in solution.stepper.progress.remarks[0]
+
+
+def test_motion_may_be_forbidden(mesh_of):
+    model = Model(mesh_of(), {"body": LAWS["gent"].of(**GENT, bulk_modulus=1e4).material()})
+    step = LoadStep("inflate", pressure={"cavity": WANTED}, gravity=(0.0, 0.0, 0.0))
+    solution = solve(model, step, [], 0.1, stops=True, dynamics=False, min_increment=0.01)
+    assert "no equilibrium found beyond" in solution.stepper.progress.stopped
+    reached = solution.stepper.progress.attempts
+    assert max(a.fraction for a in reached if a.converged) * WANTED < 0.0345
+
+
+@pytest.fixture
+def free_block():
+    """A block of 2 × 1 × 1 mm that nothing holds."""
+    law = LAWS["neo_hookean"].of(c10=0.1, bulk_modulus=10.0, density=DENSITY)
+    model = build(block((2, 1, 1), (2.0, 1.0, 1.0)), law)
+    model.add_inertia()
+    return model
+
+
+def test_free_fall(free_block):
+    """Backward Euler from rest: x = g Δt², then 3 g Δt², without any strain."""
+    model, state, step = free_block, free_block.initial_state(), 1e-3
+    newton = Newton(model, 1e-8, 15)
+    newton.set_supports([], state)
+    state.gravity = np.array([0.0, 0.0, -9810.0])
+    before, velocity = state.x.copy(), np.zeros_like(state.x)
+    for fallen in (1, 3):
+        for inertia in model.inertia:
+            inertia.time_step, inertia.away_from = step, before + step * velocity
+        assert newton.solve(state, np.empty(0)).converged
+        velocity, before = (state.x - before) / step, state.x.copy()
+        wanted = [0.0, 0.0, -9810.0 * step**2 * fallen]
+        np.testing.assert_allclose(
+            state.x[model.displacement_dofs], np.tile(wanted, (len(model.displacement_dofs), 1)),
+            atol=1e-9,
+        )  # fmt: skip
+
+
+def test_kinetic_energy_of_a_spin(free_block):
+    """½ ∫ ρ |ω × x|² of the block about the z axis: ρ V (a² + b²)/3 · ω²/2."""
+    model, omega = free_block, 7.0
+    x = model.unknowns.spaces[0].tabulate_dof_coordinates()
+    velocity = np.zeros(model.unknowns.local)
+    velocity[model.displacement_dofs] = omega * np.column_stack([-x[:, 1], x[:, 0], 0 * x[:, 0]])
+    energy = sum(velocity @ inertia.momentum(velocity) for inertia in model.inertia) / 2
+    assert energy == pytest.approx(DENSITY * 2.0 * (4 + 1) / 3 * omega**2 / 2, rel=1e-12)
+
+
+def test_tangent_of_inertia(free_block):
+    """Force by energy, tangent by force: both are exact, the energy being quadratic."""
+    (inertia,) = free_block.inertia
+    draw = np.random.default_rng(3)
+    inertia.time_step = 1e-3
+    inertia.away_from = draw.standard_normal(free_block.unknowns.local)
+    state = free_block.initial_state()
+    state.x = draw.standard_normal(free_block.unknowns.local)
+    change = draw.standard_normal(free_block.unknowns.local)
+    force = np.zeros_like(change)
+    inertia.add_force(state, force)
+    energies = []
+    for sign in (1, -1):
+        moved = free_block.initial_state()
+        moved.x = state.x + sign * 1e-3 * change
+        energies.append(inertia.energy(moved))
+    assert (energies[0] - energies[1]) / 2e-3 == pytest.approx(force @ change, rel=1e-8)
