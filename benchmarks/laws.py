@@ -48,6 +48,7 @@ class Assembly:
     def __init__(self, mesh, name: str, wall_normal):
         from softact.materials import LAWS as CLASSES
         from softact.model import Model
+        from softact.solid import KEPT
         from softact.terms import State
 
         constants = {key: value for key, value in LAWS[name].items() if key != "law"}
@@ -56,7 +57,7 @@ class Assembly:
         self.solid = self.model.solids["body"]
         rng = np.random.default_rng(1)
         self.states = []
-        for _ in range(2):  # two in turn: a solid remembers what it evaluated last
+        for _ in range(KEPT + 1):  # in turn: a solid remembers what it evaluated last
             state = State(np.zeros(self.model.unknowns.local))
             dofs = self.model.displacement_dofs
             state.x[dofs] = 0.02 * rng.standard_normal(dofs.shape)
@@ -64,7 +65,7 @@ class Assembly:
 
     def once(self, number: int) -> dict[str, float]:
         """Seconds of the law alone, the force and the matrix."""
-        state, times = self.states[number % 2], {}
+        state, times = self.states[number % len(self.states)], {}
         out = np.zeros(self.model.unknowns.local)
         actions = {
             "law": lambda: self.solid._evaluate(state),

@@ -81,7 +81,7 @@ class LayerBending:
     def add_force(self, state, out):
         out[self._owned_dofs] += self._forces(state)
 
-    def add_tangent(self, state, previous):
+    def add_tangent(self, state, origin):
         free = self._gather(self._assembler.fixed[self._owned_dofs]) == 0
         mine = self._assembler.fixed[self._owned_dofs] == 0
         values = [

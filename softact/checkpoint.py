@@ -9,7 +9,7 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -54,6 +54,9 @@ def pack(model, checkpoint: Checkpoint) -> bytes | None:
     """The checkpoint as the bytes of an .npz file, on rank 0 (None elsewhere). Collective."""
     arrays: dict[str, np.ndarray] = {}
     vectors = [checkpoint.begun.x, *(point.x for point in checkpoint.path)]
+    has_rate = checkpoint.path[-1].rate is not None
+    if has_rate:
+        vectors.append(checkpoint.path[-1].rate)
     for number, space in enumerate(model.unknowns.spaces):
         owned = space.dofmap.index_map.size_local
         dofs = model.unknowns.space_dofs[number][:owned]
@@ -74,6 +77,7 @@ def pack(model, checkpoint: Checkpoint) -> bytes | None:
         "begun": _loads(checkpoint.begun),
         "state": _loads(checkpoint.state),
         "path": [{"s": p.s, "q": p.q.tolist()} for p in checkpoint.path],
+        "has_rate": has_rate,
         "size": checkpoint.size,
         "traced_at": checkpoint.traced_at,
         "rows": checkpoint.rows,
@@ -97,7 +101,8 @@ def read(model, directory: Path) -> Checkpoint | None:
         return None
     with np.load(path, allow_pickle=False) as file:
         known = json.loads(str(file["known"]))
-        vectors = np.zeros((1 + len(known["path"]), model.unknowns.local))
+        count = 1 + len(known["path"])
+        vectors = np.zeros((count + known.get("has_rate", False), model.unknowns.local))
         for number, space in enumerate(model.unknowns.spaces):
             order = _find(file[f"places_{number}"], _places(space))
             if model.comm.allreduce(int(order is None)):
@@ -108,7 +113,7 @@ def read(model, directory: Path) -> Checkpoint | None:
         states = []
         for when, loads, x in (
             ("begun", known["begun"], vectors[0]),
-            ("now", known["state"], vectors[-1]),
+            ("now", known["state"], vectors[count - 1]),
         ):
             state = State(x.copy())
             for name, value in loads.items():
@@ -117,8 +122,10 @@ def read(model, directory: Path) -> Checkpoint | None:
             states.append(state)
     points = [
         Point(p["s"], x, np.array(p["q"], dtype=float))
-        for p, x in zip(known["path"], vectors[1:], strict=True)
+        for p, x in zip(known["path"], vectors[1:count], strict=True)
     ]
+    if known.get("has_rate", False):
+        points[-1] = replace(points[-1], rate=vectors[-1])
     rest = {n: known[n] for n in ("size", "traced_at", "rows", "attempts", "remarks", "counts")}
     return Checkpoint(known["step"], *states, points, **rest)
 

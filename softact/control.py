@@ -68,11 +68,11 @@ class Border:
     def correct(self, state: State, step: np.ndarray, solve: Callable) -> np.ndarray:
         """Correct Newton's step (x becomes x − step; owned part) and return δq (k,).
 
-        solve: owned array -> K⁻¹ of it.
+        solve: array (owned,) -> K⁻¹ of it (local,).
         """
         owned = self._model.unknowns.owned
         rows = self.gradients(state)[:, :owned]
-        answers = np.array([solve(row) for row in rows])
+        answers = np.array([solve(row)[:owned] for row in rows])
         compliance = self._model.sum(rows @ answers.T)
         lacking = self._control.targets - self.values(state) + self._model.sum(rows @ step)
         try:

@@ -11,17 +11,20 @@ import numpy as np
 from softact.control import VolumeControl
 from softact.model import Model
 from softact.ramp import Ramp
-from softact.terms import State
+from softact.terms import Origin, State
 
 
 @dataclass(frozen=True)
 class Point:
-    """An equilibrium on a path: its place s, the unknowns x (local,), and the loads q (k,) that
-    were unknown."""
+    """An equilibrium on a path, or a guess: its place s, the unknowns x (local,), and the loads
+    q (k,) that were unknown. rate: change of x with s there, where known. origin: what a guess was
+    extrapolated from."""
 
     s: float
     x: np.ndarray
     q: np.ndarray
+    rate: np.ndarray | None = None
+    origin: Origin | None = None
 
 
 class Drive(Protocol):
@@ -93,13 +96,23 @@ class VolumeDrive:
 
 
 def extrapolate(path: Sequence[Point], s: float) -> Point:
-    """Lagrange polynomial through the points, taken at ``s``."""
-    x, q = np.zeros_like(path[0].x), np.zeros_like(path[0].q)
-    for i, point in enumerate(path):
-        weight = 1.0
-        for j, other in enumerate(path):
-            if j != i:
-                weight *= (s - other.s) / (point.s - other.s)
-        x += weight * point.x
-        q += weight * point.q
-    return Point(s, x, q)
+    """Polynomial through the points, taken at ``s``.
+
+    Where the rate at the last point is known, x follows the parabola through the last two
+    and this rate: it keeps to the newest part of the path.
+    """
+    places = np.array([point.s for point in path])
+    weights = []
+    for i, place in enumerate(places):
+        others = np.delete(places, i)
+        weights.append(float(np.prod((s - others) / (place - others))))
+    if len(path) > 1 and path[-1].rate is not None:
+        before, now = path[-2:]
+        gone, ahead = now.s - before.s, s - now.s
+        bend = (now.rate - (now.x - before.x) / gone) / gone
+        x = now.x + ahead * (now.rate + ahead * bend)
+    else:
+        x = sum(w * point.x for w, point in zip(weights, path, strict=True))
+    q = sum(w * point.q for w, point in zip(weights, path, strict=True))
+    origin = Origin(tuple(point.x for point in path), tuple(weights))
+    return Point(s, x, q, origin=origin)

@@ -13,6 +13,7 @@ import ufl
 from softact import compat
 
 QUADRATURE_DEGREE = 2  # four points per tetrahedron, as C3D10 has in Abaqus and CalculiX
+LAYER_STATES = 3  # from which a layer's stress is extrapolated
 FACET_DEGREE = 4  # integrates the volume enclosed by quadratic triangles exactly
 
 
@@ -142,14 +143,15 @@ def layer(degree: int):
 
     Plane-stress St. Venant-Kirchhoff membrane on the tangential Green strain E:
     Π = ∫ A/2 ((1 − ν) E : E + ν (tr E)²) dA with A = E_young t / (1 − ν²).
-    Coefficients: energy and residual (u); tangent (u, v): the geometric stiffness takes the
-    stress from the strain linearised at v, E(v) + E'(v)(u − v); v = u gives Newton's tangent.
-    Constants: A, ν.
+    Coefficients: energy and residual (u); tangent (u and LAYER_STATES others, v₁, …): the geometric
+    stiffness takes the stress from the strain Σ wₖ E(vₖ) + l E'(v₁)(u − v₁).
+    Constants: A, ν; tangent also w₁, … and l.
     """
     space = _displacement_space(degree)
     mesh = space.ufl_domain()
-    u, before = ufl.Coefficient(space), ufl.Coefficient(space)
-    stiffness, poisson = ufl.Constant(mesh), ufl.Constant(mesh)
+    u, *states = (ufl.Coefficient(space) for _ in range(1 + LAYER_STATES))
+    stiffness, poisson, *weights = (ufl.Constant(mesh) for _ in range(2 + LAYER_STATES))
+    linearised = ufl.Constant(mesh)
     normal = ufl.FacetNormal(mesh)
     plane = ufl.Identity(3) - ufl.outer(normal, normal)
     test, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
@@ -170,11 +172,13 @@ def layer(degree: int):
     ds = _ds(QUADRATURE_DEGREE)
     energy = ufl.inner(stress(strain(u)), strain(u)) / 2 * ds
     residual = ufl.inner(stress(strain(u)), strain_rate(u, test)) * ds
-    linearised = stress(strain(before) + strain_rate(before, u - before))
+    carried = linearised * strain_rate(states[0], u - states[0])
+    for weight, v in zip(weights, states, strict=True):
+        carried += weight * strain(v)
     second = tangential(ufl.sym(ufl.grad(trial).T * ufl.grad(test)))
     tangent = (
         ufl.inner(stress(strain_rate(u, trial)), strain_rate(u, test))
-        + ufl.inner(linearised, second)
+        + ufl.inner(stress(carried), second)
     ) * ds
     return energy, residual, tangent
 

@@ -21,12 +21,13 @@ from softact.elements import facet_tables
 from softact.errors import SpecError
 from softact.fibres import fibre_field
 from softact.mesh import Mesh
+from softact.solid import Solid
 from softact.terms import (
     CavityPressure,
     Inertia,
     InvertedElementError,
     Layer,
-    Solid,
+    Origin,
     State,
     SurfaceForce,
     SurfacePressure,
@@ -253,11 +254,11 @@ class Model:
             )
         return self.comm.allreduce(smallest if smallest == smallest else -np.inf, op=MPI.MIN)
 
-    def tangent(self, state: State, previous: State | None = None) -> PETSc.Mat:
+    def tangent(self, state: State, origin: Origin | None = None) -> PETSc.Mat:
         """Tangent with the rows and columns of supported unknowns replaced by the identity."""
         self.assembler.clear()
         for term in self.terms:
-            term.add_tangent(state, previous)
+            term.add_tangent(state, origin)
         return self.assembler.finish_matrix()
 
     def energy(self, state: State, terms=None) -> float:

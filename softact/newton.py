@@ -10,13 +10,17 @@ from petsc4py import PETSc
 
 from softact.control import Border, VolumeControl
 from softact.model import Model, Support
-from softact.terms import State
+from softact.terms import Origin, State
 
 # A residual that has grown by this factor does not come back.
 DIVERGENCE = 1e6
 
 # A step that is still inadmissible after so many halvings is a wrong direction.
 MAX_HALVINGS = 8
+
+# Steps with the factors of an earlier iteration, at the end of a solve, and how much worse than
+# the last Newton step's is the reduction that is expected of them.
+MOST_CHORDS, CHORD_LOSS = 2, 4.0
 
 # MUMPS's INFOG(1) where it could not allocate its factors (users' guide, section 8).
 OUT_OF_MEMORY = (-13, -19)
@@ -52,6 +56,14 @@ class Counts:
     newton_iterations: int = 0
     factorisations: int = 0
     residual_evaluations: int = 0
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """A state and the displacements that are prescribed along with its loads."""
+
+    state: State
+    held: np.ndarray
 
 
 class Newton:
@@ -132,14 +144,20 @@ class Newton:
         return state.x[self._fixed_dofs], self._fixed_values
 
     def solve(
-        self, state: State, fixed_values: np.ndarray, control: VolumeControl | None = None
+        self,
+        state: State,
+        fixed_values: np.ndarray,
+        control: VolumeControl | None = None,
+        origin: Origin | None = None,
     ) -> NewtonOutcome:
         """Bring ``state`` to equilibrium under its loads; ``state.x`` is the first guess.
 
         control: volumes to reach; the pressures of their cavities are then unknowns, with those of
-        ``state`` as the first guess. The state is changed in place, also where the solve fails.
+        ``state`` as the first guess. origin: what the guess was extrapolated from. The state is
+        changed in place, also where the solve fails.
         """
-        self._state, self._before = state, None
+        self._state, self._origin = state, origin
+        self._factored_at: int | None = None  # iteration of the last factorisation in this solve
         self._border = Border(self.model, control, self._fixed_dofs) if control else None
         self._held = fixed_values
         self._residuals: list[float] = []
@@ -157,13 +175,35 @@ class Newton:
         softening = self._border.softening if self._border else 0
         return NewtonOutcome(converged, iterations, self._residuals, reason, unstable, softening)
 
-    def imbalance(self, state: State, x: np.ndarray, fixed_values: np.ndarray) -> float:
-        """Out-of-balance by internal force of a guess at the loads of ``state``; inf: inverted."""
-        trial = replace(state, x=x.copy())
-        trial.x[self._fixed_dofs] = fixed_values
+    def rate(self, here: Loaded, later: Loaded, step: float) -> np.ndarray | None:
+        """Change of the unknowns (local,) per ``step`` of the loads from an equilibrium on, by the
+        last factors; None where the last solve needed none."""
+        if self._factored_at is None:
+            return None
+        change = self._forces(later)[0] - self._forces(here)[0]
+        rate = self._response(-change[: self.model.unknowns.owned]) / step
+        rate[self._fixed_dofs] = (later.held - here.held) / step
+        return rate
+
+    def _forces(self, loaded: Loaded) -> tuple[np.ndarray, np.ndarray]:
+        """Out-of-balance force, zero at supports, and internal force (local,)."""
+        state = replace(loaded.state, x=loaded.state.x.copy())
+        state.x[self._fixed_dofs] = loaded.held
         with np.errstate(all="ignore"):
-            force, internal = self.model.force(trial)
+            force, internal = self.model.force(state)
         force[self._fixed_dofs] = 0.0
+        return force, internal
+
+    def _response(self, right: np.ndarray) -> np.ndarray:
+        """Unknowns (local,) that the last factors give for another right-hand side (owned,)."""
+        vector, answer = self.model.unknowns.create_vector(), self.model.unknowns.create_vector()
+        vector.setArray(right)
+        self._snes.getKSP().getPC().apply(vector, answer)
+        return self.model.to_local(answer)
+
+    def imbalance(self, guess: Loaded) -> float:
+        """Out-of-balance by internal force of a guess; inf: inverted."""
+        force, internal = self._forces(guess)
         owned = slice(self.model.unknowns.owned)
         out, inside = (self._norm(f[owned][self._is_force]) for f in (force, internal))
         ratio = out / max(inside, self.model.force_floor / self.tolerance)
@@ -181,18 +221,34 @@ class Newton:
         self._volume_error = self._norm(force[:owned][~self._is_force])
 
     def _jacobian(self, _snes, x, _matrix, _preconditioner) -> None:
+        if self._old_factors_do():
+            return  # PETSc factorises again only when the matrix has changed
         self.counts.factorisations += 1
-        self.model.tangent(self._state, self._before)
+        self.model.tangent(self._state, self._origin)
         if self.model.assembler.layouts != self._layouts:
             self._set_up_factor()
-        self._before = State(self._state.x.copy())
+        self._origin = Origin((self._state.x.copy(),), linearised=True)
+        self._factored_at = len(self._residuals) - 1
+
+    def _old_factors_do(self) -> bool:
+        """Whether steps with the last factors will reach the tolerance, at MOST_CHORDS steps.
+
+        Where Newton's step took the error from e to C e², one with the same tangent multiplies it
+        by about 2 C e, seen: up to twice that; after the first, their own ratio is known.
+        """
+        if self._factored_at is None:
+            return False
+        chords = len(self._residuals) - 2 - self._factored_at
+        before, now = self._residuals[-2:]
+        ratio = now / before * (1.0 if chords else CHORD_LOSS)
+        return now * ratio ** (MOST_CHORDS - chords) <= self.tolerance
 
     def _adapt(self, x, step) -> bool:
         """Complete Newton's step (x becomes x − step) by the prescribed volumes, and shorten it."""
         change = None
         if self._border:
             array = step.getArray().copy()
-            change = self._border.correct(self._state, array, self._solve_again)
+            change = self._border.correct(self._state, array, self._response)
             step.setArray(array)
         factor = self._admissible_part(self.model.to_local(x), self.model.to_local(step))
         if change is not None:
@@ -200,13 +256,6 @@ class Newton:
         if factor < 1.0:
             step.scale(factor)
         return factor < 1.0 or change is not None
-
-    def _solve_again(self, right: np.ndarray) -> np.ndarray:
-        """Solution with the last factors for another right-hand side (owned parts)."""
-        vector, answer = self.model.unknowns.create_vector(), self.model.unknowns.create_vector()
-        vector.setArray(right)
-        self._snes.getKSP().getPC().apply(vector, answer)
-        return answer.getArray().copy()
 
     def _admissible_part(self, here: np.ndarray, change: np.ndarray) -> float:
         """Part of a step (here − change) that turns no element inside out and, where there is such

@@ -10,11 +10,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 
+import numpy as np
+
 from softact import branch, dynamics
 from softact.checkpoint import Checkpoint, told
 from softact.drive import Drive, LoadDrive, Point, extrapolate
 from softact.model import Model, Support
-from softact.newton import Counts, Newton, NewtonOutcome
+from softact.newton import Counts, Loaded, Newton, NewtonOutcome
 from softact.ramp import LoadStep, Ramp
 from softact.settings import Settings
 from softact.terms import State, SurfaceForce, SurfacePressure
@@ -24,6 +26,8 @@ __all__ = ["Attempt", "LoadStep", "Progress", "Settings", "Stepper"]
 # Newton counts that let the increment grow, and beyond which it shrinks.
 EASY, HARD = 5, 8
 GROWTH, SHRINK, CUT = 1.6, 0.7, 0.4
+# Part of a step over which the change of the loads is taken.
+RATE_STEP = 1e-4
 # Volume control is tried when the increment has come down to this part of the largest.
 VOLUME_BELOW = 0.05
 
@@ -209,7 +213,7 @@ class Stepper:
             if guess is not start and not contacts.admissible(self.state, start.x, guess.x):
                 continue
             self.state.x = guess.x.copy()
-            outcome = self._equilibrium(held, control)
+            outcome = self._equilibrium(held, control, guess.origin)
             if outcome.converged or outcome.iterations > 1:
                 break  # a guess with inverted elements ends at once: then start from the last state
         return outcome
@@ -223,15 +227,14 @@ class Stepper:
         if touching:
             # Where bodies begin to touch the path has a kink, and a polynomial through it presses
             # them into each other: what is far out of balance is left out.
-            held, _ = drive.set(self.state, s, path[-1].q)
-            errors = [self.newton.imbalance(self.state, guess.x, held) for guess in guesses]
+            errors = [self.newton.imbalance(self._loaded(drive, s, g.x)) for g in guesses]
             best = min(range(len(errors)), key=errors.__getitem__, default=None)
             guesses = [] if best is None or errors[best] > 1.0 else [guesses[best]]
         return [*guesses, path[-1]]
 
-    def _equilibrium(self, held, control) -> NewtonOutcome:
+    def _equilibrium(self, held, control, origin) -> NewtonOutcome:
         """Newton, and once more with stiffer contact as long as bodies overlap too far."""
-        outcome = self.newton.solve(self.state, held, control)
+        outcome = self.newton.solve(self.state, held, control, origin)
         while outcome.converged and self.model.contacts.stiffen(self.state):
             again = self.newton.solve(self.state, held, control)
             outcome = replace(again, iterations=outcome.iterations + again.iterations)
@@ -243,9 +246,22 @@ class Stepper:
         motion: ``control`` and ``kinetic_ratio`` of the attempt, where there was one.
         """
         self.model.contacts.remember(self.state)
-        point = Point(s, self.state.x.copy(), drive.loads(self.state))
+        point = Point(s, self.state.x.copy(), drive.loads(self.state), self._rate(drive, s))
         self.record(replace(self._told(step, drive, point, outcome), **motion))
-        return [*path[-2:], point]
+        return [*(replace(p, rate=None) for p in path[-2:]), point]
+
+    def _rate(self, drive: Drive, s: float) -> np.ndarray | None:
+        """Change of the unknowns with s under load control; elsewhere they are not followed."""
+        if drive.control != "load" or drive.holds_volume or s >= 1.0:
+            return None
+        here, later = (self._loaded(drive, place) for place in (s, s + RATE_STEP))
+        return self.newton.rate(here, later, RATE_STEP)
+
+    def _loaded(self, drive: Drive, s: float, x: np.ndarray | None = None) -> Loaded:
+        """The state, or one with the unknowns x, under the loads of the place ``s``."""
+        state = replace(self.state, x=self.state.x if x is None else x)
+        held, _ = drive.set(state, s, drive.loads(state))
+        return Loaded(state, held)
 
     def reject(self, step, drive, path, s, outcome) -> None:
         """Go back to the last point of the path."""

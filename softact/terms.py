@@ -1,18 +1,18 @@
 """The parts of a model's potential energy: each adds its forces and its tangent to the system.
 
-A term offers ``add_force(state, out)`` (derivative of its potential, N), ``add_tangent(state)``
-(second derivative) and ``energy(state)`` (mJ, this process's share). New physics is a new term.
+A term offers ``add_force(state, out)`` (derivative of its potential, N), ``add_tangent(state,
+origin)`` (second derivative) and ``energy(state)`` (mJ, this process's share). New physics is a new
+term; the solids' is ``softact.solid``.
 """
 
 from __future__ import annotations
 
-import ctypes
 from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
 
-from softact import compat, forms
+from softact import forms
 from softact.assembly import Assembler, Coefficient, Kernel
 
 FUNCTIONS = {1: 4, 2: 10}  # shape functions of a tetrahedron by degree
@@ -42,199 +42,32 @@ class InvertedElementError(Exception):
     """An element has turned inside out: the state is not admissible."""
 
 
+@dataclass(frozen=True)
+class Origin:
+    """The states from which the stress in the geometric stiffness is carried on.
+
+    At a state that Newton's method came to, the stress is that of the tangent before, linearised;
+    at a guess that was extrapolated, the stress is extrapolated too. A tangent with such a stress
+    is Newton's for the stress as an unknown of its own: stiff directions of large rotations then
+    put no false stress into it (Magisano, Leonetti, Garcea, CMAME 313 (2017) 477).
+
+    states: (local,) unknowns of each; weights: theirs, with the sum 1. linearised: there is one
+    state, and the stress is linearised at it.
+    """
+
+    states: tuple[np.ndarray, ...]
+    weights: tuple[float, ...] = (1.0,)
+    linearised: bool = False
+
+
 class Term(Protocol):
     """What a model asks of each of its parts."""
 
     def add_force(self, state: State, out: np.ndarray) -> None: ...
 
-    def add_tangent(self, state: State, previous: State | None) -> None: ...
+    def add_tangent(self, state: State, origin: Origin | None) -> None: ...
 
     def energy(self, state: State) -> float: ...
-
-
-class Solid:
-    """One region of tetrahedra with one material.
-
-    fibres: points (n, 3) mm -> unit vectors (n, families, 3), for a material with fibres.
-    """
-
-    def __init__(self, assembler: Assembler, cells, material, degree, pressure_degree, fibres=None):
-        self.assembler = assembler
-        self.cells = np.ascontiguousarray(cells, dtype=np.int32)
-        self.material = material
-        self._mixed = pressure_degree is not None
-        self._size = assembler.unknowns.cell_dofs.shape[1]
-        self._functions = FUNCTIONS[degree]
-        points, self.weights = compat.quadrature_rule(forms.QUADRATURE_DEGREE)
-        self._gradients = compat.tabulate_gradients(degree, points)
-        self.pressure_values = (
-            compat.tabulate_values(pressure_degree, points) if self._mixed else None
-        )
-        kernels = assembler.kernels("solid", degree, pressure_degree)
-        self._residual, self._tangent = (Kernel(assembler, k, self.cells) for k in kernels)
-        self.volumes = self._reference_volumes()
-        self.fibres = None if fibres is None else fibres(self._places(points))
-
-    def _corners(self) -> np.ndarray:
-        """Undeformed corners of the tetrahedra: (cells, 4, 3) mm."""
-        return self.assembler.points[self.assembler.geometry_nodes[self.cells]]
-
-    def _places(self, points: np.ndarray) -> np.ndarray:
-        """Undeformed places of the quadrature points, cell after cell: (cells · points, 3) mm."""
-        shares = np.column_stack([1 - points.sum(axis=1), points])
-        return (shares @ self._corners()).reshape(-1, 3)
-
-    def _reference_volumes(self) -> np.ndarray:
-        """Undeformed volume that belongs to each quadrature point: (cells, points) mm³."""
-        x = self._corners()
-        determinant = np.abs(np.linalg.det(x[:, 1:] - x[:, :1]))
-        return determinant[:, None] * self.weights
-
-    def deformation_gradient(self, x: np.ndarray, gradients=None) -> np.ndarray:
-        """F (cells, points, 3, 3) at the quadrature points, or where ``gradients`` were taken."""
-        gradients = self._gradients if gradients is None else gradients
-        out = np.empty((len(self.cells), len(gradients), 3, 3))
-        a = self.assembler
-        dofs = a.unknowns.cell_dofs
-
-        def pointer(array):
-            return ctypes.c_void_p(array.ctypes.data)
-
-        a.library.deformation_gradient(
-            ctypes.c_int64(len(self.cells)),
-            pointer(self.cells),
-            pointer(a.geometry_nodes),
-            pointer(a.points),
-            len(gradients),
-            self._functions,
-            pointer(gradients),
-            pointer(dofs),
-            dofs.shape[1],
-            pointer(x),
-            pointer(out),
-        )
-        return out
-
-    def fibre_stretch(self, x: np.ndarray) -> np.ndarray:
-        """Stretch along the fibres (cells · points, families), for a material that has some."""
-        f = self.deformation_gradient(x).reshape(-1, 1, 3, 3)
-        return np.linalg.norm((f @ self.fibres[..., None])[..., 0], axis=-1)
-
-    def hydrostatic_pressure(self, x: np.ndarray) -> np.ndarray:
-        """p (cells, points) MPa at the quadrature points, positive in tension."""
-        if not self._mixed:
-            jacobian = np.linalg.det(self.deformation_gradient(x))
-            return self._volumetric_stress(jacobian)
-        dofs = self.assembler.unknowns.cell_dofs[self.cells, 3 * self._functions :]
-        return x[dofs] @ self.pressure_values.T
-
-    def _volumetric_stress(self, jacobian):
-        extra = self._extra_volumetric(jacobian.ravel())[1].reshape(jacobian.shape)
-        return self.material.bulk_modulus * (jacobian - 1) + extra
-
-    def second_piola(self, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Stress S (n, 6), moduli D (n, 6, 6) and J (n,) at the quadrature points.
-
-        Raises InvertedElementError where J is not positive.
-        """
-        f = self.deformation_gradient(state.x).reshape(-1, 3, 3)
-        jacobian = np.linalg.det(f)
-        if not (jacobian > 0).all():  # also true of NaN
-            raise InvertedElementError
-        c = np.matmul(f.transpose(0, 2, 1), f)
-        stress, moduli = self.material.stress_tangent(c, self.fibres)
-        return *self._add_volumetric(stress, moduli, c, jacobian), jacobian
-
-    def _add_volumetric(self, stress, moduli, c, jacobian):
-        """What the pressure unknown does not carry: all of U(J) without one, else its rest."""
-        _, first, second = self._extra_volumetric(jacobian)
-        if not self._mixed:
-            first = first + self.material.bulk_modulus * (jacobian - 1)
-            second = second + self.material.bulk_modulus
-        elif not np.any(first) and not np.any(second):
-            return stress, moduli
-        inverse = np.linalg.inv(c)
-        rows, columns = [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]
-        v = inverse[:, rows, columns]
-        # (C⁻¹ ⊙ C⁻¹)_ijkl = ½ (C⁻¹_ik C⁻¹_jl + C⁻¹_il C⁻¹_jk) in Voigt pairs
-        i, j = np.array(rows)[:, None], np.array(columns)[:, None]
-        k, m = np.array(rows)[None], np.array(columns)[None]
-        product = (inverse[:, i, k] * inverse[:, j, m] + inverse[:, i, m] * inverse[:, j, k]) / 2
-        stress = stress + (first * jacobian)[:, None] * v
-        moduli = (
-            moduli
-            + (jacobian**2 * second + jacobian * first)[:, None, None] * v[:, :, None] * v[:, None]
-            - (2 * jacobian * first)[:, None, None] * product
-        )
-        return stress, moduli
-
-    def _extra_volumetric(self, jacobian):
-        """U, U', U'' of what neither the pressure unknown nor κ/2 (J − 1)² holds."""
-        if self._mixed:
-            return self.material.higher_volumetric(jacobian)
-        return self.material.extra_volumetric(jacobian)
-
-    def _constants(self):
-        if not self._mixed:
-            return []
-        return [1 / self.material.bulk_modulus, float(self.material.logarithmic_volume)]
-
-    def pressure_volume(self, pressure: np.ndarray) -> np.ndarray:
-        """J at which the volumetric energy of the pressure unknown has the slope ``pressure``."""
-        compliance, logarithmic = self._constants()
-        swelling = compliance * pressure
-        return swelling + np.sqrt(1 + logarithmic * swelling**2)
-
-    def _unknowns(self, x):
-        return Coefficient(x, self._size, self.assembler.unknowns.cell_dofs)
-
-    def add_force(self, state, out):
-        stress, _, _ = self._evaluate(state)
-        values = Coefficient(np.ascontiguousarray(stress), stress.shape[1] * len(self.weights))
-        self._residual.add_vector(
-            out, self._size, [self._unknowns(state.x), values], self._constants()
-        )
-
-    def add_tangent(self, state, previous):
-        stress, moduli, _ = self._evaluate(state)
-        points = len(self.weights)
-        self._tangent.add_matrix(
-            self._size,
-            [
-                self._unknowns(state.x),
-                Coefficient(np.ascontiguousarray(moduli), 36 * points),
-                Coefficient(np.ascontiguousarray(stress), 6 * points),
-            ],
-            self._constants(),
-        )
-
-    def _evaluate(self, state):
-        """The last evaluated point is kept: Newton asks for force and tangent at the same one."""
-        key = state.x.tobytes()
-        if getattr(self, "_last", (None,))[0] != key:
-            self._last = (key, self.second_piola(state))
-        return self._last[1]
-
-    def cauchy(self, state: State) -> np.ndarray:
-        """Cauchy stress (cells, points, 3, 3) MPa at the quadrature points: F S Fᵀ/J + p I."""
-        f = self.deformation_gradient(state.x)
-        s = self._evaluate(state)[0].reshape(*f.shape[:2], 6)
-        tensor = s[..., [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(f.shape)
-        pushed = f @ tensor @ np.swapaxes(f, -1, -2) / np.linalg.det(f)[..., None, None]
-        if self._mixed:
-            pushed += self.hydrostatic_pressure(state.x)[..., None, None] * np.eye(3)
-        return pushed
-
-    def energy(self, state):
-        f = self.deformation_gradient(state.x).reshape(-1, 3, 3)
-        jacobian = np.linalg.det(f)
-        c = np.matmul(f.transpose(0, 2, 1), f)
-        density = self.material.energy(c, self.fibres) + self._extra_volumetric(jacobian)[0]
-        if self._mixed:
-            jacobian = self.pressure_volume(self.hydrostatic_pressure(state.x).ravel())
-            density = density + self.material.logarithmic_excess(jacobian)[0]
-        density = density + self.material.bulk_modulus * (jacobian - 1) ** 2 / 2
-        return float(density @ self.volumes.ravel())
 
 
 class CavityPressure:
@@ -264,7 +97,7 @@ class CavityPressure:
         if pressure:
             self._force.add_vector(out, self._size, self._u(state.x), [pressure])
 
-    def add_tangent(self, state, previous):
+    def add_tangent(self, state, origin):
         pressure = state.pressure.get(self.name, 0.0)
         if pressure:
             self._tangent.add_matrix(self._size, self._u(state.x), [pressure])
@@ -296,9 +129,15 @@ class Layer:
     def add_force(self, state, out):
         self._force.add_vector(out, self._size, [self._u(state.x)], self._constants)
 
-    def add_tangent(self, state, previous):
-        before = state if previous is None else previous
-        self._tangent.add_matrix(self._size, [self._u(state.x), self._u(before.x)], self._constants)
+    def add_tangent(self, state, origin):
+        origin = origin or Origin((state.x,))
+        states = [*origin.states, *[state.x] * (forms.LAYER_STATES - len(origin.states))]
+        weights = [*origin.weights, *[0.0] * (forms.LAYER_STATES - len(origin.weights))]
+        self._tangent.add_matrix(
+            self._size,
+            [self._u(x) for x in (state.x, *states)],
+            [*self._constants, *weights, float(origin.linearised)],
+        )
 
     def energy(self, state):
         return self._energy.scalar([self._u(state.x)], self._constants)
@@ -320,7 +159,7 @@ class Weight:
         if np.any(state.gravity):
             out -= state.gravity @ self._unit
 
-    def add_tangent(self, state, previous):
+    def add_tangent(self, state, origin):
         """The weight does not depend on the displacement."""
 
     def energy(self, state):
@@ -341,7 +180,7 @@ class SurfaceForce:
         if self.name in state.traction:
             out -= state.traction[self.name] @ self._unit
 
-    def add_tangent(self, state, previous):
+    def add_tangent(self, state, origin):
         """A dead force does not depend on the displacement."""
 
     def energy(self, state):
@@ -368,7 +207,7 @@ class SurfacePressure:
     def add_force(self, state, out):
         self._force.add_vector(out, *self._arguments(state))
 
-    def add_tangent(self, state, previous):
+    def add_tangent(self, state, origin):
         self._tangent.add_matrix(*self._arguments(state))
 
     def energy(self, state):
@@ -407,7 +246,7 @@ class Inertia:
         if self.time_step is not None:
             self._add(state.x - self.away_from, self.density / self.time_step**2, out)
 
-    def add_tangent(self, state, previous):
+    def add_tangent(self, state, origin):
         if self.time_step is not None:
             self._tangent.add_matrix(self._size, [], [self.density / self.time_step**2])
 

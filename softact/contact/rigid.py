@@ -119,7 +119,7 @@ class RigidContact:
         elif self.presence(state) > 0.0:
             self.facets.add_force(-self.tractions(state), out)
 
-    def add_tangent(self, state, previous):
+    def add_tangent(self, state, origin):
         if self.presence(state) == 1.0:
             on, _, modulus, _ = self._evaluate(state, moduli=True)
             self.facets.add_tangent(-modulus, on)

@@ -131,7 +131,7 @@ class SurfaceContact:
             dofs = self.facets.dofs[found.pairs].reshape(forces.shape)
             out += np.bincount(dofs.ravel(), forces.ravel(), len(out))
 
-    def add_tangent(self, state, previous):
+    def add_tangent(self, state, origin):
         self._make_room(state)
         facet, point, partner, place, gap = self._points(state)
         if not len(facet):

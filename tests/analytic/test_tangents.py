@@ -14,9 +14,9 @@ from solving import build
 
 from softact.materials import LAWS
 from softact.model import ELEMENTS, BondedLayer
+from softact.solid import Solid
 from softact.terms import (
     InvertedElementError,
-    Solid,
     State,
     SurfaceForce,
     SurfacePressure,
