@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -76,6 +77,8 @@ class Newton:
     def __init__(self, model: Model, tolerance: float, max_iterations: int):
         self.model, self.tolerance = model, tolerance
         self.counts = Counts()
+        # Seconds of this process so far: values of the matrix, its factors and their solves.
+        self.times = {"assembly": 0.0, "linear_solves": 0.0}
         u = model.unknowns
         displacement = np.zeros(u.local, dtype=bool)
         displacement[model.displacement_dofs] = True
@@ -222,9 +225,13 @@ class Newton:
 
     def _jacobian(self, _snes, x, _matrix, _preconditioner) -> None:
         if self._old_factors_do():
+            self._handed_over = time.perf_counter()
             return  # PETSc factorises again only when the matrix has changed
+        started = time.perf_counter()
         self.counts.factorisations += 1
         self.model.tangent(self._state, self._origin)
+        self._handed_over = time.perf_counter()
+        self.times["assembly"] += self._handed_over - started
         if self.model.assembler.layouts != self._layouts:
             self._set_up_factor()
         self._origin = Origin((self._state.x.copy(),), linearised=True)
@@ -245,6 +252,7 @@ class Newton:
 
     def _adapt(self, x, step) -> bool:
         """Complete Newton's step (x becomes x − step) by the prescribed volumes, and shorten it."""
+        self.times["linear_solves"] += time.perf_counter() - self._handed_over
         change = None
         if self._border:
             array = step.getArray().copy()

@@ -9,6 +9,7 @@ import functools
 from dataclasses import dataclass, field
 
 import numpy as np
+import scipy.sparse
 
 from softact import compat
 from softact.elements import vtk_order
@@ -116,10 +117,14 @@ class Snapshot:
         size = per_solid[0].shape[-1]
         sums = np.zeros((len(dofs), size + 1))
         for solid, values in zip(self.model.solids.values(), per_solid, strict=True):
-            nodes = self.model.cell_nodes[solid.cells]
-            weight = solid.volumes.sum(axis=1)[:, None, None]
-            np.add.at(sums[:, :size], nodes, values * weight)
-            np.add.at(sums[:, size], nodes, np.broadcast_to(weight[..., 0], nodes.shape))
+            nodes = self.model.cell_nodes[solid.cells].ravel()
+            weight = np.repeat(solid.volumes.sum(axis=1), values.shape[1])
+            # Much faster than np.add.at.
+            add = scipy.sparse.csr_matrix(
+                (weight, (nodes, np.arange(len(nodes)))), shape=(len(dofs), len(nodes))
+            )
+            sums[:, :size] += add @ values.reshape(-1, size)
+            sums[:, size] += np.asarray(add.sum(axis=1)).ravel()
         whole = np.empty_like(sums)
         for start in range(0, size + 1, 3):  # three values a node travel as a displacement does
             columns = sums[:, start : start + 3]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import resource
 import sys
 import time
 import traceback
@@ -40,21 +41,10 @@ def solve(
     go on with it; None: start anew.
     """
     from softact import checkpoint
-    from softact.mesh import distribute, read_msh
-    from softact.model import BondedLayer, Model
 
     started = time.perf_counter()
-    layout = spec.geometry.layout()
-    mesh = distribute(comm, lambda: read_msh(mesh_file, layout), layout)
-    model = Model(
-        mesh,
-        {name: law.material() for name, law in spec.materials.items()},
-        [BondedLayer(la.surface, la.material, la.thickness, la.bending) for la in spec.layers],
-        spec.solver.element,
-        spec.geometry.wall_normal,
-        _obstacles(spec),
-        _touching(spec),
-    )
+    model = build_model(comm, spec, mesh_file)
+    mesh = model.mesh
     model.contacts.check_clear(model.initial_state())
     unknowns = comm.allreduce(model.unknowns.owned)
     start, begin = None, 0
@@ -72,6 +62,23 @@ def solve(
     times["set_up"] = time.perf_counter() - started
     tell({"stage": "solve", "cells": mesh.cell_count, "unknowns": unknowns})
     return recorder.run(times, start, begin)
+
+
+def build_model(comm, spec, mesh_file: Path):
+    """The ``Model`` of a spec on a mesh. Collective."""
+    from softact.mesh import distribute, read_msh
+    from softact.model import BondedLayer, Model
+
+    layout = spec.geometry.layout()
+    return Model(
+        distribute(comm, lambda: read_msh(mesh_file, layout), layout),
+        {name: law.material() for name, law in spec.materials.items()},
+        [BondedLayer(la.surface, la.material, la.thickness, la.bending) for la in spec.layers],
+        spec.solver.element,
+        spec.geometry.wall_normal,
+        _obstacles(spec),
+        _touching(spec),
+    )
 
 
 def _writer(comm, spec, directory: Path, known: dict, start):
@@ -125,10 +132,11 @@ class _Recorder:
 
     def run(self, times: dict, start, begin: int | None) -> str:
         started = time.perf_counter()
-        steps, supports = _load_steps(self.spec, self.model), _supports(self.spec.supports)
+        steps, supports = _load_steps(self.spec, self.model), supports_of(self.spec.supports)
         progress = self.stepper.run(steps, supports, start, begin)
         times["solve"] = time.perf_counter() - started - self.write_time
-        times["measure_and_write"] = self.write_time
+        times |= {"measure_and_write": self.write_time, **self.stepper.newton.times}
+        memory = self.model.comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
         status = "no_equilibrium" if progress.stopped else "complete"
         messages = [progress.stopped, *progress.remarks, self._unstable(), *self._beyond_test()]
         messages = [message for message in messages if message]
@@ -145,6 +153,7 @@ class _Recorder:
                 {
                     "times_s": {name: round(t, 4) for name, t in times.items()},
                     "counts": counts,
+                    "memory_MB": round(memory / 1024),
                     "messages": messages,
                     "history": [asdict(a) for a in progress.attempts],
                 },
@@ -218,7 +227,7 @@ class _Recorder:
         self.tell({"stage": "cutback", **asdict(attempt)})
 
 
-def _supports(supports):
+def supports_of(supports):
     from softact.model import Support
 
     return [Support(s.surface, s.values) for s in supports]
@@ -269,7 +278,7 @@ def _load_steps(spec, model):
             traction=dead_loads,
             surface_pressure=step.surface_pressure,
             inject={name: v / copies for name, v in step.inject.items()} if step.inject else None,
-            supports=_supports(step.supports) if step.supports is not None else None,
+            supports=supports_of(step.supports) if step.supports is not None else None,
             shift={n: o.move for n, o in (step.obstacles or {}).items() if o.move is not None},
             presence={
                 n: float(o.active)

@@ -58,7 +58,7 @@ def _region(snapshot, name, solid):
     volumes = solid.volumes.ravel()
     stress = np.linalg.eigvalsh(solid.cauchy(snapshot.state))[..., 2].ravel()
     f = solid.deformation_gradient(snapshot.state.x)
-    stretch = np.linalg.svd(f, compute_uv=False)[..., 0].ravel()
+    stretch = np.sqrt(np.linalg.eigvalsh(np.swapaxes(f, -1, -2) @ f)[..., 2]).ravel()
     stress, place = percentile(comm, stress, volumes, places)
     stretch, _ = percentile(comm, stretch, volumes, places)
     nodes = np.unique(snapshot.model.cell_nodes[solid.cells])
