@@ -38,7 +38,8 @@ import click
 @click.option(
     "--into",
     metavar="DIR",
-    help="Result folder of 'softact run' that gets the error bars of its mesh.",
+    help="Result folder of 'softact run' that gets the error bars of its mesh; its report is "
+    "built anew.",
 )
 @click.option(
     "-j",
@@ -73,8 +74,10 @@ def converge(
     Example:
       softact converge configs/pneunet_small.yaml -m bending_angle_deg --into results/pneunet_small
     """
+    from softact.converge import carry
     from softact.converge import output as files
     from softact.converge.study import converge as study_of
+    from softact.converge.study import refined
     from softact.spec import load
     from softact.sweep.cache import DEFAULT, Cache
     from softact.sweep.output import written_alone
@@ -82,6 +85,9 @@ def converge(
     loaded = load(spec, overrides)
     wanted = measures or ("bending_angle_deg", "max_principal_stress_MPa")
     cache = Cache(Path(cache_folder or DEFAULT), warn=lambda line: click.echo(line, err=True))
+    if into:  # before hours of computing, not after
+        sizes = (refined(loaded, factor**n) for n in range(most))
+        carry.check_folder(Path(into), (spec.hash for spec in sizes))
     study = study_of(
         loaded, wanted, cache, _part(tolerance), factor, most, jobs, told=_told(wanted)
     )
@@ -91,7 +97,7 @@ def converge(
     for line in [*files.told(study), files.advice(study)]:
         click.echo(line)
     if into:
-        click.echo(files.carry_into(study, Path(into)))
+        click.echo(carry.carry_into(study, Path(into)))
     click.echo(f"page: {page}")
     sys.exit(0 if study.converged else 1)
 

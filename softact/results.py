@@ -27,6 +27,7 @@ COMPLETE = "complete"
 NO_EQUILIBRIUM = "no_equilibrium"
 
 RESTART = "restart.npz"
+MESH_ERROR = "mesh_error.json"
 
 #: Every file that softact itself puts into a result folder, ``run.json`` excepted.
 OWN_FILES = (
@@ -43,6 +44,7 @@ OWN_FILES = (
     "animation.mp4",
     "log.txt",
     RESTART,
+    MESH_ERROR,
 )
 
 
@@ -163,7 +165,8 @@ class ResultsWriter:
                 group = file["increments"][name]
                 writer._xdmf.add(writer._time(row), f"increments/{name}", dict(group.items()))
         write_atomic(writer.directory / "run.json", writer._run_json(INCOMPLETE))
-        for name in ("summary.csv", "report.html", "curve.png", "states.png", "shape.png"):
+        made_of_the_end = "summary.csv", "report.html", "curve.png", "states.png", "shape.png"
+        for name in (*made_of_the_end, MESH_ERROR):
             (writer.directory / name).unlink(missing_ok=True)
         write_atomic(writer.directory / "spec.yaml", spec_yaml)
         write_atomic(writer.directory / "fields.xdmf", writer._xdmf.text())

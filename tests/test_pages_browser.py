@@ -11,10 +11,16 @@ import bent_beam
 import numpy as np
 import pytest
 
+from softact import spec as specs
+from softact.converge import output
+from softact.converge.carry import carry_into
+from softact.converge.study import Convergence, Level, mesh_sizes, refined
 from softact.report import pictures, write_report
 from softact.report.base import Plot, Section, bars, figures, lines, page, table, xy
 from softact.report.compare import write_comparison
 from softact.report.targets import section
+from softact.results import read
+from softact.sweep.record import from_results
 
 CHROMIUM, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
 pytestmark = pytest.mark.skipif(
@@ -28,6 +34,7 @@ FLAGS = (
     "--enable-unsafe-swiftshader", "--hide-scrollbars",
 )  # fmt: skip
 SIZE = {"nx": 6, "ny": 2, "nz": 7}
+MEASURES = ("bending_angle_deg", "max_principal_stress_MPa", "tip_x_mm", "tip_z_mm")
 PLOT = "#angle .main-svg"
 PRESSURE, ANGLE = [0.0, 12.5, 50.0], [0.0, 1 / 3, 120.25]
 
@@ -55,18 +62,37 @@ whenReady((data) => byId("angle").on("plotly_click", (event) => {
     return page("A page", sections, kicker="Test", data={"names": names}, script=script)
 
 
+def a_study(top):
+    """Bent beams of 90°, 87.5° and 86.25° on meshes of 4, 2 and 1 mm: first order, limit 85°."""
+    text = "geometry: {type: block, mesh_size: 4 mm}\nmaterials: {body: ecoflex-00-30}\n"
+    spec = specs.loads(f"{text}steps: [{{name: hang, gravity: [0, 0, -1]}}]")
+    study = Convergence(MEASURES, 0.05)
+    for number, angle in enumerate((90.0, 87.5, 86.25)):
+        fine, folder = refined(spec, 2.0**number), top / f"level{number}"
+        bent_beam.write(folder, angle, 4, size=SIZE, spec_hash=fine.hash)
+        found = from_results(f"{number:032d}", read(folder), 1.5)
+        study.levels.append(Level(mesh_sizes(fine), fine, found, 4.0 / 2**number))
+    return study
+
+
 @pytest.fixture(scope="module")
 def files(tmp_path_factory):
-    """Name -> file: a page of the base, a comparison, and a report with requirements."""
+    """Name -> file: a page of the base, a comparison, a report with requirements and error bars,
+    and a convergence study."""
     top = tmp_path_factory.mktemp("pages")
     (top / "page.html").write_text(a_page())
-    for name, angle in (("a", 90.0), ("b", 120.0)):
-        bent_beam.write(top / name, angle, 4, size=SIZE)
+    study, folder = a_study(top), top / "level0"
+    bent_beam.write(top / "b", 120.0, 4, size=SIZE)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pictures, "drawing", lambda results: nullcontext(lambda: "left out"))
-        report = write_report(top / "a", [lambda results: section(results, ["glove"])])
-    comparison = write_comparison([top / "a", top / "b"], top / "out")
-    return {"base": top / "page.html", "comparison": comparison, "report": report}
+        carry_into(study, folder)
+        report = write_report(folder, [lambda results: section(results, ["glove"])])
+    return {
+        "base": top / "page.html",
+        "comparison": write_comparison([folder, top / "b"], top / "out"),
+        "report": report,
+        "convergence": output.write(study, "beam", top),
+    }
 
 
 @pytest.fixture(scope="module")
@@ -134,8 +160,10 @@ def csv_of(driver, title):
 
 
 @pytest.mark.parametrize(
-    "name, width", [("comparison", 390), ("base", 390), ("report", 390), ("base", 1400)]
-)
+    "name, width",
+    [("comparison", 390), ("base", 390), ("report", 390), ("convergence", 390),
+     ("convergence", 1400), ("base", 1400)],
+)  # fmt: skip
 def test_pages_are_quiet_and_fit(browser, files, name, width):
     open_page(browser, files[name], width)
     plots, drawn, inner, content = browser.execute_script(
@@ -226,6 +254,23 @@ def test_curves_of_one_abscissa_are_columns(browser, files):
     assert rows[0][0] == "Pressure (kPa)" and len(rows[0]) == 3
     assert rows[0][1] == "Largest von Mises stress: Largest stress (MPa)"
     assert [float(row[0]) for row in rows[1:]] == [0, 12.5, 25, 37.5, 50]
+
+
+def test_error_bars_of_a_convergence_study(browser, files):
+    """1.25 times the distances of 5°, 2.5° and 1.25° to the limit, in the plot and in its CSV."""
+    open_page(browser, files["convergence"], 1400)
+    rows = saved(browser, csv_of(browser, "Bending angle"), "bending_angle.csv")
+    assert rows[0] == [
+        "Mean cell size (mm)", "Bending angle (°)", "Error bar of Bending angle (°)",
+        "limit (Richardson)",
+    ]  # fmt: skip
+    expected = [[4, 90, 6.25, 85], [2, 87.5, 3.125, 85], [1, 86.25, 1.5625, 85]]
+    assert np.array(rows[1:], float) == pytest.approx(np.array(expected), rel=1e-6)
+    drawn = browser.execute_script(
+        "return [...document.querySelectorAll('figure.chart')].map("
+        "f => f.querySelectorAll('.errorbar path').length)"
+    )
+    assert drawn == [3, 3, 3, 3]
 
 
 def test_names_from_users_are_no_markup():

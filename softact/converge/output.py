@@ -1,19 +1,19 @@
-"""The outcome of a convergence study as files, and its error bars in a result folder."""
+"""The outcome of a convergence study as files."""
 
 from __future__ import annotations
 
-import csv
-import io
-import json
 from pathlib import Path
 
+from softact.converge.richardson import SAFETY
 from softact.converge.study import Convergence
-from softact.errors import SpecError
-from softact.report import base, labels
+from softact.report import base, labels, mesh_error
 from softact.report.base import Section
 from softact.results import csv_text, json_text, write_atomic
 
-MESH_ERROR = "mesh_error.json"
+_CELL_SIZE = (
+    "<p class='note'>Mean cell size: edge of the cube that holds, on average, one tetrahedron. "
+    "The order is measured over it.</p>"
+)
 
 
 def rows(study: Convergence) -> list[dict[str, float | str]]:
@@ -70,7 +70,7 @@ def write(study: Convergence, name: str, directory: Path) -> Path:
 def advice(study: Convergence) -> str:
     """One line: which mesh to use."""
     level = study.recommended
-    within = f"within {study.tolerance:.3g} of the limit".replace("0.05 ", "5 % ")
+    within = f"within {100 * study.tolerance:.3g} % of the limit"
     if level is None:
         return (
             f"no mesh here is {within} for every measure; allow more meshes (--most) or a larger "
@@ -98,7 +98,7 @@ def html(study: Convergence, name: str, table: list[dict]) -> str:
     plots = [_plot(study, measure) for measure in study.measures]
     kind = "good" if study.recommended else "warn"
     estimates = base.table(
-        ["Measure", "Mesh of the spec", "Error bar", "Limit (Richardson)", "Order", "Note"],
+        ["Measure", "Mesh of the spec", "Error bar", "Limit", "Order", "Note"],
         [
             (str(labels.column(m)), study.values(m)[0] * f, e.errors[0] * f, e.limit * f,
              "none" if e.order is None else f"{e.order:.2f}", e.note)
@@ -106,17 +106,33 @@ def html(study: Convergence, name: str, table: list[dict]) -> str:
             for e, f in [(study.estimate(m), labels.column(m).factor)]
         ],
     )  # fmt: skip
-    heads = list(dict.fromkeys(head for row in table for head in row))
-    meshes = base.table(heads, [[row[h] for h in heads] for row in table], file="converge.csv")
     sections = [
-        Section("estimates", "What the mesh of the spec is worth", estimates),
-        Section("plots", "Measures over the mesh", base.figures(plots)),
-        Section("meshes", "Meshes", meshes),
-    ]
+        Section("estimates", "What the mesh of the spec is worth",
+                estimates + mesh_error.note(SAFETY), "Error bars"),
+        Section("plots", "Measures over the mesh", base.figures(plots) + _CELL_SIZE, "Plots"),
+        Section("meshes", "Meshes", _meshes(study, table)),
+    ]  # fmt: skip
     lead = base.banner(kind, "Mesh:", f"{advice(study)}.")
     return base.page(
         name, sections, kicker="Mesh convergence of a soft actuator", kind="convergence", lead=lead
     )
+
+
+def _meshes(study: Convergence, table: list[dict]) -> str:
+    shown = {"edge_mm": "Mean cell size (mm)", "cells": "Tetrahedra", "seconds": "Run (s)"}
+    heads = {name: shown.get(name, str(labels.column(name))) for name in table[0]}
+    factors = {name: 1.0 for name in heads}
+    for measure in study.measures:
+        label = labels.column(measure)
+        heads |= {measure: str(label), f"{measure}_error": "±", f"{measure}_change": "Change (%)"}
+        factors |= {measure: label.factor, f"{measure}_error": label.factor}
+        factors[f"{measure}_change"] = 100.0
+    names = [*(name for name in heads if name != "run"), "run"]
+    rows = [
+        [row[n] if isinstance(row[n], str) else row[n] * factors[n] for n in names] for row in table
+    ]
+    link = base.download("converge.csv", csv_text(table).encode())
+    return f"{base.table([heads[n] for n in names], rows)}<p class='note'>{link}</p>"
 
 
 def _plot(study: Convergence, measure: str) -> base.Plot:
@@ -124,37 +140,12 @@ def _plot(study: Convergence, measure: str) -> base.Plot:
     edges = [level.edge for level in study.levels]
     values = [value * label.factor for value in study.values(measure)]
     bars = {"type": "data", "array": [error * label.factor for error in e.errors]}
-    limit = e.limit * label.factor
+    limits = [e.limit * label.factor] * len(edges)
     name = "limit (Richardson)" if e.order is not None else "finest mesh"
     traces = [
         base.xy("computed", edges, values, error_y=bars),
-        base.xy(name, [0, max(edges)], [limit, limit], mode="lines", line={"dash": "dash"}),
+        base.xy(name, [0, max(edges)], limits[:2], mode="lines", line={"dash": "dash"}),
     ]
-    layout = {"xaxis": {"rangemode": "tozero"}}
-    return base.lines(label.name, "Edge of a tetrahedron's cube (mm)", str(label), traces,
-                      layout=layout)  # fmt: skip
-
-
-def carry_into(study: Convergence, directory: Path) -> str:
-    """Write the error bars of the mesh that a result folder was computed on into that folder.
-
-    summary.csv gets a column ``<measure>_mesh_error`` for each measure, mesh_error.json the whole
-    story. Returns a line that says so. Raises SpecError where the folder is of another spec.
-    """
-    path = directory / "run.json"
-    try:
-        spec_hash = json.loads(path.read_text())["spec_hash"]
-    except (OSError, ValueError, KeyError):
-        raise SpecError(f"{directory}: no result folder of softact") from None
-    hashes = [level.spec.hash for level in study.levels]
-    if spec_hash not in hashes:
-        raise SpecError(f"{directory}: computed from another spec than the meshes of this study")
-    level = hashes.index(spec_hash)
-    bars = {m: study.estimate(m).errors[level] for m in study.measures}
-    summary_file = directory / "summary.csv"
-    with io.StringIO(summary_file.read_text()) as file:
-        row = next(csv.DictReader(file))
-    row |= {f"{measure}_mesh_error": bar for measure, bar in bars.items()}
-    write_atomic(summary_file, csv_text([row]))
-    write_atomic(directory / MESH_ERROR, json_text({"error_bars": bars, **summary(study)}))
-    return f"error bars: {summary_file}"
+    x, layout = "Mean cell size (mm)", {"xaxis": {"rangemode": "tozero"}}
+    table = {x: edges, str(label): values, f"Error bar of {label}": bars["array"], name: limits}
+    return base.lines(label.name, x, str(label), traces, layout=layout, table=table)

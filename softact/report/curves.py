@@ -1,5 +1,6 @@
 """What the curves and tables of a report show, taken from curve.csv; and ``curve.png``."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from io import BytesIO
 
@@ -128,9 +129,11 @@ def at_load(results: Results, values: np.ndarray, aim: float) -> float:
     return float("nan")
 
 
-def key_figures(results: Results) -> tuple[list[str], list[tuple[str, str, list[str]]]]:
+def key_figures(
+    results: Results, errors: Mapping[str, str] | None = None
+) -> tuple[list[str], list[tuple[str, str, list[str]]]]:
     """Heads and rows (name, unit, texts) of the table: unloaded, at round loads, at the last
-    state."""
+    state. errors: column -> what is put behind its figure at the last state."""
     driver = load_name(results)
     loads = load(results)
     if not len(loads):
@@ -149,6 +152,8 @@ def key_figures(results: Results) -> tuple[list[str], list[tuple[str, str, list[
         shown = np.array([*(at_load(results, values, aim) for aim in aims), values[-1]])
         largest = np.abs(shown).max(initial=0.0, where=np.isfinite(shown))
         texts = [labels.number(value, largest=largest) for value in shown]
+        if errors and name in errors:
+            texts[-1] += f" {errors[name]}"
         rows.append((label.name, label.unit, texts))
     return heads, rows
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import yaml
 
-from softact.report import base, curves, history, labels, origin
+from softact.report import base, curves, history, labels, mesh_error, origin
 from softact.report.base import Plot, Section
 from softact.report.view import load, load_name
 from softact.results import COMPLETE, NO_EQUILIBRIUM, Results
@@ -35,8 +35,12 @@ def html(
     spec = _spec(results)
     name = str(spec.get("name") or results.directory.resolve().name)
     told = origin.assumptions(spec)
+    errors = mesh_error.read(results)
+    faults = [*faults, errors.fault] if errors.fault else faults
+    bars = {column: mesh_error.text(column, bar) for column, bar in errors.bars.items()}
     sections = [
-        Section("figures", "Key figures", _figures(results), "Figures"),
+        Section("figures", "Key figures", _figures(results, bars), "Figures"),
+        *mesh_error.section(results, errors),
         *more,
         *([Section("view", "3-D view", _VIEW)] if view else []),
         Section("states", "Four loads", _states(results)),
@@ -51,7 +55,7 @@ def html(
         sections,
         kicker="Data sheet of a soft actuator",
         kind="data sheet",
-        lead=_lead(results, spec, name, faults),
+        lead=_lead(results, spec, name, faults, bars),
         data={"view": view},
         style=(here / "style.css").read_text(encoding="utf-8"),
         script=(here / "report.js").read_text(encoding="utf-8"),
@@ -66,8 +70,9 @@ def _spec(results: Results) -> dict:
     return spec if isinstance(spec, dict) else {}
 
 
-def _lead(results: Results, spec: dict, name: str, faults: list[str]) -> str:
-    """What stands above the contents: description, status, picture, cards."""
+def _lead(results: Results, spec: dict, name: str, faults: list[str], bars: dict) -> str:
+    """What stands above the contents: description, status, picture, cards. bars: column -> the
+    error bar's text."""
     lines = []
     if spec.get("description"):
         lines.append(f"<p class='lead'>{escape(str(spec['description']))}</p>")
@@ -77,7 +82,7 @@ def _lead(results: Results, spec: dict, name: str, faults: list[str]) -> str:
     lines += [
         _banner(results, faults),
         f"<section class='top'><div class='hero'>{hero}</div>"
-        f"<div class='cards' aria-label='Figures at the last state'>{_cards(results)}</div>"
+        f"<div class='cards' aria-label='Figures at the last state'>{_cards(results, bars)}</div>"
         "</section>",
     ]
     return "\n".join(lines)
@@ -121,7 +126,7 @@ def _image(path: Path, alt: str) -> str:
     return base.image(path.read_bytes(), alt) if path.is_file() else ""
 
 
-def _cards(results: Results) -> str:
+def _cards(results: Results, bars: dict[str, str]) -> str:
     """The last state's figures that a reader looks for first, as large numbers."""
     curve = results.curve
     wanted = [load_name(results)] if load_name(results) else []
@@ -131,14 +136,14 @@ def _cards(results: Results) -> str:
     shown = [n for n in dict.fromkeys(wanted) if n in curves.measures(results)]
     extra = {k: v for k, v in results.summary.items() if k not in curve and "." not in k}
     shown_extra = [k for k in ("failure_pressure_kPa", "blocked_force_N") if k in extra]
-    cards = [_card(n, curve[n][-1], _where(results, n)) for n in shown]
+    cards = [_card(n, curve[n][-1], _where(results, n), bars.get(n, "")) for n in shown]
     cards += [_card(n, extra[n], "") for n in shown_extra if isinstance(extra[n], float)]
     return "".join(cards)
 
 
-def _card(name: str, value: float, note: str) -> str:
+def _card(name: str, value: float, note: str, error: str = "") -> str:
     label = labels.column(name)
-    return base.card(label.name, labels.number(value * label.factor), label.unit, note)
+    return base.card(label.name, labels.number(value * label.factor), label.unit, note, error)
 
 
 def _where(results: Results, name: str) -> str:
@@ -150,8 +155,8 @@ def _where(results: Results, name: str) -> str:
     return "at x, y, z = " + ", ".join(f"{p[-1]:.1f}" for p in places) + " mm (undeformed)"
 
 
-def _figures(results: Results) -> str:
-    heads, rows = curves.key_figures(results)
+def _figures(results: Results, bars: dict[str, str]) -> str:
+    heads, rows = curves.key_figures(results, bars)
     if not rows:
         return "<p>There is no accepted increment, so there are no figures.</p>"
     head = "".join(f"<th scope='col'>{escape(text)}</th>" for text in heads)
@@ -161,13 +166,16 @@ def _figures(results: Results) -> str:
         + "</tr>"
         for name, unit, texts in rows
     )
+    told = ""
+    if bars:
+        told = " ± is the <a href='#mesherror'>error bar of the mesh</a>."
     path = results.directory / "curve.csv"
     link = base.download(path.name, path.read_bytes()) if path.is_file() else ""
     return (
         "<div class='scroll'><table class='figures'><thead><tr><th scope='col'>Figure</th>"
         f"<th scope='col'>Unit</th>{head}</tr></thead><tbody>{body}</tbody></table></div>"
         "<p class='note'>Figures are of the whole actuator. Between accepted increments they are "
-        f"interpolated linearly; the last column is a computed state. {link}</p>"
+        f"interpolated linearly; the last column is a computed state.{told} {link}</p>"
     )
 
 

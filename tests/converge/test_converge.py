@@ -2,6 +2,8 @@
 
 import csv
 import json
+import re
+from contextlib import nullcontext
 
 import bent_beam
 import pytest
@@ -9,9 +11,12 @@ import pytest
 from softact import spec as specs
 from softact.converge import output
 from softact.converge import study as studies
+from softact.converge.carry import carry_into
 from softact.converge.richardson import SAFETY, estimate
 from softact.converge.study import converge, mesh_sizes, refined
 from softact.errors import SpecError
+from softact.report import pictures, write_report
+from softact.results import MESH_ERROR
 from softact.sweep import compute as computing
 from softact.sweep.cache import Cache
 
@@ -93,24 +98,80 @@ def test_study_refines_until_the_measure_stays(studied):
     assert studied.recommended.sizes == {"mesh_size": 4}
 
 
-def test_files_and_error_bars_in_a_result_folder(studied, tmp_path):
+def test_files(studied, tmp_path):
     output.write(studied, "beam", tmp_path)
     data = json.loads((tmp_path / "converge.json").read_text())
     assert data["measures"]["bending_angle_deg"]["values"] == studied.values("bending_angle_deg")
     with open(tmp_path / "converge.csv") as file:
         assert [float(row["mesh_size_mm"]) for row in csv.DictReader(file)] == [8, 4, 2]
-    folder = tmp_path / "result"
-    bent_beam.write(folder, 40.0, 2, size={"nx": 6, "ny": 2, "nz": 7})
-    with pytest.raises(SpecError, match="another spec"):
-        output.carry_into(studied, folder)
-    story = json.loads((folder / "run.json").read_text()) | {"spec_hash": SPEC.hash}
-    (folder / "run.json").write_text(json.dumps(story))
-    output.carry_into(studied, folder)
+
+
+def result_of(folder, angle, spec, **more):
+    """A result folder that says to be of ``spec``."""
+    bent_beam.write(folder, angle, 2, size={"nx": 6, "ny": 2, "nz": 7}, spec_hash=spec.hash, **more)
+    return folder
+
+
+@pytest.fixture
+def no_drawing(monkeypatch):
+    monkeypatch.setattr(pictures, "drawing", lambda results: nullcontext(lambda: "left out"))
+
+
+def shown(folder):
+    """The text of the report without scripts and pictures."""
+    text = (folder / "report.html").read_text()
+    text = re.sub(r"<(script|style)\b.*?</\1>", "", text, flags=re.S)
+    return re.sub(r"base64,[A-Za-z0-9+/=]+", "", text)
+
+
+@pytest.mark.usefixtures("no_drawing")
+def test_error_bars_in_a_result_folder_and_its_report(studied, tmp_path):
+    """Of h = 4 mm: 40 (1 + 0.016) = 40.64°, limit 40°, 1.25 · 0.64 = 0.8°."""
+    folder = result_of(tmp_path / "r", 40.64, refined(SPEC, 2.0))
+    carry_into(studied, folder)
     with open(folder / "summary.csv") as file:
         (row,) = csv.DictReader(file)
-    bar = studied.estimate("bending_angle_deg").errors[0]
-    assert float(row["bending_angle_deg_mesh_error"]) == bar
-    assert bar == pytest.approx(1.25 * 0.064 * 40)
+    assert float(row["bending_angle_deg_mesh_error"]) == pytest.approx(0.8)
+    for text in (shown(folder), shown(write_report(folder).parent)):  # as 'softact report' does
+        assert "40.64°</div><div class='error'>± 0.8°</div>" in text  # the card
+        assert "<td>40.64 ± 0.8</td></tr>" in text  # the table, last state
+        assert text.count("± 0.8") == 2 and "(last)" in text
+        (line,) = re.findall(r"<tr><th scope='row'>Bending angle</th><td>°</td>.*?</tr>", text)
+        cells = re.findall(r"<td[^>]*>(.*?)</td>", line)
+        assert cells == ["°", "40.64", "0.8", "40", "2.00", ""]
+        assert "on the mesh of this run (mesh size 4 mm)" in text and "From 3 meshes" in text
+        assert (
+            "wanted was 5 %. The coarsest mesh within it for every figure: mesh size 4 mm" in text
+        )
+
+
+@pytest.mark.usefixtures("no_drawing")
+def test_error_bars_go_with_the_run_that_they_are_of(studied, tmp_path):
+    folder = result_of(tmp_path / "r", 42.56, SPEC)
+    carry_into(studied, folder)
+    assert "± 3.2" in shown(folder)  # 1.25 · 6.4 % of 40°
+    told = json.loads((folder / MESH_ERROR).read_text())
+    told["levels"][0]["spec_hash"] = "another"
+    (folder / MESH_ERROR).write_text(json.dumps(told))
+    write_report(folder)
+    assert "±" not in shown(folder) and "belongs to another spec" in shown(folder)
+    (folder / MESH_ERROR).write_text("{}")
+    write_report(folder)
+    assert "±" not in shown(folder) and "mesh_error.json cannot be read" in shown(folder)
+    result_of(folder, 42.56, SPEC)  # run again: its error bars have to be carried again
+    assert not (folder / MESH_ERROR).exists()
+
+
+def test_folders_that_error_bars_do_not_belong_to(studied, tmp_path):
+    for folder, words in [
+        (result_of(tmp_path / "a", 42.56, refined(SPEC, 3.0)), "another spec"),
+        (result_of(tmp_path / "b", 42.56, SPEC, status=None), "not complete"),
+        (result_of(tmp_path / "c", 42.46, SPEC), "42.46 there and 42.56 in this study"),
+        (tmp_path, "not a result folder"),
+    ]:
+        with pytest.raises(SpecError, match=words):
+            carry_into(studied, folder)
+        assert not (folder / MESH_ERROR).exists()
 
 
 def test_a_measure_that_is_not_there(tmp_path, monkeypatch):

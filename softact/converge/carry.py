@@ -1,0 +1,57 @@
+"""Error bars of a convergence study carried into the result folder of a run."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable
+from pathlib import Path
+
+from softact.converge.output import summary
+from softact.converge.richardson import NOTHING, SAFETY
+from softact.converge.study import Convergence
+from softact.errors import SpecError
+from softact.report import write_report
+from softact.results import COMPLETE, MESH_ERROR, csv_text, json_text, read, write_atomic
+
+#: Two runs of one spec are the same run within this part of the value, or of its error bar.
+SAME, SAME_BAR = 1e-3, 0.1
+_COLUMN = "_mesh_error"
+
+
+def check_folder(directory: Path, hashes: Iterable[str]) -> None:
+    """Raise SpecError unless a result folder is complete and of a spec with one of ``hashes``."""
+    results = read(directory)
+    if results.status != COMPLETE or not results.summary:
+        raise SpecError(f"{directory}: the run there is not complete; run it first")
+    if results.run.get("spec_hash") not in hashes:
+        raise SpecError(f"{directory}: computed from another spec than the meshes of this study")
+
+
+def carry_into(study: Convergence, directory: Path) -> str:
+    """Write the error bars of the mesh that a result folder was computed on into that folder.
+
+    summary.csv gets a column ``<measure>_mesh_error`` for each measure, mesh_error.json the whole
+    story, and the report is built anew. Returns a line that says so. Raises SpecError where the
+    folder is not complete, of another spec, or has other values than the study's run.
+    """
+    hashes = [level.spec.hash for level in study.levels]
+    check_folder(directory, hashes)
+    results = read(directory)
+    level = hashes.index(results.run["spec_hash"])
+    bars = {m: study.estimate(m).errors[level] for m in study.measures}
+    for measure in bars:
+        there, here = float(results.curve[measure][-1]), study.values(measure)[level]
+        near = max(SAME * abs(here), SAME_BAR * bars[measure], NOTHING)
+        if abs(there - here) > near:
+            raise SpecError(
+                f"{directory}: {measure} is {there:.6g} there and {here:.6g} in this study, on the "
+                "same mesh; the folder is of another softact: run it again"
+            )
+    story = {"error_bars": bars, "level": level, "safety": SAFETY, **summary(study)}
+    with open(directory / "summary.csv", newline="") as file:
+        cells = next(csv.DictReader(file))
+    row = {name: cell for name, cell in cells.items() if not name.endswith(_COLUMN)}
+    row |= {f"{measure}{_COLUMN}": bar for measure, bar in bars.items()}
+    write_atomic(directory / MESH_ERROR, json_text(story))
+    write_atomic(directory / "summary.csv", csv_text([row]))
+    return f"error bars: {directory / 'summary.csv'} and {write_report(directory)}"
