@@ -166,7 +166,7 @@ def test_folders_that_error_bars_do_not_belong_to(studied, tmp_path):
     for folder, words in [
         (result_of(tmp_path / "a", 42.56, refined(SPEC, 3.0)), "another spec"),
         (result_of(tmp_path / "b", 42.56, SPEC, status=None), "not complete"),
-        (result_of(tmp_path / "c", 42.46, SPEC), "42.46 there and 42.56 in this study"),
+        (result_of(tmp_path / "c", 42.06, SPEC), "42.06 there and 42.56 in this study"),
         (tmp_path, "not a result folder"),
     ]:
         with pytest.raises(SpecError, match=words):
