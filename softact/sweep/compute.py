@@ -9,7 +9,7 @@ from pathlib import Path
 
 from softact.errors import SoftactError
 from softact.results import read
-from softact.run import CannotWriteError, SolverCrashError, run
+from softact.run import CannotWriteError, Progress, SolverCrashError, run
 from softact.spec import Spec
 from softact.sweep import record, shape
 from softact.sweep.cache import Cache
@@ -40,12 +40,14 @@ def of_record(found: Record, cached: bool) -> Answer:
     return Answer(found.key, found, found.status, found.cause, cached)
 
 
-def compute(spec: Spec, key: str, cache: Cache, wait: bool = True) -> Answer:
+def compute(
+    spec: Spec, key: str, cache: Cache, wait: bool = True, progress: Progress | None = None
+) -> Answer:
     """Solve ``spec`` on one thread unless its run is in the cache; keep the run there.
 
-    wait: for somebody else who computes it; else BusyError is raised. Raises CannotWriteError
-    where the disk is full or read-only: there is no sense in going on. Whatever else goes wrong
-    is told in the answer.
+    wait: for somebody else who computes it; else BusyError is raised. progress: hears of each
+    increment of a run that is computed. Raises CannotWriteError where the disk is full or
+    read-only: there is no sense in going on. Whatever else goes wrong is told in the answer.
     """
     with cache.lock(key, wait):
         found = cache.find(key)
@@ -53,7 +55,7 @@ def compute(spec: Spec, key: str, cache: Cache, wait: bool = True) -> Answer:
             return of_record(found, cached=True)
         try:
             with cache.workspace(key) as folder:
-                return of_record(_solve(spec, key, folder, cache), cached=False)
+                return of_record(_solve(spec, key, folder, cache, progress), cached=False)
         except CannotWriteError as error:
             raise _full(error, cache) from None
         except SoftactError as error:
@@ -65,10 +67,10 @@ def compute(spec: Spec, key: str, cache: Cache, wait: bool = True) -> Answer:
             return Answer(key, None, FAILED, str(error), transient=True)
 
 
-def _solve(spec: Spec, key: str, folder: Path, cache: Cache) -> Record:
+def _solve(spec: Spec, key: str, folder: Path, cache: Cache, progress: Progress | None) -> Record:
     started = time.perf_counter()
     results = folder / "results"
-    run(spec, results, report=False, threads=1, scratch=folder)
+    run(spec, results, progress=progress, report=False, threads=1, scratch=folder)
     finished = read(results)
     shape.store(finished)
     found = record.from_results(key, finished, time.perf_counter() - started)
