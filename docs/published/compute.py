@@ -10,9 +10,9 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
+
 from published.figures import ROOT, Figure, Run
 from published.results import FAILED, STOPPED, Outcome, asked
-
 from softact.errors import SpecError
 from softact.sweep.cache import Cache
 from softact.sweep.compute import compute
@@ -66,7 +66,7 @@ def outcome_of(
             answer = compute(spec, run_key(spec), cache, progress=curve)
     except TooLongError:
         columns, table = curve.table()
-        about |= {"status": STOPPED, "cause": f"stopped by us after {limit:.0f} s", **curve.size}
+        about |= {"status": STOPPED, "cause": f"by us after {limit:g} s", **curve.size}
         return Outcome(
             **about, seconds=round(limit), readings=readings(figures, columns, table, run)
         )

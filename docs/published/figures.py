@@ -106,7 +106,7 @@ class Figure(_Strict):
     """A published figure: a number (``value``), a bound, or a trend over several runs.
 
     what, where: what it is, and the place in the source. said: the source's words where they are
-    no number. measured: false for a figure that the source computed itself.
+    no number. kind: how the source got it.
     """
 
     id: str
@@ -120,7 +120,7 @@ class Figure(_Strict):
     below: float | None = None
     trend: Literal["rises", "falls", "peak"] | None = None
     said: str = ""
-    measured: bool
+    kind: Literal["measured", "computed", "aimed at"]
     runs: tuple[str, ...] = Field(min_length=1)
     read: Reading
     assumes: str = ""

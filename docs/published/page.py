@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from published.figures import BOUNDS, Figure, Run, Source
-from published.results import COMPLETE, FAILED, NO_EQUILIBRIUM, Outcome
+from published.results import COMPLETE, FAILED, NO_EQUILIBRIUM, STOPPED, Outcome
 
 NOT_COMPUTED = "not computed"
 _ENDED = {COMPLETE: "all steps", NO_EQUILIBRIUM: "exit 4", FAILED: "failed"}
@@ -60,7 +60,8 @@ def _runs(source: Source) -> Iterable[tuple[str, Run]]:
 
 
 def _row(figure: Figure, source: Source, known: Mapping[str, Outcome]) -> tuple[str, ...]:
-    kind = "measured" if figure.measured else "computed there"
+    kind = "computed there" if figure.kind == "computed" else figure.kind
+    assumed = [figure.assumes, *(source.runs[name].assumes for name in figure.runs)]
     found = [_found(figure, name, source, known) for name in figure.runs]
     return (
         figure.what,
@@ -68,7 +69,7 @@ def _row(figure: Figure, source: Source, known: Mapping[str, Outcome]) -> tuple[
         ", ".join(_value(reading, figure) for reading in found),
         _deviation(figure, found),
         ", ".join(f"`{name}`" for name in figure.runs),
-        figure.assumes,
+        "; ".join(dict.fromkeys(text for text in assumed if text)),
     )
 
 
@@ -82,6 +83,8 @@ def _found(figure, name, source, known) -> dict[str, Any] | None:
     reading = outcome.reading(figure)
     if reading is None:
         return None
+    if outcome.status == STOPPED and not figure.read.at:
+        reading = {"value": None, "stopped": reading["value"]}  # it could have gone further
     return {
         **reading,
         "old": not outcome.is_of(source.runs[name]),
@@ -91,7 +94,8 @@ def _found(figure, name, source, known) -> dict[str, Any] | None:
 
 def _published(figure: Figure) -> str:
     if figure.trend:
-        return f"{figure.trend}: {figure.said}" if figure.said else figure.trend
+        trend = "largest inside" if figure.trend == "peak" else figure.trend
+        return f"{trend}: {figure.said}" if figure.said else trend
     if figure.bound:
         number = f"{BOUNDS[figure.bound][0]} {getattr(figure, figure.bound):g}"
     else:
@@ -107,12 +111,14 @@ def _value(reading: Mapping[str, Any] | None, figure: Figure) -> str:
         reading.get("old")
     )
     if reading["value"] is not None:
-        return _with_unit(f"{reading['value']:.3g}", figure.unit) + marks
+        return _number(reading["value"], figure) + marks
+    if "stopped" in reading:
+        return f"stopped at {_number(reading['stopped'], figure)}{marks}"
     if "last" not in reading:
         return "failed"
     at, last = reading["last"]
     ((name, wanted),) = figure.read.at.items()
-    here = "" if last is None else f": {_with_unit(f'{last:.3g}', figure.unit)}"
+    here = "" if last is None else f": {_number(last, figure)}"
     there = "" if at is None else f" at {_readable(name, at)}{here}"
     return f"ended before {_readable(name, wanted)}{there}{marks}"
 
@@ -160,6 +166,10 @@ def _readable(column: str, value: float) -> str:
     """A column and its value in words: pressure_cavity_1_kPa, 200 -> 200 kPa."""
     unit = column.rsplit("_", 1)[-1]
     return f"{value:.4g} {unit}" if unit in ("kPa", "MPa", "deg", "mm", "N") else f"{value:.4g}"
+
+
+def _number(value: float, figure: Figure) -> str:
+    return _with_unit(f"{value:.3g}", figure.unit)
 
 
 def _with_unit(number: str, unit: str) -> str:

@@ -10,9 +10,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from published.figures import HERE, Figure, Run
 from pydantic import BaseModel, ConfigDict
 
+from published.figures import HERE, Figure, Run
 from softact.results import write_atomic
 
 STORE = HERE / "results.json"
