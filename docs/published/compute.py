@@ -17,7 +17,9 @@ from softact.errors import SpecError
 from softact.sweep.cache import Cache
 from softact.sweep.compute import compute
 from softact.sweep.points import spec_at
-from softact.sweep.version import run_key
+from softact.sweep.version import WITHOUT_EFFECT, run_key
+
+_QUIET = {"capture_output": True, "text": True}
 
 
 class TooLongError(Exception):
@@ -101,14 +103,17 @@ def readings(
 
 
 def commit() -> str:
-    """Short hash of the sources' commit; with a + where files of theirs differ from it."""
+    """Short hash of the last commit that touched what makes the numbers; + where files differ.
+
+    Only what makes numbers counts, so that the hash outlives a rebase of other work.
+    """
+    sources = ["softact", "geometries", *(f":!softact/{name}" for name in WITHOUT_EFFECT)]
 
     def git(*words: str) -> str:
-        done = subprocess.run(["git", *words], cwd=ROOT, capture_output=True, text=True)
+        done = subprocess.run(["git", *words, "--", *sources], cwd=ROOT, **_QUIET)
         return done.stdout.strip()
 
-    changed = git("status", "--porcelain", "--", "softact", "geometries")
-    return git("rev-parse", "--short=7", "HEAD") + ("+" if changed else "")
+    return git("log", "-1", "--format=%h") + ("+" if git("status", "--porcelain") else "")
 
 
 @contextmanager

@@ -40,10 +40,14 @@ def listed(sources: Sequence[Source], known: Mapping[str, Outcome]) -> Iterator[
 
 
 def is_current(outcome: Outcome, run: Run, figures: Iterable[Figure]) -> bool:
-    """Whether nothing is left to compute for a run: its input and all readings are as asked."""
+    """Whether nothing is left to compute for a run: its input and all readings are as asked.
+
+    A run that failed, or was stopped by us, is tried again only when it is asked for.
+    """
     if not outcome.is_of(run):
         return False
-    return outcome.status == FAILED or all(outcome.reading(f) is not None for f in figures)
+    ended = outcome.status in (FAILED, STOPPED) and not outcome.taken_over
+    return ended or all(outcome.reading(f) is not None for f in figures)
 
 
 def table(titles: Iterable[str], rows: Iterable[Iterable[str]]) -> list[str]:
@@ -131,7 +135,7 @@ def _deviation(figure: Figure, found: Sequence[Mapping[str, Any] | None]) -> str
         return "not reached"
     if figure.value is None:
         return "holds" if figure.holds(values) else "**does not hold**"
-    return f"{100 * (values[0] / figure.value - 1):+.0f} %"
+    return f"{100 * (values[0] / figure.value - 1):+.0f} %".replace("-", "−")
 
 
 def _outcome(outcome: Outcome | None, run: Run) -> str:

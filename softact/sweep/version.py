@@ -10,8 +10,8 @@ from pathlib import Path
 
 from softact.provenance import gmsh_version
 
-# What makes no number of a run: how it is shown, fitted, swept, or called.
-_WITHOUT_EFFECT = ("report", "sweep", "fit", "cards", "cli", "optimise", "converge", "check")
+#: What makes no number of a run: how it is shown, fitted, swept, or called.
+WITHOUT_EFFECT = ("report", "sweep", "fit", "cards", "cli", "optimise", "converge", "check")
 _PACKAGES = ("fenics-dolfinx", "fenics-basix", "petsc4py", "numpy", "scipy")
 
 
@@ -26,7 +26,7 @@ def code() -> str:
     for root in sorted(roots, key=lambda path: path.name):
         for path in sorted(root.rglob("*")):
             inside = path.relative_to(root)
-            if path.suffix in (".py", ".c") and inside.parts[0] not in _WITHOUT_EFFECT:
+            if path.suffix in (".py", ".c") and inside.parts[0] not in WITHOUT_EFFECT:
                 digest.update(f"{root.name}/{inside.as_posix()}\0".encode())
                 digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
