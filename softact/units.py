@@ -15,6 +15,8 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, PlainSerializer, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
+from softact.usual_units import USUAL
+
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _VALUE = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*", re.DOTALL)
 _NOT_FINITE = re.compile(r"\s*[+-]?\.?(?:nan|inf|infinity)\b.*", re.IGNORECASE | re.DOTALL)
@@ -192,6 +194,13 @@ def _registry() -> Any:
 @lru_cache(maxsize=1024)
 def _in_internal(unit: str, internal: str) -> tuple[str, Fraction | None]:
     """Return what kind of value ``unit`` measures, and its size in ``internal`` where that fits."""
+    if factor := USUAL.get(internal, {}).get(unit):
+        return "", factor
+    return by_pint(unit, internal)
+
+
+def by_pint(unit: str, internal: str) -> tuple[str, Fraction | None]:
+    """The same from pint's registry, for units of all kinds."""
     if len(unit) > 60 or re.search(r"\*\*\s*\d\d|\^\s*\d\d|[^\w\s*/^().°µ²³⁻¹·%-]", unit):
         return "unknown", None
     registry = _registry()

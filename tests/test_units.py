@@ -1,6 +1,8 @@
 """Values with units: what is read, what is refused and in which words, and the way back."""
 
 import math
+import subprocess
+import sys
 
 import pytest
 from hypothesis import given
@@ -22,8 +24,10 @@ from softact.units import (
     Dimensionless,
     Length,
     Pressure,
+    by_pint,
     dimension_of,
 )
+from softact.usual_units import USUAL
 
 
 class Part(BaseModel):
@@ -176,3 +180,27 @@ def test_the_dimension_of_a_field_is_known():
     assert dimension_of(fields["wall"]) is LENGTH
     assert dimension_of(fields["pressure"]) is PRESSURE
     assert dimension_of(fields["number"]) is None
+
+
+@pytest.mark.parametrize(
+    ("internal", "unit"), [(internal, unit) for internal in USUAL for unit in USUAL[internal]]
+)
+def test_the_usual_units_are_those_of_pint(internal, unit):
+    assert by_pint(unit, internal) == ("", USUAL[internal][unit])
+
+
+def test_what_a_spec_is_shown_in_is_usual():
+    """So that a resolved spec, which the solver reads, needs no pint."""
+    for dimension in DIMENSIONS:
+        assert {dimension.internal, *dimension.shown} <= set(USUAL[dimension.internal])
+
+
+def test_a_spec_in_usual_units_does_not_wait_for_pint():
+    program = (
+        "import sys; from softact import spec\n"
+        "spec.loads('geometry: {type: pneunet, mesh_size: 4 mm}\\n'"
+        "'materials: {body: elastosil-m4601}\\nsteps: [{name: up, pressure: 20 kPa}]').to_yaml()\n"
+        "sys.exit('pint' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")

@@ -4,8 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from softact.results import Results
 
@@ -90,6 +88,10 @@ def _same(triangles: np.ndarray, groups: Sequence[np.ndarray]) -> np.ndarray:
 
 def _patches(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """(k,) number of the smooth patch of each flat triangle: neighbours at less than 35 deg."""
+    # Imported here: a page of many runs reads the shapes that are kept, and makes none.
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
     a, b, c = (points[triangles[:, corner]] for corner in range(3))
     normal = np.cross(b - a, c - a)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)

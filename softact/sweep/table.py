@@ -82,7 +82,10 @@ def write(study: Study, directory: Path) -> list[Row]:
 
 
 def parquet(table: list[Row]) -> bytes:
-    """The rows as Parquet; a cell that is empty in a column of numbers is null."""
+    """The rows as Parquet; a cell that is empty in a column of numbers is null.
+
+    The columns are made from their bytes: ``pyarrow.array`` of a list would import pandas first.
+    """
     import pyarrow
     from pyarrow import parquet as files
 
@@ -90,15 +93,34 @@ def parquet(table: list[Row]) -> bytes:
     for name in dict.fromkeys(name for row in table for name in row):
         cells = [row.get(name, "") for row in table]
         if any(isinstance(cell, str) and cell for cell in cells) or all(c == "" for c in cells):
-            columns[name] = pyarrow.array([str(cell) for cell in cells], pyarrow.string())
+            columns[name] = _texts([str(cell).encode() for cell in cells])
         elif name == "point":
-            columns[name] = pyarrow.array(cells, pyarrow.int64())
+            columns[name] = _numbers(pyarrow.int64(), cells, np.int64)
         else:
-            numbers = [None if cell == "" else float(cell) for cell in cells]
-            columns[name] = pyarrow.array(numbers, pyarrow.float64())
+            columns[name] = _numbers(pyarrow.float64(), cells, np.float64)
     out = io.BytesIO()
-    files.write_table(pyarrow.table(columns), out)
+    files.write_table(pyarrow.Table.from_arrays([*columns.values()], names=[*columns]), out)
     return out.getvalue()
+
+
+def _numbers(kind, cells: list, dtype: type):
+    """Array of a ``pyarrow.DataType`` whose values have the bytes of ``dtype``; "" is null."""
+    import pyarrow
+
+    there = np.array([cell != "" for cell in cells], bool)
+    values = np.array([0 if cell == "" else cell for cell in cells], dtype)
+    valid = np.packbits(there, bitorder="little")
+    buffers = [pyarrow.py_buffer(part.tobytes()) for part in (valid, values)]
+    return pyarrow.Array.from_buffers(kind, len(cells), buffers)
+
+
+def _texts(cells: list[bytes]):
+    """Array of UTF-8 strings."""
+    import pyarrow
+
+    ends = np.cumsum([0, *map(len, cells)]).astype(np.int32)
+    buffers = [None, pyarrow.py_buffer(ends.tobytes()), pyarrow.py_buffer(b"".join(cells))]
+    return pyarrow.Array.from_buffers(pyarrow.string(), len(cells), buffers)
 
 
 def curves(study: Study, path: Path) -> None:
