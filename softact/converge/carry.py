@@ -12,6 +12,7 @@ from softact.converge.study import Convergence
 from softact.errors import SpecError
 from softact.report import write_report
 from softact.results import COMPLETE, MESH_ERROR, csv_text, json_text, read, write_atomic
+from softact.sweep import record
 
 #: Two runs of one spec are the same run within this part of the value, or of its error bar.
 SAME, SAME_BAR = 1e-3, 0.1
@@ -54,4 +55,5 @@ def carry_into(study: Convergence, directory: Path) -> str:
     row |= {f"{measure}{_COLUMN}": bar for measure, bar in bars.items()}
     write_atomic(directory / MESH_ERROR, json_text(story))
     write_atomic(directory / "summary.csv", csv_text([row]))
+    record.refresh(directory)  # where it is a sweep's kept run, it shall stay one
     return f"error bars: {directory / 'summary.csv'} and {write_report(directory)}"

@@ -79,7 +79,20 @@ def store(record: Record, directory: Path) -> None:
     data = asdict(record)
     data["measures"] = {k: v if math.isfinite(v) else None for k, v in record.measures.items()}
     data["table"] = base64.b64encode(record.table.astype("<f8").tobytes()).decode()
-    data["files"] = {p.name: p.stat().st_size for p in sorted(directory.iterdir()) if p.is_file()}
+    _write(data, directory)
+
+
+def refresh(directory: Path) -> None:
+    """Take over the sizes of the files in the folder of a kept run, after they were changed on
+    purpose; nothing where the folder is of no kept run."""
+    path = directory / RECORD
+    if path.is_file():
+        _write(json.loads(path.read_bytes().partition(b"\n")[2]), directory)
+
+
+def _write(data: dict, directory: Path) -> None:
+    files = (p for p in sorted(directory.iterdir()) if p.is_file() and p.name != RECORD)
+    data["files"] = {path.name: path.stat().st_size for path in files}
     text = json.dumps(data, separators=(",", ":"))
     write_atomic(directory / RECORD, f"{hashlib.sha256(text.encode()).hexdigest()}\n{text}\n")
 

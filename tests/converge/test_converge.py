@@ -16,9 +16,10 @@ from softact.converge.richardson import SAFETY, estimate
 from softact.converge.study import converge, mesh_sizes, refined
 from softact.errors import SpecError
 from softact.report import pictures, write_report
-from softact.results import MESH_ERROR
+from softact.results import MESH_ERROR, read
 from softact.sweep import compute as computing
 from softact.sweep.cache import Cache
+from softact.sweep.record import from_results
 
 SPEC = specs.loads(
     "name: beam\ngeometry: {type: block, length: 12 mm, mesh_size: 8 mm}\n"
@@ -160,6 +161,18 @@ def test_error_bars_go_with_the_run_that_they_are_of(studied, tmp_path):
     assert "±" not in shown(folder) and "mesh_error.json cannot be read" in shown(folder)
     result_of(folder, 42.56, SPEC)  # run again: its error bars have to be carried again
     assert not (folder / MESH_ERROR).exists()
+
+
+@pytest.mark.usefixtures("no_drawing")
+def test_a_kept_run_that_gets_error_bars_stays_kept(studied, tmp_path):
+    """``softact report results/.runs/ab/ab12`` is a way to look at a run of a sweep."""
+    cache = Cache(tmp_path / "runs")
+    folder = result_of(tmp_path / "r", 42.56, SPEC)
+    cache.keep(from_results("ab12", read(folder), 1.0), folder)
+    carry_into(studied, cache.folder("ab12"))
+    assert cache.find("ab12").measures["bending_angle_deg"] == 42.56
+    (cache.folder("ab12") / "summary.csv").write_text("torn")
+    assert cache.find("ab12") is None
 
 
 def test_folders_that_error_bars_do_not_belong_to(studied, tmp_path):

@@ -1,6 +1,9 @@
 """Rows, files, trends and indices of a study, against the angle that its runs were given."""
 
 import csv
+import io
+import subprocess
+import sys
 
 import h5py
 import numpy as np
@@ -56,6 +59,33 @@ def test_a_row_for_each_point_with_its_parameters_measures_and_cause(tmp_path):
         float(r["bending_angle_deg"]) if r["bending_angle_deg"] else None for r in rows
     ]
     assert [r["run"] for r in read_back] == [r["run"] for r in rows]
+
+
+def test_parquet_has_numbers_texts_and_gaps():
+    rows = [
+        {"point": 0, "cause": "", "wall_mm": 1.5, "law": "yeoh", "never": ""},
+        {"point": 1, "cause": "Ωber 5 °", "wall_mm": "", "law": "", "never": ""},
+        {"point": 2, "cause": "x", "wall_mm": float("nan"), "law": "ogden"},
+    ]
+    read_back = parquet.read_table(io.BytesIO(table.parquet(rows)))
+    kinds = ["int64", "string", "double", "string", "string"]
+    assert [str(field.type) for field in read_back.schema] == kinds
+    columns = read_back.to_pydict()
+    assert np.isnan(columns["wall_mm"].pop())
+    assert columns == {
+        "point": [0, 1, 2], "cause": ["", "Ωber 5 °", "x"], "wall_mm": [1.5, None],
+        "law": ["yeoh", "", "ogden"], "never": ["", "", ""],
+    }  # fmt: skip
+
+
+def test_a_table_does_not_wait_for_heavy_modules():
+    program = (
+        "import sys; from softact.sweep import page, study, table\n"
+        "table.parquet([{'point': 0, 'wall_mm': 1.5, 'law': 'yeoh'}])\n"
+        "sys.exit(repr({'pandas', 'scipy', 'pint', 'matplotlib'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert done.stderr.strip() == "set()"
 
 
 def test_curves_of_all_runs_in_one_file(tmp_path):
