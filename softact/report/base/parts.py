@@ -20,7 +20,7 @@ def banner(kind: str, head: str, text: str, items: Iterable[str] = ()) -> str:
 def card(name: str, value: str, unit: str = "", note: str = "", error: str = "") -> str:
     """A large number with its name; cards go into ``<div class='cards'>``. error: such as
     "± 0.5", in the same unit."""
-    tail = f"&nbsp;<span class='unit'>{escape(unit)}</span>" if unit else ""
+    tail = f" <span class='unit'>{escape(unit)}</span>" if unit else ""
     tail = "°" if unit == "°" else tail
     below = f"<div class='error'>{escape(error)}{tail}</div>" if error else ""
     below += f"<div class='note'>{escape(note)}</div>" if note else ""
