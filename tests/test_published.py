@@ -139,6 +139,10 @@ def test_a_claim_about_the_end_of_a_stopped_run_is_left_open(run):
     )
     (row,) = rows(page.lines([source(run, stable)], {"r": found}))
     assert row[2:4] == ["stopped at 2°", "not reached"]
+    nowhere = found.model_copy(update={"readings": {"f": {"read": results.asked(stable)}}})
+    nowhere.readings["f"]["value"] = None  # an empty column, as a failure pressure before failure
+    (row,) = rows(page.lines([source(run, stable)], {"r": nowhere}))
+    assert row[2:4] == ["not reached", "not reached"]
 
 
 def test_trends_hold_or_do_not():

@@ -83,7 +83,7 @@ def _found(figure, name, source, known) -> dict[str, Any] | None:
     if outcome is None:
         return None
     if outcome.status == FAILED:
-        return {"value": None}
+        return {"value": None, "failed": True}
     reading = outcome.reading(figure)
     if reading is None:
         return None
@@ -116,10 +116,12 @@ def _value(reading: Mapping[str, Any] | None, figure: Figure) -> str:
     )
     if reading["value"] is not None:
         return _number(reading["value"], figure) + marks
-    if "stopped" in reading:
+    if "failed" in reading:
+        return "failed"
+    if reading.get("stopped") is not None:
         return f"stopped at {_number(reading['stopped'], figure)}{marks}"
     if "last" not in reading:
-        return "failed"
+        return f"not reached{marks}"
     at, last = reading["last"]
     ((name, wanted),) = figure.read.at.items()
     here = "" if last is None else f": {_number(last, figure)}"
