@@ -2,7 +2,8 @@
 
 `.venv/bin/python docs/validation_table.py`. softact's figures come from
 docs/published/results.json; `--compute` fills it: all runs that are not there or have changed, or
-those that are named (`--compute xavier_3_one palacios_upper`, `--again` where they are there).
+those that are named (`--compute xavier_3_one palacios_upper`, `--again` where they are there; large
+ones only so).
 Finished runs are kept in a sweep's cache ($SOFTACT_CACHE or results/.runs) and never done twice.
 """
 
@@ -56,6 +57,8 @@ def compute(names: list[str], again: bool, limit: float, cache_folder: str | Non
         read_off = [figure for figure in source.figures if name in figure.runs]
         known = results.read().get(name)
         if known and not again and page.is_current(known, run, read_off):
+            continue
+        if run.large and not names:
             continue
         print(f"{name}: {run.command()}", flush=True)
         found = outcome_of(run, read_off, cache, limit, lambda line: print(f"  {line}", flush=True))

@@ -37,11 +37,15 @@ class _Strict(BaseModel):
 
 
 class Run(_Strict):
-    """A run: ``spec`` relative to the repository, ``set`` as of ``--set``: path -> value."""
+    """A run: ``spec`` relative to the repository, ``set`` as of ``--set``: path -> value.
+
+    large: why it is computed only where it is named.
+    """
 
     spec: str
     set: dict[str, Any] = {}
     assumes: str = ""
+    large: str = ""
 
     def base(self) -> document.Document:
         """The spec's file as plain data."""

@@ -142,7 +142,7 @@ def _deviation(figure: Figure, found: Sequence[Mapping[str, Any] | None]) -> str
 
 def _outcome(outcome: Outcome | None, run: Run) -> str:
     if outcome is None:
-        return NOT_COMPUTED
+        return f"{NOT_COMPUTED}: {run.large}" if run.large else NOT_COMPUTED
     words = [_ENDED.get(outcome.status, outcome.status)]
     if outcome.cause:
         words[0] += f": {outcome.cause}"
