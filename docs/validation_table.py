@@ -1,4 +1,4 @@
-"""Writes the published figures beside softact's into docs/validation.md; computes nothing.
+"""Writes the published figures beside softact's into docs/validation.md; computes only on demand.
 
 `.venv/bin/python docs/validation_table.py`. softact's figures come from
 docs/published/results.json; `--compute` fills it: all runs that are not there or have changed, or
