@@ -28,16 +28,12 @@ def read(results: Results) -> MeshErrors:
     try:
         story = json.loads(path.read_text(encoding="utf-8"))
         bars = {str(name): float(bar) for name, bar in story["error_bars"].items()}
-        levels = [dict(level["sizes_mm"]) for level in story["levels"]]
-        own = levels[story["level"]], story["levels"][story["level"]]["spec_hash"]
-        for name in bars:
-            _row(results, story, name)
+        spec_hash = story["levels"][story["level"]]["spec_hash"]
+        _body(results, bars, story)
     except (OSError, ValueError, KeyError, IndexError, TypeError, AttributeError):
         return MeshErrors(fault=f"{MESH_ERROR} cannot be read: softact converge --into writes it")
-    if own[1] != results.run.get("spec_hash"):
-        return MeshErrors(
-            fault=f"{MESH_ERROR} belongs to another spec; its error bars are left out"
-        )
+    if spec_hash != results.run.get("spec_hash"):
+        return MeshErrors(fault=f"{MESH_ERROR} belongs to another spec; it is left out")
     return MeshErrors(bars, story)
 
 
@@ -50,8 +46,12 @@ def section(results: Results, errors: MeshErrors) -> list[Section]:
     """The error bars with what they rest on; no section where there are none."""
     if not errors.bars:
         return []
-    story = errors.story
-    rows = [_row(results, story, name) for name in errors.bars]
+    body = _body(results, errors.bars, errors.story)
+    return [Section("mesherror", "Error bars of the mesh", body, "Mesh error")]
+
+
+def _body(results: Results, bars: Mapping[str, float], story: Mapping) -> str:
+    rows = [_row(results, story, name) for name in bars]
     heads = ["Figure", "Unit", "This mesh", "Error bar", "Limit", "Order", "Note"]
     own = _sizes(story["levels"][story["level"]]["sizes_mm"])
     meshes = "; ".join(_sizes(level["sizes_mm"]) for level in story["levels"])
@@ -63,15 +63,7 @@ def section(results: Results, errors: MeshErrors) -> list[Section]:
         f"meshes ({escape(meshes)}) that <code>softact converge</code> computed; wanted was "
         f"{labels.number(100 * story['tolerance'])} %. {escape(advice)}</p>"
     )
-    table = base.table(heads, rows, file="mesh_error.csv")
-    return [
-        Section(
-            "mesherror",
-            "Error bars of the mesh",
-            said + table + note(story["safety"]),
-            "Mesh error",
-        )
-    ]
+    return said + base.table(heads, rows, file="mesh_error.csv") + note(story["safety"])
 
 
 def note(safety: float) -> str:

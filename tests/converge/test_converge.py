@@ -156,9 +156,10 @@ def test_error_bars_go_with_the_run_that_they_are_of(studied, tmp_path):
     (folder / MESH_ERROR).write_text(json.dumps(told))
     write_report(folder)
     assert "±" not in shown(folder) and "belongs to another spec" in shown(folder)
-    (folder / MESH_ERROR).write_text("{}")
-    write_report(folder)
-    assert "±" not in shown(folder) and "mesh_error.json cannot be read" in shown(folder)
+    for torn in ({}, [], told | {"tolerance": "<b>"}, told | {"level": 7}):
+        (folder / MESH_ERROR).write_text(json.dumps(torn))
+        write_report(folder)
+        assert "±" not in shown(folder) and "mesh_error.json cannot be read" in shown(folder)
     result_of(folder, 42.56, SPEC)  # run again: its error bars have to be carried again
     assert not (folder / MESH_ERROR).exists()
 
