@@ -114,20 +114,24 @@ def _history(trials: Trials, number: int) -> base.Plot:
     sign = 1 if objective.goal == "maximise" else -1
     good = [t for t in trials.done if feasible(t)]
     other = [t for t in trials.done if t.values is not None and not feasible(t)]
+    label = labels.column(objective.measure)
+
+    def shown(some):
+        return [t.values[number] * label.factor for t in some]
+
     steps, so_far = [], []
-    for trial in good:
-        value = trial.values[number]
+    for trial, value in zip(good, shown(good), strict=True):
         so_far.append(value if not so_far else sign * max(sign * so_far[-1], sign * value))
         steps.append(trial.number)
     traces = [
-        base.xy("holds all constraints", [t.number for t in good], [t.values[number] for t in good],
-                mode="markers", colour="@c1"),
-        base.xy("breaks one", [t.number for t in other], [t.values[number] for t in other],
-                mode="markers", colour="@c8", marker={"symbol": "x"}),
+        base.xy("holds all constraints", [t.number for t in good], shown(good), mode="markers",
+                colour="@c1"),
+        base.xy("breaks one", [t.number for t in other], shown(other), mode="markers",
+                colour="@c8", marker={"symbol": "x"}),
         base.xy("best so far", steps, so_far, mode="lines", colour="@c2", line={"shape": "hv"}),
     ]  # fmt: skip
-    label = str(labels.column(objective.measure))
-    return base.lines(f"{objective.goal} {objective.title}", "Trial", label, traces, wide=True)
+    title = f"{objective.goal} {objective.title}"
+    return base.lines(title, "Trial", str(label), traces, wide=True)
 
 
 def _front(trials: Trials) -> base.Plot | None:
@@ -139,7 +143,7 @@ def _front(trials: Trials) -> base.Plot | None:
     x, y = parts[1], parts[0]
 
     def trace(name, some, **more):
-        xs, ys = ([t.user_attrs.get(p.title) for t in some] for p in (x, y))
+        xs, ys = ([_shown(p, t) for t in some] for p in (x, y))
         texts = [f"trial {t.number}" for t in some]
         return base.xy(name, xs, ys, mode="markers", text=texts, **more,
                        hovertemplate="%{text}: %{x:.4~g}, %{y:.4~g}<extra></extra>")  # fmt: skip
@@ -156,3 +160,9 @@ def _front(trials: Trials) -> base.Plot | None:
     xs, ys = (str(labels.column(p.measure)) for p in (x, y))
     title = f"{y.title} and {x.title}"
     return base.lines(title, xs, ys, traces, wide=True, id="front")
+
+
+def _shown(part: Any, trial: Any) -> float:
+    """A trial's objective or constraint in the unit in which its measure is shown."""
+    value = trial.user_attrs.get(part.title)
+    return float("nan") if value is None else value * labels.column(part.measure).factor

@@ -1,6 +1,8 @@
 """Trials on a made-up solver with a known best design: resumed, constrained, failed as failed."""
 
 import csv
+import json
+import re
 
 import bent_beam
 import pytest
@@ -121,3 +123,21 @@ def test_wrong_files(old, new, said, tmp_path):
     with pytest.raises(SpecError) as found:
         trials(tmp_path, FILE.replace(old, new))
     assert any(said in line for line in found.value.lines), found.value.lines
+
+
+def test_plots_are_in_the_units_that_their_axes_name(tmp_path, made_up):
+    """The cavity of tests/bent_beam.py has 116 · 12 · 10 mm³ = 13.92 mL."""
+    text = FILE.replace(
+        "objectives: [{measure: bending_angle_deg, goal: maximise}]",
+        "objectives: [{measure: cavity_volume_mm3, goal: minimise}]",
+    )
+    study = trials(tmp_path, text, trials=2)
+    study.run(1, lambda trial, answer: None)
+    text = page.write(study, tmp_path).read_text()
+    found = re.findall(r"<script type='application/json'>(.*?)</script>", text, re.S)
+    history, front = map(json.loads, found)
+    assert history["y"] == front["y"] == "Cavity volume (mL)"
+    assert history["traces"][0]["y"][0] == history["traces"][2]["y"][0] == pytest.approx(13.92)
+    assert front["x"] == "Bending angle (°)"
+    point = next(trace for trace in front["traces"] if trace["name"] == "reference")
+    assert (point["x"], point["y"]) == ([pytest.approx(100)], [pytest.approx(13.92)])
