@@ -118,11 +118,14 @@ class Model:
             name: CavityPressure(self.assembler, name, self.facets(*walls), self.degree)
             for name, walls in mesh.layout.cavities.items()
         }
+        self.bonded_layers = tuple(layers)
         self.layers = [
             Layer(self.assembler, self.facets(la.surface), la.material, la.thickness, self.degree)
             for la in layers
         ]
-        self.bending = [LayerBending(*b) for la in layers if (b := self._bending(la)) is not None]
+        bending = [(la, b) for la in layers if (b := self._bending(la)) is not None]
+        self.bending = [LayerBending(*b) for _, b in bending]
+        self._bent = [la for la, _ in bending]
         self.weights = [
             Weight(self.assembler, s.cells, s.material.density, self.degree)
             for s in self.solids.values()
@@ -166,6 +169,10 @@ class Model:
         rigidity = layer.bending * young * layer.thickness**3 / (12 * (1 - poisson**2))
         planes = tuple(self.mesh.layout.symmetry.values())
         return self.assembler, nodes, rigidity, poisson, planes
+
+    def bends(self, layer: BondedLayer) -> bool:
+        """Whether one of ``bonded_layers`` has bending stiffness."""
+        return layer in self._bent
 
     @property
     def terms(self):
@@ -236,12 +243,13 @@ class Model:
         body is held, and there it is the reaction (N). An inverted element gives NaN.
         """
         both = np.zeros((2, self.unknowns.local))
-        try:
-            for term in self.terms:
-                internal = isinstance(term, Solid | Layer | LayerBending)
+        for term in self.terms:
+            internal = isinstance(term, Solid | Layer | LayerBending)
+            try:
                 term.add_force(state, both[int(internal)])
-        except InvertedElementError:
-            both[:] = np.nan
+            except InvertedElementError:
+                # On this process alone, perhaps: the others wait for it in the terms that follow.
+                both[:] = np.nan
         internal = self.sum_shared(both[1])
         return internal + self.sum_shared(both[0]), internal
 

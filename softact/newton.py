@@ -23,6 +23,9 @@ MAX_HALVINGS = 8
 # the last Newton step's is the reduction that is expected of them.
 MOST_CHORDS, CHORD_LOSS = 2, 4.0
 
+# A line search ends when the slope has fallen to this part, or after so many evaluations.
+SLACKENED, MAX_SEARCHES = 0.8, 5
+
 # MUMPS's INFOG(1) where it could not allocate its factors (users' guide, section 8).
 OUT_OF_MEMORY = (-13, -19)
 
@@ -77,6 +80,7 @@ class Newton:
     def __init__(self, model: Model, tolerance: float, max_iterations: int):
         self.model, self.tolerance = model, tolerance
         self.counts = Counts()
+        self.line_search = False
         # Seconds of this process so far: values of the matrix, its factors and their solves.
         self.times = {"assembly": 0.0, "linear_solves": 0.0}
         u = model.unknowns
@@ -261,9 +265,31 @@ class Newton:
         factor = self._admissible_part(self.model.to_local(x), self.model.to_local(step))
         if change is not None:
             self._border.add(self._state, factor * change)
+        elif self.line_search:
+            factor = self._searched_part(self.model.to_local(x), self.model.to_local(step), factor)
         if factor < 1.0:
             step.scale(factor)
         return factor < 1.0 or change is not None
+
+    def _searched_part(self, here: np.ndarray, change: np.ndarray, part: float) -> float:
+        """Part of a step (here − change), at most ``part``, at which the out-of-balance force along
+        it has fallen to SLACKENED of what it is before (Crisfield 1991, section 9.2)."""
+        owned = slice(self.model.unknowns.owned)
+        direction = np.where(self._is_force, change[owned], 0.0)
+
+        def slope(t: float) -> float:
+            there = replace(self._state, x=here - t * change)
+            force, _ = self._forces(Loaded(there, self._held))
+            return self.model.sum(float(direction @ force[owned]))
+
+        first = slope(0.0)
+        slopes = {}
+        while len(slopes) < MAX_SEARCHES:
+            now = slopes[part] = slope(part)
+            if abs(now) <= SLACKENED * abs(first) or first * now > 0:
+                break
+            part *= min(max(first / (first - now), 0.2), 0.6) if np.isfinite(now) else 0.5
+        return min(slopes, key=lambda t: abs(slopes[t]) if np.isfinite(slopes[t]) else np.inf)
 
     def _admissible_part(self, here: np.ndarray, change: np.ndarray) -> float:
         """Part of a step (here − change) that turns no element inside out and, where there is such

@@ -14,6 +14,7 @@ import numpy as np
 
 from softact import branch, dynamics
 from softact.checkpoint import Checkpoint, told
+from softact.diagnosis import causes
 from softact.drive import Drive, LoadDrive, Point, extrapolate
 from softact.model import Model, Support
 from softact.newton import Counts, Loaded, Newton, NewtonOutcome
@@ -26,6 +27,8 @@ __all__ = ["Attempt", "LoadStep", "Progress", "Settings", "Stepper"]
 # Newton counts that let the increment grow, and beyond which it shrinks.
 EASY, HARD = 5, 8
 GROWTH, SHRINK, CUT = 1.6, 0.7, 0.4
+# The rungs between are left out where so many attempts have gained less than this part of a step.
+PATIENCE, LEAST_GAIN = 25, 0.01
 # Part of a step over which the change of the loads is taken.
 RATE_STEP = 1e-4
 # Volume control is tried when the increment has come down to this part of the largest.
@@ -155,7 +158,8 @@ class Stepper:
         path = [Point(0.0, self.state.x.copy(), drive.loads(self.state))]
         held_still = not self.model.sum(int(ramp.moves_supports))
         may_trace = ramp.only_pressures and held_still
-        traced_at = None  # where volume control was tried last
+        begun_at = len(self.progress.attempts)
+        searched_at = traced_at = None  # where line search and volume control were tried last
         if inside:
             path, size, traced_at = inside.path, inside.size, inside.traced_at
             self.go_to(drive, path[-1])
@@ -173,21 +177,31 @@ class Stepper:
                 continue
             self.reject(step, drive, path, target, outcome)
             size *= CUT
-            if size < VOLUME_BELOW * largest and may_trace and traced_at != done:
+            in_trouble = size < VOLUME_BELOW * largest
+            stuck = self._stuck(begun_at)
+            if in_trouble and not stuck and searched_at != done:
+                searched_at = done
+                outcome = self._with_line_search(drive, path, done + size)
+                if outcome.converged:
+                    path = self.accept(step, drive, path, done + size, outcome, control="search")
+                    continue
+                self.reject(step, drive, path, done + size, outcome)
+            if in_trouble and not stuck and may_trace and traced_at != done:
                 traced_at = done
                 found = branch.trace(self, step, ramp, path, size, largest)
                 if found.limit:
-                    return self._stop(found.limit)
-                path, size = found.path, max(found.size, size)
-            elif size < s.min_increment:
-                reached = False
-                if s.dynamics:
-                    path, reached = dynamics.settle(self, step, drive, path, largest)
+                    # Far from here there may be equilibria again.
+                    self.go_to(drive, path[-1])
+                    path, reached = self._move_on(step, drive, path, largest)
+                    if not reached:
+                        return self._stop(found.limit)
+                    size = min(s.initial_increment, largest)
+                else:
+                    path, size = found.path, max(found.size, size)
+            elif stuck or size < s.min_increment:
+                path, reached = self._move_on(step, drive, path, largest)
                 if not reached:
-                    return self._stop(
-                        f"no equilibrium found beyond {done:.2%} of step '{step.name}' "
-                        f"({_loads(self.state)}): {outcome.reason}"
-                    )
+                    return self._give_up(step, done, outcome.reason)
                 size = min(s.initial_increment, largest)
             if path[-1].s > done:
                 self._checkpoint(number, begun, path, size, traced_at)
@@ -199,6 +213,28 @@ class Stepper:
         done = self._accepted, attempts, remarks, counts
         self.on_checkpoint(
             Checkpoint(number, begun, self.state, list(path), size, traced_at, *done)
+        )
+
+    def _move_on(self, step, drive, path, largest) -> tuple[list[Point], bool]:
+        """Damped motion to the next equilibrium, where it is allowed; see ``dynamics.settle``."""
+        if not self.settings.dynamics:
+            return path, False
+        return dynamics.settle(self, step, drive, path, largest)
+
+    def _stuck(self, begun_at: int) -> bool:
+        """Whether the last attempts of the step that began with the given one gained next to
+        nothing."""
+        fractions = [a.fraction if a.converged else 0.0 for a in self.progress.attempts[begun_at:]]
+        if len(fractions) <= PATIENCE:
+            return False
+        return max(fractions) - max(fractions[:-PATIENCE]) < LEAST_GAIN
+
+    def _give_up(self, step: LoadStep, done: float, reason: str) -> bool:
+        modes = next(a.unstable_modes for a in reversed(self.progress.attempts) if a.converged)
+        why = causes(self.model, self.state, modes) or [reason]
+        return self._stop(
+            f"no equilibrium found beyond {done:.2%} of step '{step.name}' "
+            f"({_loads(self.state)}): {'; '.join(why)}"
         )
 
     def _stop(self, why: str) -> bool:
@@ -217,6 +253,13 @@ class Stepper:
             if outcome.converged or outcome.iterations > 1:
                 break  # a guess with inverted elements ends at once: then start from the last state
         return outcome
+
+    def _with_line_search(self, drive, path, s: float) -> NewtonOutcome:
+        self.newton.line_search = True
+        try:
+            return self.attempt(drive, path, s)
+        finally:
+            self.newton.line_search = False
 
     def _guesses(self, drive: Drive, path: Sequence[Point], s: float) -> list[Point]:
         """First guesses, the best first; the last point is always among them."""

@@ -49,7 +49,7 @@ class Origin:
     At a state that Newton's method came to, the stress is that of the tangent before, linearised;
     at a guess that was extrapolated, the stress is extrapolated too. A tangent with such a stress
     is Newton's for the stress as an unknown of its own: stiff directions of large rotations then
-    put no false stress into it (Magisano, Leonetti, Garcea, CMAME 313 (2017) 477).
+    put no false stress into it (Magisano, Leonetti, Garcea, CMAME 313, 2017).
 
     states: (local,) unknowns of each; weights: theirs, with the sum 1. linearised: there is one
     state, and the stress is linearised at it.

@@ -247,3 +247,15 @@ def test_inverted_element(model):
         model.solids["body"].second_piola(state)
     assert np.isnan(model.force(state)[0]).all()
     assert model.smallest_jacobian(state.x) == pytest.approx(-1.0)
+
+
+def test_no_term_is_left_out_where_an_element_is_inverted(monkeypatch):
+    """Terms talk to the other processes, which may have no inverted element and would wait."""
+    model = hollow_block(LAWS["neo_hookean"].of(c10=0.1, bulk_modulus=10.0))
+    state = model.initial_state()
+    state.x[model.displacement_dofs] -= 2.0 * model.unknowns.spaces[0].tabulate_dof_coordinates()
+    (bending,) = model.bending
+    asked = []
+    monkeypatch.setattr(bending, "add_force", lambda state, out: asked.append(state))
+    assert np.isnan(model.force(state)[0]).all()
+    assert asked

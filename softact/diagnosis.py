@@ -1,0 +1,91 @@
+"""Why an actuator finds no further equilibrium: what its last state says of the physics."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from softact.model import BondedLayer, Model
+from softact.terms import State
+
+# A cavity with less than this part of its first volume is sucked flat.
+FLAT = 0.05
+# A layer wrinkles where this part of its area is in compression beyond rounding.
+WRINKLED, BARELY = 0.01, 1e-6
+# Stretch of half a percent of the volume beyond which the law decides more than the material.
+STRETCHED, SHARE = 4.0, 0.005
+
+
+def causes(model: Model, state: State, unstable_modes: int) -> list[str]:
+    """What is physically remarkable in the last equilibrium. Collective.
+
+    unstable_modes: of that equilibrium.
+    """
+    found = []
+    if unstable_modes:
+        found.append(
+            f"the last equilibrium is unstable in {unstable_modes} direction(s): the actuator "
+            "buckles, or its material loses its stiffness"
+        )
+    found += _flat_cavities(model, state)
+    found += _wrinkled_layers(model, state)
+    found += _stretched_regions(model, state)
+    return found
+
+
+def _flat_cavities(model: Model, state: State) -> Iterator[str]:
+    rest = model.initial_state()
+    for name in model.cavities:
+        part = model.cavity_volume(state, name) / model.cavity_volume(rest, name)
+        if part < FLAT:
+            yield (
+                f"cavity '{name}' is sucked flat ({part:.1%} of its volume is left); where its "
+                "walls touch it needs contact"
+            )
+
+
+def _wrinkled_layers(model: Model, state: State) -> Iterator[str]:
+    for layer in model.bonded_layers:
+        areas, stress = _membrane(model, state, layer)
+        parts = zip(*model.comm.allgather((areas, stress)), strict=True)
+        areas, stress = (np.concatenate(part) for part in parts)
+        pressed = stress < -BARELY * layer.material.youngs_modulus
+        part = areas[pressed].sum() / areas.sum()
+        if part > WRINKLED and not model.bends(layer):
+            yield (
+                f"the layer on '{layer.surface}' wrinkles: {part:.0%} of it is in compression, "
+                "and on a curved surface a layer has no bending stiffness"
+            )
+
+
+def _membrane(model: Model, state: State, layer: BondedLayer):
+    """Undeformed areas (k,) mm² and smallest principal stresses (k,) MPa of a layer's triangles
+    with straight edges."""
+    nodes = model.facet_nodes(model.mesh.facets[layer.surface])[:, :3]
+    before = model.unknowns.spaces[0].tabulate_dof_coordinates()[nodes]
+    after = before + state.x[model.displacement_dofs[nodes]]
+    edges, moved = before[:, 1:] - before[:, :1], after[:, 1:] - after[:, :1]
+    metric = edges @ np.swapaxes(edges, 1, 2)
+    # Principal values of the Green strain: eigenvalues of G⁻¹ (g − G)/2, both metrics in the edges.
+    change = np.linalg.inv(metric) @ (moved @ np.swapaxes(moved, 1, 2) - metric) / 2
+    trace, det = np.trace(change, axis1=1, axis2=2), np.linalg.det(change)
+    gap = np.sqrt(np.maximum(trace**2 / 4 - det, 0.0))
+    small, large = trace / 2 - gap, trace / 2 + gap
+    nu = layer.material.poissons_ratio
+    stress = layer.material.youngs_modulus / (1 - nu**2) * (small + nu * large)
+    return np.sqrt(np.linalg.det(metric)) / 2, stress
+
+
+def _stretched_regions(model: Model, state: State) -> Iterator[str]:
+    for name, solid in model.solids.items():
+        f = solid.deformation_gradient(state.x)
+        stretch = np.sqrt(np.linalg.eigvalsh(np.swapaxes(f, -1, -2) @ f)[..., 2])
+        over = model.sum(float(solid.volumes[stretch > STRETCHED].sum()))
+        whole = model.sum(float(solid.volumes.sum()))
+        largest = max(model.comm.allgather(float(stretch.max(initial=1.0))))
+        if over > SHARE * whole:
+            yield (
+                f"region '{name}' is stretched up to {largest:.1f} times, {over / whole:.1%} of it "
+                f"more than {STRETCHED:g} times: few elastomers bear that, and the elements distort"
+            )
