@@ -78,21 +78,23 @@ def run(
         return Outcome(old.status, directory, None)
     with tempfile.TemporaryDirectory(prefix="softact-", dir=scratch) as folder:
         mesh_file, spec_file = Path(folder) / "mesh.msh", Path(folder) / "spec.yaml"
-        progress({"stage": "mesh"})
-        make_mesh(spec.geometry, mesh_file)
-        times = {"mesh": time.perf_counter() - started}
-        spec_file.write_text(spec.to_yaml())
         job_file = Path(folder) / "job.json"
-        job = {
-            "spec": str(spec_file),
-            "mesh": str(mesh_file),
-            "directory": str(directory.absolute()),
-            "times_s": times,
-            "old_steps": old.steps if old else None,
-            "parent": os.getpid() if processes == 1 else None,
-        }
-        job_file.write_text(json.dumps(job))
-        last = _solve(job_file, directory, processes, threads, progress, notes)
+
+        def prepare() -> None:
+            """Mesh, and the job that the solver waits for."""
+            progress({"stage": "mesh"})
+            make_mesh(spec.geometry, mesh_file)
+            spec_file.write_text(spec.to_yaml())
+            job = {
+                "spec": str(spec_file),
+                "mesh": str(mesh_file),
+                "directory": str(directory.absolute()),
+                "times_s": {"mesh": time.perf_counter() - started},
+                "old_steps": old.steps if old else None,
+            }
+            write_atomic(job_file, json.dumps(job))
+
+        last = _solve(job_file, prepare, directory, processes, threads, progress, notes)
     if report:
         progress({"stage": "report"})
         from softact.report import write_report
@@ -140,13 +142,17 @@ def _to_resume(spec, directory: Path) -> _Old | None:
 
 def _solve(
     job_file: Path,
+    prepare: Callable[[], None],
     directory: Path,
     processes: int,
     threads: int | None,
     progress: Progress,
     notes: list[str],
 ) -> Mapping:
-    """Start the worker, pass its events on and write its log; returns its last event."""
+    """Start the worker, pass its events on and write its log; returns its last event.
+
+    The worker loads its libraries while ``prepare`` writes the job.
+    """
     last: dict = {}
     lines = list(notes)
     for text in notes:
@@ -162,6 +168,7 @@ def _solve(
             start_new_session=True,
         )
         try:
+            prepare()
             for line in process.stdout:
                 try:
                     last = json.loads(line)
@@ -212,7 +219,7 @@ def _crash(code: int, errors: Path) -> str:
 def _command(job_file: Path, processes: int) -> list[str]:
     worker = [sys.executable, "-m", "softact.worker", str(job_file)]
     if processes == 1:
-        return bound(worker)
+        return bound([*worker, str(os.getpid())])
     # Unbound, or two runs side by side would share one core.
     mpirun = ["mpirun", "-n", str(processes), "--oversubscribe", "--bind-to", "none", *worker]
     return bound(mpirun)

@@ -315,19 +315,30 @@ def print_event(event: dict) -> None:
     print(json.dumps(event, default=float), flush=True)
 
 
-def main(job_file: str) -> int:
-    """Run the job; returns an exit code of the command line."""
+def _await(job_file: Path) -> dict:
+    """The job, as soon as it is there; ``softact.run`` ends this process where none will come."""
+    while not job_file.exists():
+        time.sleep(0.01)
+    return json.loads(job_file.read_text())
+
+
+def main(job_file: str, parent: str | None = None) -> int:
+    """Run the job, once its file is there; returns an exit code of the command line.
+
+    parent: process with which this one ends. Where mpirun started this process, it is mpirun.
+    """
     from softact.orphans import end_with
 
-    job = json.loads(Path(job_file).read_text())
-    # Where mpirun started this process, it is the parent.
-    end_with(job["parent"] or os.getppid())
+    end_with(int(parent) if parent else os.getppid())
 
     from mpi4py import MPI
 
+    # While the mesh is made: these take as long.
+    from softact import measures, model, results  # noqa: F401
     from softact import spec as specs
 
     comm = MPI.COMM_WORLD
+    job = _await(Path(job_file))
 
     def tell(event: dict) -> None:
         if comm.rank == 0:
@@ -360,4 +371,4 @@ def main(job_file: str) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1]))
+    sys.exit(main(*sys.argv[1:]))
