@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+import threading
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -235,10 +236,11 @@ def executable() -> str | None:
     return shutil.which("ccx")
 
 
-def run(path: Path, nodes: int, threads: int) -> Solution:
+def run(path: Path, nodes: int, threads: int, limit: float | None = None) -> Solution:
     """Solve an input file in its own folder with so many threads.
 
-    Raises SoftactError where ccx is missing or does not reach the full load.
+    Raises SoftactError where ccx is missing or does not reach the full load, within ``limit``
+    seconds where that is given.
     """
     ccx = executable()
     if ccx is None:
@@ -258,11 +260,16 @@ def run(path: Path, nodes: int, threads: int) -> Solution:
             text=True,
             env=environment,
         )
+        alarm = threading.Timer(limit, process.kill) if limit else None
+        if alarm:
+            alarm.start()
         for line in process.stdout:
             out.write(line)
             if first is None and line.startswith(" increment 1 "):
                 first = time.perf_counter()
         code = process.wait()
+        if alarm:
+            alarm.cancel()
     ended = time.perf_counter()
     times, displacement = read_displacement(path.with_suffix(".dat"), nodes)
     if code or not len(times) or abs(times[-1] - 1) > 1e-9:
