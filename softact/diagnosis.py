@@ -13,20 +13,28 @@ from softact.terms import State
 FLAT = 0.05
 # A layer wrinkles where this part of its area is in compression beyond rounding.
 WRINKLED, BARELY = 0.01, 1e-6
+# The load has a limit near where displacements grow so much faster than at first.
+RUNAWAY = 8.0
 # Stretch of half a percent of the volume beyond which the law decides more than the material.
 STRETCHED, SHARE = 4.0, 0.005
 
 
-def causes(model: Model, state: State, unstable_modes: int) -> list[str]:
+def causes(model: Model, state: State, unstable_modes: int, faster: float) -> list[str]:
     """What is physically remarkable in the last equilibrium. Collective.
 
-    unstable_modes: of that equilibrium.
+    unstable_modes: of that equilibrium. faster: how much more it moves under the same change of
+    the loads than in the step's first equilibrium.
     """
     found = []
     if unstable_modes:
         found.append(
             f"the last equilibrium is unstable in {unstable_modes} direction(s): the actuator "
             "buckles, or its material loses its stiffness"
+        )
+    elif faster > RUNAWAY:
+        found.append(
+            f"a limit of the load is near: the displacements grow {faster:.0f} times as fast as at "
+            "the step's start"
         )
     found += _flat_cavities(model, state)
     found += _wrinkled_layers(model, state)

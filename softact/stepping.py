@@ -159,6 +159,7 @@ class Stepper:
         held_still = not self.model.sum(int(ramp.moves_supports))
         may_trace = ramp.only_pressures and held_still
         begun_at = len(self.progress.attempts)
+        speeds: list[float] = []  # of the displacements, by the step's fraction
         searched_at = traced_at = None  # where line search and volume control were tried last
         if inside:
             path, size, traced_at = inside.path, inside.size, inside.traced_at
@@ -172,6 +173,7 @@ class Stepper:
             outcome = self.attempt(drive, path, target)
             if outcome.converged:
                 path = self.accept(step, drive, path, target, outcome)
+                speeds.append(self._speed(path[-1]))
                 size = min(largest, size * growth(outcome.iterations))
                 self._checkpoint(number, begun, path, size, traced_at)
                 continue
@@ -201,7 +203,7 @@ class Stepper:
             elif stuck or size < s.min_increment:
                 path, reached = self._move_on(step, drive, path, largest)
                 if not reached:
-                    return self._give_up(step, done, outcome.reason)
+                    return self._give_up(step, done, outcome.reason, speeds)
                 size = min(s.initial_increment, largest)
             if path[-1].s > done:
                 self._checkpoint(number, begun, path, size, traced_at)
@@ -229,9 +231,19 @@ class Stepper:
             return False
         return max(fractions) - max(fractions[:-PATIENCE]) < LEAST_GAIN
 
-    def _give_up(self, step: LoadStep, done: float, reason: str) -> bool:
+    def _speed(self, point: Point) -> float:
+        """Norm of the displacements' rate at a point; 0 where it is not known."""
+        if point.rate is None:
+            return 0.0
+        owned = self.model.unknowns.spaces[0].dofmap.index_map.size_local
+        rate = point.rate[self.model.displacement_dofs[:owned]]
+        return float(np.sqrt(self.model.sum(float((rate**2).sum()))))
+
+    def _give_up(self, step: LoadStep, done: float, reason: str, speeds: list[float]) -> bool:
         modes = next(a.unstable_modes for a in reversed(self.progress.attempts) if a.converged)
-        why = causes(self.model, self.state, modes) or [reason]
+        known = [speed for speed in speeds if speed > 0.0]
+        faster = known[-1] / known[0] if known else 1.0
+        why = causes(self.model, self.state, modes, faster) or [reason]
         return self._stop(
             f"no equilibrium found beyond {done:.2%} of step '{step.name}' "
             f"({_loads(self.state)}): {'; '.join(why)}"
