@@ -28,7 +28,10 @@ def lines(sources: Sequence[Source], known: Mapping[str, Outcome]) -> Iterator[s
         yield ""
         yield from table(
             ("run", "command", "outcome"),
-            ((f"`{n}`", f"`{r.command()}`", _outcome(known.get(n), r)) for n, r in _runs(source)),
+            (
+                (f"`{n}`", f"`{r.command()}`", _outcome(known.get(n), r))
+                for n, r in source.runs.items()
+            ),
         )
 
 
@@ -59,10 +62,6 @@ def table(titles: Iterable[str], rows: Iterable[Iterable[str]]) -> list[str]:
     ]
 
 
-def _runs(source: Source) -> Iterable[tuple[str, Run]]:
-    return source.runs.items()
-
-
 def _row(figure: Figure, source: Source, known: Mapping[str, Outcome]) -> tuple[str, ...]:
     kind = "computed there" if figure.kind == "computed" else figure.kind
     assumed = [figure.assumes, *(source.runs[name].assumes for name in figure.runs)]
@@ -77,7 +76,9 @@ def _row(figure: Figure, source: Source, known: Mapping[str, Outcome]) -> tuple[
     )
 
 
-def _found(figure, name, source, known) -> dict[str, Any] | None:
+def _found(
+    figure: Figure, name: str, source: Source, known: Mapping[str, Outcome]
+) -> dict[str, Any] | None:
     """A reading, with "old" where the run has been written anew since; None: not computed."""
     outcome = known.get(name)
     if outcome is None:
@@ -111,9 +112,8 @@ def _published(figure: Figure) -> str:
 def _value(reading: Mapping[str, Any] | None, figure: Figure) -> str:
     if reading is None:
         return NOT_COMPUTED
-    marks = " †" * bool(reading.get("taken_over")) + " (of an older spec)" * bool(
-        reading.get("old")
-    )
+    marks = " †" if reading.get("taken_over") else ""
+    marks += " (of an older spec)" if reading.get("old") else ""
     if reading["value"] is not None:
         return _number(reading["value"], figure) + marks
     if "failed" in reading:
