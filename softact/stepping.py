@@ -27,6 +27,8 @@ __all__ = ["Attempt", "LoadStep", "Progress", "Settings", "Stepper"]
 # Newton counts that let the increment grow, and beyond which it shrinks.
 EASY, HARD = 5, 8
 GROWTH, SHRINK, CUT = 1.6, 0.7, 0.4
+# Part of the largest increment below which an accepted one always grows, by this factor at least.
+SMALL, RECOVERY = 0.1, 1.25
 # The rungs between are left out where so many attempts have gained less than this part of a step.
 PATIENCE, LEAST_GAIN = 25, 0.01
 # Part of a step over which the change of the loads is taken.
@@ -174,7 +176,7 @@ class Stepper:
             if outcome.converged:
                 path = self.accept(step, drive, path, target, outcome)
                 speeds.append(self._speed(path[-1]))
-                size = min(largest, size * growth(outcome.iterations))
+                size = next_size(size, outcome.iterations, largest)
                 self._checkpoint(number, begun, path, size, traced_at)
                 continue
             self.reject(step, drive, path, target, outcome)
@@ -341,6 +343,18 @@ class Stepper:
             outcome.unstable_modes - (outcome.softening if drive.holds_volume else 0),
             drive.control,
         )
+
+
+def next_size(size: float, iterations: int, largest: float) -> float:
+    """Increment after one that was accepted.
+
+    A small one does not shrink for its many iterations: where they converge slowly in themselves
+    (a follower pressure on an open face) no increment would be small enough.
+    """
+    factor = growth(iterations)
+    if size < SMALL * largest:
+        factor = max(factor, RECOVERY)
+    return min(largest, size * factor)
 
 
 def growth(iterations: int) -> float:
