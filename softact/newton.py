@@ -26,6 +26,10 @@ MOST_CHORDS, CHORD_LOSS = 2, 4.0
 # A line search ends when the slope has fallen to this part, or after so many evaluations.
 SLACKENED, MAX_SEARCHES = 0.8, 5
 
+# Beyond the allowed iterations a solve goes on, to this multiple, while four of them reduce the
+# residual to this part.
+PATIENCE, STEADY = 3, 0.3
+
 # MUMPS's INFOG(1) where it could not allocate its factors (users' guide, section 8).
 OUT_OF_MEMORY = (-13, -19)
 
@@ -99,7 +103,8 @@ class Newton:
         snes.setType(PETSc.SNES.Type.NEWTONLS)
         snes.setFunction(self._function, model.unknowns.create_vector())
         snes.setJacobian(self._jacobian, model.assembler.matrix)
-        snes.setTolerances(max_it=max_iterations)
+        self._max_iterations = max_iterations
+        snes.setTolerances(max_it=PATIENCE * max_iterations)
         snes.setConvergenceTest(self._test)
         snes.setLineSearchPreCheck(self._adapt)
         # PETSc has no call for the type of line search: an option, deleted at once so that
@@ -320,7 +325,14 @@ class Newton:
         if error > DIVERGENCE * max(1.0, self._residuals[0]):
             self._reason = "the residual grew without bound"
             return reason.DIVERGED_DTOL
+        if iteration >= self._max_iterations and not self._falls():
+            return reason.DIVERGED_MAX_IT
         return reason.ITERATING
+
+    def _falls(self) -> bool:
+        """Whether the residual falls steadily, as it does where the tangent is not exact."""
+        seen = self._residuals
+        return len(seen) > 4 and seen[-1] < STEADY * seen[-5]
 
     def _explain(self) -> str:
         reason = self._snes.getConvergedReason()

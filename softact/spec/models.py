@@ -193,7 +193,8 @@ class Solver(Model):
         USUAL.max_iterations,
         ge=2,
         le=1000,
-        description="Newton iterations before the increment is cut",
+        description="Newton iterations before the increment is cut; up to three times as many "
+        "while the residual falls steadily",
     )
     tolerance: Dimensionless = Field(
         USUAL.tolerance, gt=0, le=1e-2, description="on the relative residual"
