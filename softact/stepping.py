@@ -41,8 +41,8 @@ VOLUME_BELOW = 0.05
 class Attempt:
     """One try at an increment, for the convergence history; see ``NewtonOutcome``.
 
-    control: "load", "volume" or "dynamics". kinetic_ratio: largest kinetic by internal energy on
-    the way, where there was a motion.
+    control: "load", "search" (load, with a line search), "volume" or "dynamics". kinetic_ratio:
+    largest kinetic by internal energy on the way, where there was a motion.
     """
 
     step: str
@@ -160,7 +160,6 @@ class Stepper:
         path = [Point(0.0, self.state.x.copy(), drive.loads(self.state))]
         held_still = not self.model.sum(int(ramp.moves_supports))
         may_trace = ramp.only_pressures and held_still
-        begun_at = len(self.progress.attempts)
         speeds: list[float] = []  # of the displacements, by the step's fraction
         searched_at = traced_at = None  # where line search and volume control were tried last
         if inside:
@@ -182,15 +181,12 @@ class Stepper:
             self.reject(step, drive, path, target, outcome)
             size *= CUT
             in_trouble = size < VOLUME_BELOW * largest
-            stuck = self._stuck(begun_at)
+            stuck = self._stuck(step)
             if in_trouble and not stuck and searched_at != done:
                 searched_at = done
-                outcome = self._with_line_search(drive, path, done + size)
-                if outcome.converged:
-                    path = self.accept(step, drive, path, done + size, outcome, control="search")
-                    continue
-                self.reject(step, drive, path, done + size, outcome)
-            if in_trouble and not stuck and may_trace and traced_at != done:
+                path = self._search(step, drive, path, done + size)
+            found_it = path[-1].s > done
+            if not found_it and in_trouble and not stuck and may_trace and traced_at != done:
                 traced_at = done
                 found = branch.trace(self, step, ramp, path, size, largest)
                 if found.limit:
@@ -202,7 +198,7 @@ class Stepper:
                     size = min(s.initial_increment, largest)
                 else:
                     path, size = found.path, max(found.size, size)
-            elif stuck or size < s.min_increment:
+            elif not found_it and (stuck or size < s.min_increment):
                 path, reached = self._move_on(step, drive, path, largest)
                 if not reached:
                     return self._give_up(step, done, outcome.reason, speeds)
@@ -225,10 +221,10 @@ class Stepper:
             return path, False
         return dynamics.settle(self, step, drive, path, largest)
 
-    def _stuck(self, begun_at: int) -> bool:
-        """Whether the last attempts of the step that began with the given one gained next to
-        nothing."""
-        fractions = [a.fraction if a.converged else 0.0 for a in self.progress.attempts[begun_at:]]
+    def _stuck(self, step: LoadStep) -> bool:
+        """Whether the step's last attempts gained next to nothing."""
+        attempts = [a for a in self.progress.attempts if a.step == step.name]
+        fractions = [a.fraction if a.converged else 0.0 for a in attempts]
         if len(fractions) <= PATIENCE:
             return False
         return max(fractions) - max(fractions[:-PATIENCE]) < LEAST_GAIN
@@ -268,12 +264,18 @@ class Stepper:
                 break  # a guess with inverted elements ends at once: then start from the last state
         return outcome
 
-    def _with_line_search(self, drive, path, s: float) -> NewtonOutcome:
+    def _search(self, step, drive, path, s: float) -> list[Point]:
+        """Seek the equilibrium at ``s`` with a line search; the path, one point longer if it is
+        found."""
         self.newton.line_search = True
         try:
-            return self.attempt(drive, path, s)
+            outcome = self.attempt(drive, path, s)
         finally:
             self.newton.line_search = False
+        if outcome.converged:
+            return self.accept(step, drive, path, s, outcome, control="search")
+        self.reject(step, drive, path, s, outcome)
+        return path
 
     def _guesses(self, drive: Drive, path: Sequence[Point], s: float) -> list[Point]:
         """First guesses, the best first; the last point is always among them."""

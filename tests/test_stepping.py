@@ -1,7 +1,11 @@
-"""The size of increments."""
+"""The size of increments and their first guesses."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
+from softact.drive import Point, extrapolate
 from softact.stepping import SMALL, next_size
 
 
@@ -19,3 +23,40 @@ def test_few_iterations_let_it_grow_and_many_shrink():
     assert next_size(0.1, 12, 0.5) == pytest.approx(0.07)
     assert next_size(0.01, 12, 0.5) == pytest.approx(0.0125)
     assert next_size(0.4, 3, 0.5) == 0.5
+
+
+def path_of(curve, places):
+    return [Point(s, curve(s), np.array([2.0 * s])) for s in places]
+
+
+def parabola(s):
+    return (
+        np.array([1.0, -2.0, 0.5])
+        + np.array([3.0, 0.0, 1.0]) * s
+        + np.array([0.5, 4.0, 0.0]) * s**2
+    )
+
+
+def test_a_parabola_is_continued_exactly():
+    """By three points, and by two and the rate at the last."""
+    path = path_of(parabola, (0.1, 0.3, 0.4))
+    guess = extrapolate(path, 0.7)
+    np.testing.assert_allclose(guess.x, parabola(0.7), rtol=1e-12)
+    np.testing.assert_allclose(guess.q, [1.4], rtol=1e-12)
+    # The weights with which the stresses of these states are extrapolated.
+    weighted = sum(w * x for w, x in zip(guess.origin.weights, guess.origin.states, strict=True))
+    np.testing.assert_allclose(weighted, guess.x, rtol=1e-12)
+    rate = (parabola(0.4 + 1e-6) - parabola(0.4 - 1e-6)) / 2e-6
+    guess = extrapolate([path[1], replace(path[2], rate=rate)], 0.7)
+    np.testing.assert_allclose(guess.x, parabola(0.7), rtol=1e-8)
+
+
+def test_a_rate_bears_on_the_newest_part_of_the_path():
+    """Before a kink at 0.3 the path says nothing of what comes."""
+
+    def kinked(s):
+        return np.array([0.0 if s < 0.3 else s - 0.3])
+
+    path = path_of(kinked, (0.1, 0.3, 0.4))
+    path[-1] = replace(path[-1], rate=np.array([1.0]))
+    np.testing.assert_allclose(extrapolate(path, 0.7).x, [0.4], rtol=1e-12)

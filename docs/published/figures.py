@@ -32,11 +32,13 @@ BOUNDS = {
 _TEXTS = ("name", "description", "source", "assumptions")
 
 
-class _Strict(BaseModel):
+class Strict(BaseModel):
+    """Plain data that takes no other field than its own."""
+
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class Run(_Strict):
+class Run(Strict):
     """A run: ``spec`` relative to the repository, ``set`` as of ``--set``: path -> value.
 
     large: why it is computed only where it is named.
@@ -73,7 +75,7 @@ class Run(_Strict):
         return " ".join(words)
 
 
-class Reading(_Strict):
+class Reading(Strict):
     """The value of a column where another one first has the value in ``at``; else the last one.
 
     scale: factor on the column, for other units.
@@ -106,7 +108,7 @@ class Reading(_Strict):
         return {"value": None, "last": [_plain(along[-1]), _plain(curve[-1])]}
 
 
-class Figure(_Strict):
+class Figure(Strict):
     """A published figure: a number (``value``), a bound, or a trend over several runs.
 
     what, where: what it is, and the place in the source. said: the source's words where they are
@@ -154,7 +156,7 @@ class Figure(_Strict):
         return bool(np.all(steps > 0) if self.trend == "rises" else np.all(steps < 0))
 
 
-class Source(_Strict):
+class Source(Strict):
     """A paper or data set with its runs and figures."""
 
     name: str
@@ -164,7 +166,7 @@ class Source(_Strict):
     figures: tuple[Figure, ...]
 
 
-class _File(_Strict):
+class _File(Strict):
     sources: tuple[Source, ...]
 
 

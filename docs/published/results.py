@@ -10,9 +10,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import Field
 
-from published.figures import HERE, Figure, Run
+from published.figures import HERE, Figure, Run, Strict
 from softact.results import write_atomic
 
 STORE = HERE / "results.json"
@@ -20,7 +20,7 @@ STORE = HERE / "results.json"
 COMPLETE, NO_EQUILIBRIUM, STOPPED, FAILED = "complete", "no_equilibrium", "stopped", "failed"
 
 
-class Outcome(BaseModel):
+class Outcome(Strict):
     """How a run ended, and what was read off it.
 
     input: fingerprint of what was computed. status: "complete", "no_equilibrium" (exit code 4),
@@ -30,7 +30,6 @@ class Outcome(BaseModel):
     was read (``read``) and what was found (``value``; where the run ended before, ``last``).
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
     input: str
     status: str
     cause: str = ""
@@ -39,7 +38,7 @@ class Outcome(BaseModel):
     unknowns: int | None = None
     commit: str
     taken_over: bool = False
-    readings: dict[str, dict[str, Any]] = {}
+    readings: dict[str, dict[str, Any]] = Field(default_factory=dict)
 
     def is_of(self, run: Run) -> bool:
         """Whether the run is still written as it was when it was computed."""

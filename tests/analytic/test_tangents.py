@@ -17,6 +17,7 @@ from softact.model import ELEMENTS, BondedLayer
 from softact.solid import Solid
 from softact.terms import (
     InvertedElementError,
+    Origin,
     State,
     SurfaceForce,
     SurfacePressure,
@@ -259,3 +260,42 @@ def test_no_term_is_left_out_where_an_element_is_inverted(monkeypatch):
     monkeypatch.setattr(bending, "add_force", lambda state, out: asked.append(state))
     assert np.isnan(model.force(state)[0]).all()
     assert asked
+
+
+@pytest.mark.parametrize("part", ["solid", "layer"])
+def test_stress_that_is_carried_on(part):
+    """The tangent with the stress of the states before is the tangent itself, but for what the
+    stress does not carry: nothing at the same state, and the second order of the way to it."""
+    model = hollow_block(LAWS["yeoh"].of(c10=0.1, c20=0.03, bulk_modulus=10.0))
+    term = model.solids["body"] if part == "solid" else model.layers[0]
+    draw = np.random.default_rng(5)
+    state, way = model.initial_state(), np.zeros(model.unknowns.local)
+    places = model.unknowns.spaces[0].tabulate_dof_coordinates()
+    state.x[model.displacement_dofs] = places @ draw.uniform(-0.1, 0.1, (3, 3))
+    way[model.displacement_dofs] = draw.uniform(-0.02, 0.02, places.shape)
+
+    def matrix(origin):
+        model.assembler.fixed[:] = 0
+        model.assembler.clear()
+        term.add_tangent(state, origin)
+        return dense(model.assembler.finish_matrix())
+
+    exact = matrix(None)
+    size = np.abs(exact).max()
+    for origin in (
+        Origin((state.x,), linearised=True),
+        Origin((state.x, state.x), (1.7, -0.7)),
+    ):
+        np.testing.assert_allclose(matrix(origin), exact, atol=1e-12 * size)
+    away = [
+        np.abs(matrix(Origin((state.x - h * way,), linearised=True)) - exact).max()
+        for h in (1.0, 0.5)
+    ]
+    assert away[1] > 1e-9 * size
+    assert away[0] / away[1] == pytest.approx(4.0, rel=0.15)
+    # Two states on either side of it: the mean of their stresses differs by the second order, too.
+    around = [
+        np.abs(matrix(Origin((state.x - h * way, state.x + h * way), (0.5, 0.5))) - exact).max()
+        for h in (1.0, 0.5)
+    ]
+    assert around[0] / around[1] == pytest.approx(4.0, rel=0.15)
