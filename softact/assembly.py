@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -50,16 +51,18 @@ class _Entities(ctypes.Structure):
 
 
 class Unknowns:
-    """Numbering of the unknowns of several Lagrange spaces on one mesh.
+    """Numbering of the unknowns of several Lagrange spaces on one mesh, and of loose nodes.
 
     spaces: dolfinx function spaces (each of blocks of equal size).
+    loose: number of further nodes with three unknowns each, for one process only; they come last,
+    with the dofs ``loose_dofs`` and the blocks ``loose_blocks``.
     cell_dofs: (cells, dofs) local numbers of each cell's unknowns, space after space.
     cell_blocks: (cells, blocks) the same for blocks.
     owned, local: number of unknowns that this process owns, and holds.
     number: (local,) global number of each.
     """
 
-    def __init__(self, comm, spaces):
+    def __init__(self, comm, spaces, loose: int = 0):
         self.comm = comm
         self.spaces = list(spaces)
         sizes = [s.dofmap.index_map_bs for s in self.spaces]
@@ -69,7 +72,10 @@ class Unknowns:
         first_owned = np.concatenate([[0], np.cumsum(np.multiply(owned, sizes))])
         self.owned = int(first_owned[-1])
         first_ghost = self.owned + np.concatenate([[0], np.cumsum(np.multiply(ghosts, sizes))])
-        self.local = int(first_ghost[-1])
+        fixed_part = int(first_ghost[-1])
+        self.local = fixed_part + 3 * loose
+        self.owned += 3 * loose
+        self.loose_dofs = np.arange(fixed_part, self.local, dtype=np.int32).reshape(-1, 3)
         self._block_offsets = np.concatenate([[0], np.cumsum(np.add(owned, ghosts))])
         self.space_dofs = []  # per space: (blocks, size) local numbers, in the space's own order
         for k, size in enumerate(sizes):
@@ -80,10 +86,13 @@ class Unknowns:
                 ]
             )
             self.space_dofs.append((starts[:, None] + np.arange(size)).astype(np.int32))
-        self.first = np.concatenate([d[:, 0] for d in self.space_dofs]).astype(np.int32)
-        self.width = np.concatenate([np.full(len(d), d.shape[1]) for d in self.space_dofs]).astype(
-            np.int32
-        )
+        every = [*self.space_dofs, self.loose_dofs]
+        self.first = np.concatenate([d[:, 0] for d in every]).astype(np.int32)
+        self.width = np.concatenate([np.full(len(d), d.shape[1]) for d in every]).astype(np.int32)
+        self.loose_blocks = int(self._block_offsets[-1]) + np.arange(loose)
+        if not self.spaces:
+            self._have_no_cells()
+            return
         tables = [compat.cell_dofs(s) for s in self.spaces]
         self.cell_blocks = np.ascontiguousarray(
             np.hstack([t + o for t, o in zip(tables, self._block_offsets, strict=False)]),
@@ -104,6 +113,12 @@ class Unknowns:
         ).astype(np.int32)
         self.number = self._global_numbers(maps, sizes, first_owned)
 
+    def _have_no_cells(self) -> None:
+        self.cell_blocks = np.empty((0, 0), np.int32)
+        self.cell_dofs = np.empty((0, 0), np.int32)
+        self.dof_block = self.dof_component = np.empty(0, np.int32)
+        self.number = np.arange(self.local, dtype=_INT)
+
     def _global_numbers(self, maps, sizes, first_owned) -> np.ndarray:
         """Global number of each local unknown, from the ranges that all processes own."""
         starts = np.array(self.comm.allgather([m.local_range[0] for m in maps]))
@@ -117,6 +132,7 @@ class Unknowns:
             owner = np.searchsorted(starts[:, k], blocks, side="right") - 1
             first = process_start[owner] + offsets[owner, k] + size * (blocks - starts[owner, k])
             number[self.space_dofs[k]] = first[:, None] + np.arange(size)
+        number[self.loose_dofs] = self.loose_dofs
         return number
 
     def create_vector(self) -> PETSc.Vec:
@@ -202,36 +218,67 @@ class LooseEntries:
         self.changed = True
 
 
-class Assembler:
-    """Sparsity pattern and matrix of a set of unknowns."""
+class BlockTable:
+    """Places in the matrix of elements beside the cells, each of n nodes with three unknowns.
 
-    def __init__(self, mesh, unknowns: Unknowns):
+    blocks: (k, n) blocks of ``Unknowns``. It joins the pattern when the assembler is made.
+    """
+
+    def __init__(self, blocks: np.ndarray):
+        self.blocks = np.ascontiguousarray(blocks, dtype=np.int32)
+
+    def place_in(self, assembler: Assembler, place: np.ndarray, row_length: np.ndarray) -> None:
+        """Learn where the values of each pair of nodes begin."""
+        self._assembler = assembler
+        self._dofs = assembler.unknowns.first[self.blocks][..., None] + np.arange(3)
+        base = place[assembler.find_pairs(self.blocks)].astype(np.int64)
+        length = row_length[self.blocks]
+        c = np.arange(3)
+        self._places = (
+            base[:, :, None, :, None]
+            + (c * length[..., None])[:, :, :, None, None]
+            + c[None, None, None, None]
+        ).ravel()
+
+    def add(self, matrices: np.ndarray) -> None:
+        """Add matrices (k, n, 3, n, 3); supported unknowns are left out."""
+        values = self._assembler.values
+        free = self._assembler.fixed[self._dofs] == 0
+        kept = matrices * free[:, :, :, None, None] * free[:, None, None]
+        values += np.bincount(self._places, kept.ravel(), len(values))
+
+
+class Assembler:
+    """Sparsity pattern and matrix of a set of unknowns.
+
+    mesh: of the cells; without a ``domain`` there are none. tables: further elements.
+    """
+
+    def __init__(self, mesh, unknowns: Unknowns, tables: Sequence[BlockTable] = ()):
         self.unknowns = unknowns
         self.library = jit.load_library(unknowns.comm, Path(__file__).with_name("_assembly.c"))
         self.library.assemble_scalar.restype = ctypes.c_double
-        self.geometry_nodes = np.ascontiguousarray(
-            compat.geometry_dofs(mesh.domain), dtype=np.int32
-        )
-        self.points = np.ascontiguousarray(mesh.domain.geometry.x)
+        self.geometry_nodes, self.points = np.empty((0, 4), np.int32), np.empty((0, 3))
+        if mesh.domain is not None:
+            self.geometry_nodes = np.ascontiguousarray(
+                compat.geometry_dofs(mesh.domain), dtype=np.int32
+            )
+            self.points = np.ascontiguousarray(mesh.domain.geometry.x)
         self.fixed = np.zeros(unknowns.local, dtype=np.uint8)
         self.symmetric = True
-        self._build_pattern()
+        self._build_pattern([table.blocks for table in tables])
+        for table in tables:
+            table.place_in(self, self._place, self._block_row_length)
         self._extra: list[tuple[np.ndarray, np.ndarray]] = []
         self.extra_values = np.empty(0)
         self._loose: list[LooseEntries] = []
         self.layouts = 0  # how often the matrix was laid out
 
-    def _build_pattern(self) -> None:
+    def _build_pattern(self, tables: list[np.ndarray]) -> None:
         u = self.unknowns
-        cells, count = u.cell_blocks.shape
-        incidence = scipy.sparse.csr_matrix(
-            (
-                np.ones(cells * count, dtype=np.int32),
-                u.cell_blocks.ravel(),
-                np.arange(0, cells * count + 1, count),
-            ),
-            shape=(cells, len(u.first)),
-        )
+        incidence = scipy.sparse.vstack(
+            [_incidence(blocks, len(u.first)) for blocks in (u.cell_blocks, *tables) if len(blocks)]
+        ).tocsr()
         graph = (incidence.T @ incidence).tocsr()
         graph.sort_indices()
         indptr, indices = graph.indptr.astype(np.int32), graph.indices.astype(np.int32)
@@ -244,24 +291,30 @@ class Assembler:
         place = (
             np.repeat(row_start[:-1] - total[indptr[:-1]], np.diff(indptr)) + total[:-1]
         ).astype(np.int32)
-        pairs = np.empty((cells, count, count), dtype=np.int32)
-        self.library.find_pairs(
-            ctypes.c_int64(cells),
-            count,
-            _pointer(u.cell_blocks),
-            _pointer(indptr),
-            _pointer(indices),
-            _pointer(pairs),
-        )
-        self._base = place[pairs]
-        self._row_length = np.ascontiguousarray(row_length.astype(np.int32)[u.cell_blocks])
+        self._graph = indptr, indices
+        self._place, self._block_row_length = place, row_length.astype(np.int32)
+        self._base = place[self.find_pairs(u.cell_blocks)]
+        self._row_length = np.ascontiguousarray(self._block_row_length[u.cell_blocks])
         self.values = np.zeros(int(row_start[-1]))
         diagonal = place[indptr[:-1] + _diagonal_offset(indptr, indices)]
         self._diagonal = np.empty(u.local, dtype=np.int64)
         for c in range(int(u.width.max())):
             has = u.width > c
             self._diagonal[u.first[has] + c] = diagonal[has] + c * row_length[has] + c
-        self._graph = indptr, indices
+
+    def find_pairs(self, blocks: np.ndarray) -> np.ndarray:
+        """Numbers (k, n, n) of the graph's entries between the blocks (k, n) of each element."""
+        indptr, indices = self._graph
+        pairs = np.empty((*blocks.shape, blocks.shape[1]), dtype=np.int32)
+        self.library.find_pairs(
+            ctypes.c_int64(len(blocks)),
+            blocks.shape[1],
+            _pointer(blocks),
+            _pointer(indptr),
+            _pointer(indices),
+            _pointer(pairs),
+        )
+        return pairs
 
     def couple(self, rows: np.ndarray, columns: np.ndarray) -> slice:
         """Make room for entries beyond those of the elements (global numbers, any process's).
@@ -397,6 +450,14 @@ class Assembler:
             )
         )
         return self.matrix
+
+
+def _incidence(blocks: np.ndarray, total: int) -> scipy.sparse.csr_matrix:
+    """Which blocks (k, n) each element has: (k, total)."""
+    count, width = blocks.shape
+    starts = np.arange(0, count * width + 1, width)
+    ones = np.ones(count * width, dtype=np.int32)
+    return scipy.sparse.csr_matrix((ones, blocks.ravel(), starts), shape=(count, total))
 
 
 def _diagonal_offset(indptr, indices) -> np.ndarray:

@@ -21,6 +21,7 @@ import numpy as np
 import scipy.sparse
 
 from softact.assembly import Assembler
+from softact.nodes import Nodes
 from softact.terms import State
 
 PENALTY = 8.0  # times D over the edge length; positive definite from about 3 on
@@ -31,29 +32,23 @@ GAUSS = (0.5 - 0.5 / np.sqrt(3), 0.5 + 0.5 / np.sqrt(3))
 class LayerBending:
     """Bending energy of one flat layer; see the module.
 
-    nodes: (k, 6) local displacement nodes of this process's facets, corners then middles of the
+    nodes: of the model. facets: (k, 6) those of this process's facets, corners then middles of the
     edges 01 12 20. rigidity: D in N·mm. symmetry: indices of the
     coordinates that are zero in the symmetry planes.
     """
 
-    def __init__(self, assembler: Assembler, nodes, rigidity, poisson, symmetry):
-        self._assembler = assembler
-        u = assembler.unknowns
-        space = u.spaces[0]
-        index_map = space.dofmap.index_map
-        number = index_map.local_to_global(
-            np.arange(index_map.size_local + index_map.num_ghosts, dtype=np.int32)
-        )
-        triangles = np.concatenate(u.comm.allgather(number[nodes]))
-        places = space.tabulate_dof_coordinates()
-        x = np.concatenate(u.comm.allgather(places[nodes]))
+    def __init__(self, assembler: Assembler, nodes: Nodes, facets, rigidity, poisson, symmetry):
+        self._assembler, self._comm = assembler, nodes.comm
+        number = nodes.number
+        triangles = np.concatenate(nodes.comm.allgather(number[facets]))
+        x = np.concatenate(nodes.comm.allgather(nodes.places[facets]))
         layer_nodes, compact = np.unique(triangles, return_inverse=True)
         compact = compact.reshape(-1, 6)
         even, odd = bending_matrices(x, compact, len(layer_nodes), rigidity, poisson, symmetry)
-        owned = np.flatnonzero(np.isin(number[: index_map.size_local], layer_nodes))
-        self._owned_dofs = u.space_dofs[0][owned]
+        owned = np.flatnonzero(np.isin(number[: nodes.owned], layer_nodes))
+        self._owned_dofs = nodes.dofs[owned]
         mine = np.searchsorted(layer_nodes, number[owned])
-        self._order = np.argsort(np.concatenate(u.comm.allgather(mine)))
+        self._order = np.argsort(np.concatenate(nodes.comm.allgather(mine)))
         self._rows = [(odd if c in symmetry else even)[mine] for c in range(3)]
         self._register(mine)
 
@@ -71,7 +66,7 @@ class LayerBending:
 
     def _gather(self, mine: np.ndarray) -> np.ndarray:
         """Values (n, 3) at all nodes of the layer, from those at each process's own."""
-        parts = self._assembler.unknowns.comm.allgather(mine)
+        parts = self._comm.allgather(mine)
         return np.concatenate(parts)[self._order]
 
     def _forces(self, state: State) -> np.ndarray:

@@ -71,7 +71,7 @@ def _membrane(model: Model, state: State, layer: BondedLayer):
     """Undeformed areas (k,) mm² and smallest principal stresses (k,) MPa of a layer's triangles
     with straight edges."""
     nodes = model.facet_nodes(model.mesh.facets[layer.surface])[:, :3]
-    before = model.unknowns.spaces[0].tabulate_dof_coordinates()[nodes]
+    before = model.nodes.places[nodes]
     after = before + state.x[model.displacement_dofs[nodes]]
     edges, moved = before[:, 1:] - before[:, :1], after[:, 1:] - after[:, :1]
     metric = edges @ np.swapaxes(edges, 1, 2)

@@ -11,6 +11,7 @@ import numpy as np
 from softact import compat
 from softact.errors import MeshError
 from softact.geometry import Layout
+from softact.sheets.mesh import SheetMesh
 
 # Local facet f of a tetrahedron is the one opposite to its vertex f (UFC numbering).
 FACET_VERTICES = np.array([[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]])
@@ -20,12 +21,14 @@ FACET_VERTICES = np.array([[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]])
 class Mesh:
     """The part of a mesh that this process holds. Lengths in mm.
 
-    domain: dolfinx mesh of affine tetrahedra without ghost cells.
+    domain: dolfinx mesh of affine tetrahedra without ghost cells; None where all is sheets.
     layout: names and what they mean.
     region: (cells,) number of the region of each local cell, into ``layout.regions``.
     facets: surface name -> (k, 2) local cell and local facet. Each facet belongs to exactly one
         process and one cell, also where it lies between two cells.
     cell_count: cells of the whole mesh.
+    sheets: triangles in space, None where there are none; for one process only.
+    comm: the MPI communicator.
     """
 
     domain: object
@@ -33,11 +36,8 @@ class Mesh:
     region: np.ndarray
     facets: dict[str, np.ndarray]
     cell_count: int
-
-    @property
-    def comm(self):
-        """The MPI communicator."""
-        return self.domain.comm
+    comm: object
+    sheets: SheetMesh | None = None
 
 
 @dataclass(frozen=True)
@@ -153,7 +153,13 @@ def distribute(comm, load: Callable[[], Tetrahedra], layout: Layout) -> Mesh:
     local_of = np.full(len(region), -1, dtype=np.int64)
     local_of[original] = np.arange(local_cells)
     facets = {name: _local_facets(rows, local_of, nodes) for name, rows in located.items()}
-    return Mesh(domain, layout, region[original], facets, len(region))
+    return Mesh(domain, layout, region[original], facets, len(region), comm)
+
+
+def of_sheets(comm, sheets: SheetMesh, layout: Layout) -> Mesh:
+    """A mesh without a solid, for one process."""
+    none = np.empty(0, np.int32)
+    return Mesh(None, layout, none, {}, len(sheets.triangles), comm, sheets)
 
 
 def _prepare(tets: Tetrahedra, layout: Layout):

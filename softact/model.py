@@ -21,6 +21,11 @@ from softact.elements import facet_tables
 from softact.errors import SpecError
 from softact.fibres import fibre_field
 from softact.mesh import Mesh
+from softact.nodes import nodes_of
+from softact.sheets.body import Sheet, SheetPart, make_parts, node_numbers
+from softact.sheets.cavity import SheetCavity
+from softact.sheets.membrane import Membrane
+from softact.sheets.mesh import nodes_of as sheet_nodes_of
 from softact.solid import Solid
 from softact.terms import (
     CavityPressure,
@@ -35,6 +40,7 @@ from softact.terms import (
 )
 
 UP = (0.0, 0.0, 1.0)
+SIMPSON, TRAPEZIUM = (1 / 6, 1 / 6, 2 / 3), (1 / 2, 1 / 2)
 # name in the spec -> displacement degree, pressure degree (None: no pressure unknown)
 ELEMENTS: dict[str, tuple[int, int | None]] = {
     "P2/P1": (2, 1),
@@ -78,6 +84,8 @@ class Model:
     mesh: see ``softact.mesh``. materials: region name -> law. layers: thin layers. element: one of
     ``ELEMENTS``. wall_normal: region name, points (n, 3) -> the wall's normal there, for fibres;
     default: up. obstacles: rigid bodies. touching: surfaces that may touch, for one process only.
+    sheets: name -> what each sheet of the mesh is made of, for one process only; a mesh may have
+    sheets and no solid.
     The residual is the derivative of the potential energy by the unknowns.
     """
 
@@ -90,17 +98,11 @@ class Model:
         wall_normal: Callable[[str, np.ndarray], np.ndarray] = lambda region, points: UP,
         obstacles: Sequence[Obstacle] = (),
         touching: Sequence[Touching] = (),
+        sheets: Mapping[str, Sheet] | None = None,
     ):
         self.mesh, self.comm = mesh, mesh.comm
         self.degree, pressure_degree = ELEMENTS[element]
-        spaces = [compat.function_space(mesh.domain, self.degree, 3)]
-        if pressure_degree is not None:
-            constant = pressure_degree == 0
-            spaces.append(compat.function_space(mesh.domain, pressure_degree, 1, constant))
-        self.unknowns = Unknowns(self.comm, spaces)
-        self.assembler = Assembler(mesh, self.unknowns)
-        self.displacement_dofs = self.unknowns.space_dofs[0]
-        self.cell_nodes = compat.cell_dofs(spaces[0])
+        self._number(pressure_degree, sheets or {})
         self.solids = {
             name: Solid(
                 self.assembler,
@@ -117,12 +119,20 @@ class Model:
         self.cavities = {
             name: CavityPressure(self.assembler, name, self.facets(*walls), self.degree)
             for name, walls in mesh.layout.cavities.items()
+            if not set(walls) & set(self.sheets)
+        } | {
+            name: SheetCavity(name, [self.sheets[wall].triangles for wall in walls])
+            for name, walls in mesh.layout.cavities.items()
+            if set(walls) & set(self.sheets)
         }
         self.bonded_layers = tuple(layers)
         self.layers = [
             Layer(self.assembler, self.facets(la.surface), la.material, la.thickness, self.degree)
             for la in layers
         ]
+        planes = tuple(mesh.layout.symmetry.values())
+        for part in self.sheets.values():
+            part.add_bending(self.assembler, self.nodes, planes)
         bending = [(la, b) for la in layers if (b := self._bending(la)) is not None]
         self.bending = [LayerBending(*b) for _, b in bending]
         self._bent = [la for la, _ in bending]
@@ -139,6 +149,7 @@ class Model:
             for la in layers
             if la.material.density
         ]
+        self.weights += [part.weight(self.unknowns.local) for part in self.sheets.values()]
         self.inertia: list[Inertia] = []
         self.surface_loads: dict[tuple[type, str], SurfaceForce | SurfacePressure] = {}
         self.contacts = Contacts(
@@ -149,6 +160,32 @@ class Model:
         self._ghosted = self.unknowns.create_vector()
         self.pressure_weights = self._pressure_weights()
         self.force_floor = self._force_floor()
+
+    def _number(self, pressure_degree: int | None, sheets: Mapping[str, Sheet]) -> None:
+        """Nodes and unknowns of the solids, then of the sheets."""
+        mesh, spaces = self.mesh, []
+        if mesh.domain is not None:
+            spaces.append(compat.function_space(mesh.domain, self.degree, 3))
+            if pressure_degree is not None:
+                constant = pressure_degree == 0
+                spaces.append(compat.function_space(mesh.domain, pressure_degree, 1, constant))
+        loose, number, tables = np.empty((0, 3)), None, []
+        if mesh.sheets:
+            mesh.sheets.check(mesh.layout.cavities, list(mesh.layout.symmetry.values()))
+            sheet_nodes = sheet_nodes_of(mesh.sheets, self.degree)
+            solid = spaces[0].tabulate_dof_coordinates() if spaces else np.empty((0, 3))
+            number, loose = node_numbers(mesh.sheets, sheet_nodes, solid)
+        self.unknowns = Unknowns(self.comm, spaces, len(loose))
+        self.nodes = nodes_of(self.unknowns, loose)
+        self.sheets: dict[str, SheetPart] = {}
+        self.curves: dict[str, np.ndarray] = {}
+        if mesh.sheets:
+            self.sheets = make_parts(mesh.sheets, number[sheet_nodes.elements], sheets, self.nodes)
+            self.curves = {name: number[edges] for name, edges in sheet_nodes.curves.items()}
+            tables = [part.triangles.table for part in self.sheets.values()]
+        self.assembler = Assembler(mesh, self.unknowns, tables)
+        self.displacement_dofs = self.nodes.dofs
+        self.cell_nodes = compat.cell_dofs(spaces[0]) if spaces else np.empty((0, 0), np.int32)
 
     def facets(self, *surfaces: str) -> np.ndarray:
         """Cells and local facets of the named surfaces together."""
@@ -161,14 +198,13 @@ class Model:
     def _bending(self, layer: BondedLayer):
         """Arguments of the layer's bending term, None where it has none (see the docs)."""
         nodes = self.facet_nodes(self.mesh.facets[layer.surface])
-        places = self.unknowns.spaces[0].tabulate_dof_coordinates()
-        everywhere = np.concatenate(self.comm.allgather(places[nodes].reshape(-1, 3)))
+        everywhere = np.concatenate(self.comm.allgather(self.nodes.places[nodes].reshape(-1, 3)))
         if not layer.bending or self.degree != 2 or not is_flat(everywhere):
             return None
         young, poisson = layer.material.youngs_modulus, layer.material.poissons_ratio
         rigidity = layer.bending * young * layer.thickness**3 / (12 * (1 - poisson**2))
         planes = tuple(self.mesh.layout.symmetry.values())
-        return self.assembler, nodes, rigidity, poisson, planes
+        return self.assembler, self.nodes, nodes, rigidity, poisson, planes
 
     def bends(self, layer: BondedLayer) -> bool:
         """Whether one of ``bonded_layers`` has bending stiffness."""
@@ -182,6 +218,7 @@ class Model:
             *self.cavities.values(),
             *self.layers,
             *self.bending,
+            *(term for part in self.sheets.values() for term in part.elastic),
             *self.weights,
             *self.surface_loads.values(),
             *(inertia for inertia in self.inertia if inertia.time_step is not None),
@@ -201,7 +238,7 @@ class Model:
             self.inertia = [
                 Inertia(self.assembler, s.cells, s.material.density, self.degree)
                 for s in self.solids.values()
-            ]
+            ] + [part.inertia(self.unknowns.local) for part in self.sheets.values()]
 
     def initial_state(self) -> State:
         """The unloaded state."""
@@ -244,7 +281,7 @@ class Model:
         """
         both = np.zeros((2, self.unknowns.local))
         for term in self.terms:
-            internal = isinstance(term, Solid | Layer | LayerBending)
+            internal = isinstance(term, Solid | Layer | LayerBending | Membrane)
             try:
                 term.add_force(state, both[int(internal)])
             except InvertedElementError:
@@ -257,8 +294,11 @@ class Model:
         """Smallest J at a quadrature point over all processes; −inf where it is not a number."""
         with np.errstate(all="ignore"):
             smallest = min(
-                float(np.linalg.det(s.deformation_gradient(x)).min(initial=np.inf))
-                for s in self.solids.values()
+                (
+                    float(np.linalg.det(s.deformation_gradient(x)).min(initial=np.inf))
+                    for s in self.solids.values()
+                ),
+                default=np.inf,
             )
         return self.comm.allreduce(smallest if smallest == smallest else -np.inf, op=MPI.MIN)
 
@@ -274,13 +314,14 @@ class Model:
         return self.sum(sum(t.energy(state) for t in (self.terms if terms is None else terms)))
 
     def strain_energy(self, state: State) -> float:
-        """Elastic energy stored in the solids and layers of the meshed part, mJ."""
-        return self.energy(state, [*self.solids.values(), *self.layers, *self.bending])
+        """Elastic energy stored in the solids, layers and sheets of the meshed part, mJ."""
+        sheets = [term for part in self.sheets.values() for term in part.elastic]
+        return self.energy(state, [*self.solids.values(), *self.layers, *self.bending, *sheets])
 
     @property
     def diagonal(self) -> float:
         """Diagonal (mm) of the undeformed body's bounding box."""
-        points = self.assembler.points
+        points = self.nodes.places
         low = self.comm.allreduce(points.min(axis=0), op=_smaller)
         high = -self.comm.allreduce(-points.max(axis=0), op=_smaller)
         return float(np.linalg.norm(high - low))
@@ -302,8 +343,9 @@ class Model:
     def _force_floor(self) -> float:
         """Force (N) below which nothing is out of balance: a strain of 1e-12 over the body."""
         volume = self.sum(sum(float(s.volumes.sum()) for s in self.solids.values()))
-        stiffest = max(s.material.shear_modulus for s in self.solids.values())
-        return 1e-12 * stiffest * volume ** (2 / 3)
+        stiffest = max((s.material.shear_modulus for s in self.solids.values()), default=0.0)
+        sheets = [p.sheet.stiffness * p.triangles.areas.sum() ** 0.5 for p in self.sheets.values()]
+        return 1e-12 * max([stiffest * volume ** (2 / 3), *sheets])
 
     # --- supports ---------------------------------------------------------------------------
 
@@ -312,7 +354,7 @@ class Model:
         points out of the facet's cell."""
         tables = facet_tables(compat.reference_nodes(self.degree))
         nodes = self.cell_nodes[facets[:, :1], tables[facets[:, 1]]]
-        x = self.unknowns.spaces[0].tabulate_dof_coordinates()
+        x = self.nodes.places
         a, b, c = (x[nodes[:, i]] for i in range(3))
         inside = x[self.cell_nodes[facets[:, 0], facets[:, 1]]]  # the vertex opposite the facet
         inward = np.einsum("ki,ki->k", np.cross(b - a, c - a), inside - a) > 0
@@ -321,14 +363,33 @@ class Model:
         return nodes
 
     def area(self, surface: str) -> float:
-        """Undeformed area of a surface of the meshed part, mm²."""
-        x = self.unknowns.spaces[0].tabulate_dof_coordinates()
-        a, b, c = np.moveaxis(x[self.facet_nodes(self.mesh.facets[surface])[:, :3]], 1, 0)
-        return self.sum(float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2))
+        """Undeformed area of a surface of the meshed part, mm²; length of a curve, mm."""
+        return self.sum(float(self.surface_points(surface)[1].sum()))
+
+    def surface_points(self, name: str) -> tuple[np.ndarray, np.ndarray]:
+        """Nodes (k,) of this process's facets, sheets or edges of that name, and their shares of
+        its area (mm²) or length (mm); a node counts once for each element."""
+        if name in self.curves:
+            nodes = self.curves[name]
+            ends = self.nodes.places[nodes[:, 1]] - self.nodes.places[nodes[:, 0]]
+            rule = SIMPSON if nodes.shape[1] == 3 else TRAPEZIUM
+            return nodes.ravel(), (np.linalg.norm(ends, axis=1)[:, None] * rule).ravel()
+        if name in self.sheets:
+            nodes = self.sheets[name].triangles.nodes
+        else:
+            nodes = self.facet_nodes(self.mesh.facets[name])
+        a, b, c = np.moveaxis(self.nodes.places[nodes[:, :3]], 1, 0)
+        area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+        # The middles of the edges integrate a quadratic exactly; linear facets have corners only.
+        return nodes[:, -3:].ravel(), np.repeat(area / 3, 3)
 
     def surface_nodes(self, surface: str) -> np.ndarray:
-        """Displacement nodes on a surface that this process holds, also where the facet itself
-        belongs to another process."""
+        """Displacement nodes on a surface or curve that this process holds, also where the facet
+        itself belongs to another process."""
+        if surface in self.curves:
+            return np.unique(self.curves[surface])
+        if surface in self.sheets:
+            return np.unique(self.sheets[surface].triangles.nodes)
         mark = np.zeros(self.unknowns.local)
         mark[self.displacement_dofs[self.facet_nodes(self.mesh.facets[surface]), 0]] = 1.0
         return np.flatnonzero(self.sum_shared(mark)[self.displacement_dofs[:, 0]])

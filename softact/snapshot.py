@@ -57,7 +57,7 @@ class Snapshot:
     @functools.cached_property
     def positions(self) -> np.ndarray:
         """Undeformed positions (nodes, 3) of the displacement nodes that this process holds."""
-        return self.model.unknowns.spaces[0].tabulate_dof_coordinates()
+        return self.model.nodes.places
 
     @functools.cached_property
     def displacement(self) -> np.ndarray:
@@ -69,16 +69,8 @@ class Snapshot:
 
         Halves are completed by their mirror images.
         """
-        nodes = self.model.facet_nodes(self.model.mesh.facets[surface])
-        x = self.positions[nodes]
-        corners = x[:, :3]
-        area = np.linalg.norm(
-            np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
-        )
-        # The middles of the edges integrate a quadratic exactly; linear facets have corners only.
-        points = slice(3, 6) if nodes.shape[1] == 6 else slice(0, 3)
-        here = nodes[:, points].ravel()
-        mine = self.positions[here], self.displacement[here], np.repeat(area / 6, 3)
+        here, weights = self.model.surface_points(surface)
+        mine = self.positions[here], self.displacement[here], weights
         parts = zip(*self.model.comm.allgather(mine), strict=True)
         before, moved, weights = (np.concatenate(part) for part in parts)
         after = before + moved
@@ -205,7 +197,7 @@ class Snapshot:
         """Force (3,) N and moment (3,) N·mm about a point that a held surface exerts on the whole
         actuator; both are zero where it is free."""
         force, _ = self.model.force(self.state)
-        owned = self.model.unknowns.spaces[0].dofmap.index_map.size_local
+        owned = self.model.nodes.owned
         nodes = self.model.surface_nodes(surface)
         nodes = nodes[nodes < owned]
         forces = force[self.model.displacement_dofs[nodes]]
@@ -244,7 +236,7 @@ def _extrapolation(degree: int) -> np.ndarray:
 
 def gather_nodes(model: Model, values: np.ndarray) -> np.ndarray | None:
     """Nodal values (nodes, ...) of all processes in global order, on rank 0 (None elsewhere)."""
-    owned = model.unknowns.spaces[0].dofmap.index_map.size_local
+    owned = model.nodes.owned
     parts = model.comm.gather(np.ascontiguousarray(values[:owned]))
     return np.concatenate(parts) if parts is not None else None
 
@@ -255,11 +247,8 @@ def gather_mesh(model: Model):
     Returns (points (n, 3), cells (m, 10) or (m, 4) in VTK order, region (m,), surfaces: name ->
     (k, 6) or (k, 3)); nodes are numbered as ``gather_nodes`` orders them.
     """
-    index_map = model.unknowns.spaces[0].dofmap.index_map
-    number = index_map.local_to_global(
-        np.arange(index_map.size_local + index_map.num_ghosts, dtype=np.int32)
-    )
-    points = gather_nodes(model, model.unknowns.spaces[0].tabulate_dof_coordinates())
+    number = model.nodes.number
+    points = gather_nodes(model, model.nodes.places)
     reference = compat.reference_nodes(model.degree)
     cells = number[model.cell_nodes][:, vtk_order(reference)]
     surfaces = {

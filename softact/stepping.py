@@ -233,7 +233,7 @@ class Stepper:
         """Norm of the displacements' rate at a point; 0 where it is not known."""
         if point.rate is None:
             return 0.0
-        owned = self.model.unknowns.spaces[0].dofmap.index_map.size_local
+        owned = self.model.nodes.owned
         rate = point.rate[self.model.displacement_dofs[:owned]]
         return float(np.sqrt(self.model.sum(float((rate**2).sum()))))
 

@@ -40,7 +40,7 @@ class ContactFacets:
         self.cells = facets[:, 0]
         self.nodes = model.facet_nodes(facets)
         self.dofs = model.displacement_dofs[self.nodes]
-        self.points = model.unknowns.spaces[0].tabulate_dof_coordinates()[self.nodes]
+        self.points = model.nodes.places[self.nodes]
         self.values = shape_functions(POINTS, self.nodes.shape[1])
         a, b, c = (self.points[:, i] for i in range(3))
         area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2

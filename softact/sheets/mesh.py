@@ -1,0 +1,102 @@
+"""Triangles of sheets in space: nodes, named parts and named curves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from softact.errors import MeshError
+
+SIDES = ((0, 1), (1, 2), (2, 0))
+SMALLEST_ANGLE = 1e-3  # sine; a triangle below it has no plane
+
+
+@dataclass(frozen=True)
+class SheetMesh:
+    """Flat triangles that share their nodes where sheets are joined. Lengths in mm.
+
+    points: (n, 3) corners. triangles: (m, 3); the normal, by the right-hand rule, points out of
+    the cavity that the sheet walls. parts: name -> numbers of its triangles. curves: name ->
+    (k, 2) edges. bonded: parts whose corners are those of a solid.
+    """
+
+    points: np.ndarray
+    triangles: np.ndarray
+    parts: Mapping[str, np.ndarray]
+    curves: Mapping[str, np.ndarray]
+    bonded: tuple[str, ...] = ()
+
+    def check(self, cavities: Mapping[str, Sequence[str]], symmetry: Sequence[int] = ()) -> None:
+        """Raise MeshError for a triangle without area, an open seam of a cavity's walls outside
+        the symmetry planes, or walls whose normals do not agree."""
+        a, b, c = (self.points[self.triangles[:, i]] for i in range(3))
+        double = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        longest = np.max([np.linalg.norm(e, axis=1) for e in (b - a, c - b, a - c)], axis=0)
+        flat = double < SMALLEST_ANGLE * longest**2
+        if flat.any():
+            raise MeshError(f"{int(flat.sum())} triangles of the sheets have no area")
+        for name, walls in cavities.items():
+            self._check_closed(name, walls, list(symmetry))
+
+    def _check_closed(self, cavity, walls, planes) -> None:
+        triangles = self.triangles[np.concatenate([self.parts[wall] for wall in walls])]
+        directed = np.concatenate([triangles[:, list(side)] for side in SIDES])
+        edges, place, counts = np.unique(
+            np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True
+        )
+        ends = np.abs(self.points[edges[counts == 1]])
+        scale = np.abs(self.points).max()
+        mirrored = (ends[:, :, planes].max(axis=1) < 1e-6 * scale).any(axis=1)
+        if not mirrored.all():
+            where = ", ".join(f"{x:.3g}" for x in self.points[edges[counts == 1]][~mirrored][0, 0])
+            raise MeshError(
+                f"cavity '{cavity}' is not closed: {int((~mirrored).sum())} edges of its sheets "
+                f"are open, one near ({where}) mm; a seam must join them before they hold pressure"
+            )
+        if counts.max() > 2:
+            a, b = self.points[edges[np.argmax(counts)]]
+            where = ", ".join(f"{x:.3g}" for x in (a + b) / 2)
+            raise MeshError(
+                f"cavity '{cavity}': more than two triangles of its sheets meet in an edge near "
+                f"({where}) mm; a triangle with two corners on a seam needs its side there"
+            )
+        forward = np.bincount(place.ravel(), directed[:, 0] < directed[:, 1], len(edges))
+        if np.any(2 * forward[counts == 2] != 2):
+            raise MeshError(f"cavity '{cavity}': the normals of its sheets do not agree")
+
+
+@dataclass(frozen=True)
+class SheetNodes:
+    """Nodes of the displacement on a ``SheetMesh``.
+
+    places: (n, 3) mm. elements: (m, 3) or (m, 6), corners then middles of 01, 12, 20. curves:
+    name -> (k, 2) or (k, 3) nodes of each edge, ends then middle.
+    """
+
+    places: np.ndarray
+    elements: np.ndarray
+    curves: Mapping[str, np.ndarray]
+
+
+def nodes_of(mesh: SheetMesh, degree: int) -> SheetNodes:
+    """Nodes of Lagrange elements of ``degree`` 1 or 2."""
+    if degree == 1:
+        return SheetNodes(mesh.points, mesh.triangles, mesh.curves)
+    count = len(mesh.points)
+    sides = np.sort(mesh.triangles[:, list(SIDES)], axis=-1).reshape(-1, 2)
+    edges, place = np.unique(sides, axis=0, return_inverse=True)
+    places = np.vstack([mesh.points, mesh.points[edges].mean(axis=1)])
+    keys = edges[:, 0] * count + edges[:, 1]
+
+    def with_middles(pairs):
+        low, high = np.sort(pairs, axis=1).T
+        found = np.searchsorted(keys, low * count + high)
+        if len(pairs) and not np.array_equal(keys[found], low * count + high):
+            raise MeshError("an edge of a curve is no edge of the sheets")
+        return np.column_stack([pairs, count + found])
+
+    curves = {name: with_middles(np.asarray(pairs)) for name, pairs in mesh.curves.items()}
+    elements = np.hstack([mesh.triangles, count + place.reshape(-1, 3)])
+    return SheetNodes(places, elements, curves)

@@ -1,0 +1,126 @@
+"""Wrinkling by tension-field theory: the relaxed energy of a sheet that cannot be compressed.
+
+A sheet without bending stiffness wrinkles finely instead of being compressed. Wrinkles add to the
+metric C of its mean surface: what its material feels is C + a ⊗ a, and it chooses the a of least
+energy, W_r(C) = min_a W(C + a ⊗ a) (Pipkin, IMA J. Appl. Math. 36 (1986) 85; 52 (1994) 297; for
+anisotropic sheets Steigmann, Proc. R. Soc. A 429 (1990) 141). The stress S = 2 ∂W/∂C there has no
+compression: a = 0 where both principal stresses are tensile (taut), S a = 0 with uniaxial tension
+across a (wrinkled), and W_r = 0 where no stretch exceeds 1 (slack).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softact.sheets.plane_stress import Response, SheetLaw
+
+# Part of the unrelaxed energy that is kept, so that slack sheets keep a stiffness.
+KEPT = 1e-4
+MOST_ITERATIONS = 60
+# Of the stress across the folds: part of that along them, part of the moduli; of the energy.
+TOLERANCE, FLOOR, ROUNDING = 1e-10, 1e-14, 1e-7
+TAUT, WRINKLED, SLACK = 0, 1, 2
+# Component (i, j) of a symmetric tensor in the order 11, 22, 12.
+PLACE = np.array([[0, 2], [2, 1]])
+
+
+class TensionField:
+    """The relaxed form of a law: (1 − KEPT) W_r + KEPT W."""
+
+    def __init__(self, law: SheetLaw, poisson: float):
+        self.law, self._poisson = law, poisson
+
+    def evaluate(self, c) -> Response:
+        whole = self.law.evaluate(c)
+        state = self._state(c, whole[1])
+        energy, stress, moduli = (np.array(part) for part in whole)
+        wrinkled, slack = state == WRINKLED, state == SLACK
+        if wrinkled.any():
+            relaxed = self._wrinkled(c, wrinkled)
+            for part, values in zip((energy, stress, moduli), relaxed, strict=True):
+                part[wrinkled] = values
+        for part in (energy, stress, moduli):
+            part[slack] = 0.0
+        relaxed = energy, stress, moduli
+        return tuple((1 - KEPT) * r + KEPT * w for r, w in zip(relaxed, whole, strict=True))
+
+    def state(self, c) -> np.ndarray:
+        """TAUT, WRINKLED or SLACK (n,)."""
+        return self._state(c, self.law.evaluate(c)[1])
+
+    @staticmethod
+    def _state(c, stress) -> np.ndarray:
+        low, _ = _principal(stress)
+        _, high = _principal(c[:, [0, 1, 0], [0, 1, 1]])
+        return np.where(low >= 0, TAUT, np.where(high <= 1, SLACK, WRINKLED))
+
+    def _wrinkled(self, c, chosen) -> Response:
+        """W, S and condensed D at the a of least energy, by Newton's method."""
+        law = _part(self.law, chosen)
+        c = c[chosen]
+        a = self._first_guess(c)
+        best = np.full(len(c), np.inf)
+        step = np.zeros_like(a)
+        with np.errstate(all="ignore"):
+            for _ in range(MOST_ITERATIONS):
+                energy, stress, moduli = law.evaluate(c + a[:, :, None] * a[:, None])
+                worse = ~(energy <= best * (1 + ROUNDING))
+                out, curvature = self._balance(a, stress, moduli)
+                length = np.linalg.norm(a, axis=1)
+                left = np.linalg.norm(out, axis=1) / length  # stress across the folds
+                allowed = TOLERANCE * np.abs(stress).max(axis=1) + FLOOR * moduli[:, 0, 0]
+                if not np.any(left > allowed):
+                    break
+                # Half of the last step back where the energy rose; along the gradient where the
+                # energy is not convex, as it is not near a = 0.
+                down = -out / np.maximum(left, 1e-300)[:, None]
+                convex = np.linalg.det(curvature) > 0
+                safe = np.where(convex[:, None, None], curvature, np.eye(2))
+                newton = -np.linalg.solve(safe, out[:, :, None])[:, :, 0]
+                ahead = np.where(convex[:, None], newton, down)
+                best = np.where(worse, best, energy)
+                step = np.where(worse[:, None], step / 2, ahead)
+                a = np.where(worse[:, None], a - step, a + step)
+        out, curvature = self._balance(a, stress, moduli)
+        coupling = _coupling(a, moduli)
+        inverse = np.linalg.inv(curvature)
+        condensed = moduli - np.einsum("nil,nlm,njm->nij", coupling, inverse, coupling)
+        return energy, stress, condensed
+
+    def _first_guess(self, c):
+        """Wrinkles along the smaller principal stretch that take up to its natural width."""
+        values, vectors = np.linalg.eigh(c)
+        natural = values[:, 1] ** -self._poisson
+        lacking = np.maximum(natural - values[:, 0], 1e-8)
+        return vectors[:, :, 0] * np.sqrt(lacking)[:, None]
+
+    @staticmethod
+    def _balance(a, stress, moduli):
+        """Gradient S a (n, 2) and Hessian S + a·D·a (n, 2, 2) of the energy by a."""
+        tensor = stress[:, PLACE]
+        fourth = _fourth(moduli)
+        out = np.einsum("nij,nj->ni", tensor, a)
+        return out, tensor + np.einsum("nijkl,nj,nk->nil", fourth, a, a)
+
+
+def _part(law, chosen):
+    """The law at some of its points: fibres belong to points."""
+    fibres = getattr(law, "fibres", None)
+    return law if fibres is None else type(law)(law.material, fibres[chosen])
+
+
+def _fourth(moduli):
+    return moduli[:, PLACE[:, :, None, None], PLACE[None, None]]
+
+
+def _coupling(a, moduli):
+    """dS/da at constant C: (n, 3, 2)."""
+    fourth = np.einsum("nijkl,nk->nijl", _fourth(moduli), a)
+    return np.stack([fourth[:, 0, 0], fourth[:, 1, 1], fourth[:, 0, 1]], axis=1)
+
+
+def _principal(s):
+    """Smaller and larger principal value of symmetric tensors (n, 3)."""
+    mean, half = (s[:, 0] + s[:, 1]) / 2, (s[:, 0] - s[:, 1]) / 2
+    radius = np.hypot(half, s[:, 2])
+    return mean - radius, mean + radius
