@@ -42,7 +42,7 @@ def laws():
 @pytest.mark.parametrize("name", laws())
 def test_plane_stress_laws_are_derivatives(name):
     law, c = laws()[name], metrics()
-    energy, stress, moduli = law.evaluate(c)
+    _, stress, moduli = law.evaluate(c)
     for k, (i, j) in enumerate(((0, 0), (1, 1), (0, 1))):
         change = np.zeros((2, 2))
         change[i, j] = change[j, i] = STEP
