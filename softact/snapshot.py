@@ -14,6 +14,7 @@ import scipy.sparse
 from softact import compat
 from softact.elements import vtk_order
 from softact.model import Model
+from softact.tensors import largest_eigenvalue, right_cauchy_green, symmetric, von_mises
 from softact.terms import State
 
 
@@ -48,6 +49,7 @@ class Snapshot:
     state: State
     previous: dict[str, float] = field(default_factory=dict)
     safety_factor: float = 1.0
+    _cauchy: dict[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def layout(self):
@@ -126,50 +128,56 @@ class Snapshot:
             whole[:, start : start + 3] = summed[dofs[:, : columns.shape[1]]]
         return whole[:, :size] / whole[:, size:]
 
-    @functools.cached_property
-    def cauchy(self) -> np.ndarray:
-        """Cauchy stress (nodes, 3, 3): extrapolated from the quadrature points, averaged."""
-        values = []
-        for solid in self.model.solids.values():
-            sigma = solid.cauchy(self.state)
-            extrapolated = np.einsum("nq,cqij->cnij", _extrapolation(self.model.degree), sigma)
-            values.append(extrapolated.reshape(*extrapolated.shape[:2], 9))
-        return self.average_at_nodes(values).reshape(-1, 3, 3)
+    def cauchy_at_points(self, name: str) -> np.ndarray:
+        """Cauchy stress (cells, points, 3, 3) at the quadrature points of a region."""
+        if name not in self._cauchy:
+            self._cauchy[name] = self.model.solids[name].cauchy(self.state)
+        return self._cauchy[name]
 
     @functools.cached_property
-    def principal_stress(self) -> np.ndarray:
-        """Principal Cauchy stresses (nodes, 3), ascending."""
-        return np.linalg.eigvalsh(self.cauchy)
+    def cauchy(self) -> np.ndarray:
+        """Cauchy stress (nodes, 6) in Voigt's order: extrapolated from the quadrature points,
+        averaged."""
+        extrapolation, values = _extrapolation(self.model.degree), []
+        for name in self.model.solids:
+            sigma = self.cauchy_at_points(name)
+            values.append(extrapolation @ symmetric(sigma).reshape(*sigma.shape[:2], 6))
+        return self.average_at_nodes(values)
+
+    @functools.cached_property
+    def max_principal_stress(self) -> np.ndarray:
+        """Largest principal Cauchy stress (nodes,)."""
+        return largest_eigenvalue(self.cauchy)
 
     @functools.cached_property
     def von_mises(self) -> np.ndarray:
         """Von Mises stress (nodes,)."""
-        s = self.principal_stress
-        gaps = (s[:, 0] - s[:, 1], s[:, 1] - s[:, 2], s[:, 2] - s[:, 0])
-        return np.sqrt(sum(g**2 for g in gaps) / 2)
+        return von_mises(self.cauchy)
 
     @functools.cached_property
-    def principal_stretch(self) -> np.ndarray:
-        """Principal stretches (nodes, 3), ascending, from the averaged C = FᵀF."""
+    def max_principal_stretch(self) -> np.ndarray:
+        """Largest principal stretch (nodes,), from the averaged C = FᵀF."""
         gradients = compat.tabulate_gradients(
             self.model.degree, compat.reference_nodes(self.model.degree)
         )
         values = []
         for solid in self.model.solids.values():
             f = solid.deformation_gradient(self.state.x, gradients)
-            c = np.matmul(f.transpose(0, 1, 3, 2), f)
-            values.append(c.reshape(*c.shape[:2], 9))
-        c = self.average_at_nodes(values).reshape(-1, 3, 3)
-        return np.sqrt(np.maximum(np.linalg.eigvalsh(c), 0.0))
+            values.append(right_cauchy_green(f).reshape(*f.shape[:2], 6))
+        return np.sqrt(np.maximum(largest_eigenvalue(self.average_at_nodes(values)), 0.0))
 
-    def quadrature_places(self, solid) -> np.ndarray:
-        """Undeformed places (cells, points, 3), mm, of the quadrature points of a solid."""
+    def quadrature_places(self, solid, chosen: np.ndarray) -> np.ndarray:
+        """Undeformed places (k, 3), mm, of quadrature points of a solid.
+
+        chosen: (k,) their numbers, counted cell after cell.
+        """
         from softact.forms import QUADRATURE_DEGREE
 
         points, _ = compat.quadrature_rule(QUADRATURE_DEGREE)
         barycentric = np.column_stack([1 - points.sum(axis=1), points])
-        vertices = self.positions[self.model.cell_nodes[solid.cells, :4]]
-        return np.einsum("qv,cvi->cqi", barycentric, vertices)
+        cell, point = np.divmod(chosen, len(points))
+        vertices = self.positions[self.model.cell_nodes[solid.cells[cell], :4]]
+        return np.einsum("kv,kvi->ki", barycentric[point], vertices)
 
     def largest(self, values: np.ndarray) -> tuple[float, np.ndarray]:
         """Largest nodal value over all processes and its undeformed place (3,) in mm."""
@@ -181,10 +189,10 @@ class Snapshot:
         """The fields of ``fields.h5`` at this process's nodes."""
         return {
             "displacement": self.displacement,
-            "hydrostatic_pressure": np.trace(self.cauchy, axis1=1, axis2=2) / 3,
+            "hydrostatic_pressure": self.cauchy[:, :3].mean(axis=1),
             "von_mises": self.von_mises,
-            "max_principal_stress": self.principal_stress[:, 2],
-            "max_principal_stretch": self.principal_stretch[:, 2],
+            "max_principal_stress": self.max_principal_stress,
+            "max_principal_stretch": self.max_principal_stretch,
         }
 
     @functools.cached_property

@@ -84,7 +84,7 @@ def files(tmp_path_factory):
     study, folder = a_study(top), top / "level0"
     bent_beam.write(top / "b", 120.0, 4, size=SIZE)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pictures, "drawing", lambda results: nullcontext(lambda: "left out"))
+        patch.setattr(pictures, "drawing", lambda results, parts: nullcontext(lambda: "left out"))
         carry_into(study, folder)
         report = write_report(folder, [lambda results: section(results, ["glove"])])
     return {

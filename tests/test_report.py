@@ -43,7 +43,7 @@ def folder(tmp_path_factory):
 @pytest.fixture
 def no_drawing(monkeypatch):
     """Leave out the pictures, which take seconds and are not what the test is about."""
-    monkeypatch.setattr(pictures, "drawing", lambda results: nullcontext(lambda: "left out"))
+    monkeypatch.setattr(pictures, "drawing", lambda results, parts: nullcontext(lambda: "left out"))
 
 
 def page_of(directory):
@@ -163,6 +163,7 @@ def test_a_torn_field_file_leaves_the_rest(tmp_path):
 def test_failed_drawing_is_told_and_the_rest_stands(tmp_path, monkeypatch):
     bent_beam.write(tmp_path / "r", 90.0, 2)
     monkeypatch.setattr(frames, "_TIME_LIMIT_S", 0.05)
+    monkeypatch.setattr(frames, "_COMMAND", ("/bin/sleep", "60"))
     text, _, view = page_of(tmp_path / "r")
     assert "The pictures of the actuator are missing: drawing took longer than 0.05 s" in text
     assert view["outer"] > 0 and "<img" not in text
@@ -171,7 +172,8 @@ def test_failed_drawing_is_told_and_the_rest_stands(tmp_path, monkeypatch):
 def test_a_crash_while_drawing_is_told(tmp_path, monkeypatch):
     bent_beam.write(tmp_path / "r", 90.0, 1)
     monkeypatch.setattr(frames, "_COMMAND", ("/bin/sh", "-c", "echo no GL >&2; exit 3"))
-    with pictures.drawing(read(tmp_path / "r")) as finish:
+    results = read(tmp_path / "r")
+    with pictures.drawing(results, lambda: surface.skin(results)) as finish:
         assert finish() == "drawing ended with code 3: no GL"
 
 
@@ -398,8 +400,9 @@ def test_pictures_are_drawn_to_scale(folder):
     results = read(folder)
     scene = frames.make_scene(results)
     group = scene.group([8], ghost=False, pixels=600)
-    with frames.rendering(scene, [group]) as finish:
-        ((image,),) = finish()
+    with frames.renderer() as renderer:
+        renderer.draw(scene, group)
+        ((image,),) = renderer.drawn()
     opaque = (image < 250).any(axis=-1)
     columns, rows = np.flatnonzero(opaque.any(axis=0)), np.flatnonzero(opaque.any(axis=1))
     low, high = group.low, group.high

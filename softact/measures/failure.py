@@ -9,25 +9,42 @@ import numpy as np
 
 from softact.measures.base import Measure, per_cavity, vector_columns
 from softact.measures.pressure import PRESSURE
+from softact.tensors import bounds, largest_eigenvalue, right_cauchy_green, symmetric
 
 SHARE = 1e-3  # of the volume, which is above the percentile
+ROUNDING = 1e-12  # of the largest value
 STRESS_COLUMN = "principal_stress_p999_<region>_MPa"
 STRETCH_COLUMN = "principal_stretch_p999_<region>"
 PEAK_COLUMN = "principal_stress_peak_<region>_MPa"
 PLACE_COLUMN = "failure_<region>_<xyz>_mm"
 
 
-def percentile(comm, values: np.ndarray, volumes: np.ndarray, places: np.ndarray):
-    """The value that a ``SHARE`` of the volume exceeds, and the place (3,) where it stands.
+def percentile(comm, tensors: np.ndarray, volumes: np.ndarray, places):
+    """The largest eigenvalue that a ``SHARE`` of the volume exceeds, and the place (3,) where it
+    stands.
 
-    values, volumes (n,) and places (n, 3) of this process's quadrature points.
+    tensors: (n, 6), symmetric, at this process's points; volumes: (n,) of the points; places: gives
+    the places (k, 3) of points by their numbers (k,). Eigenvalues are taken only where their bounds
+    leave room for a doubt.
     """
-    parts = zip(*comm.allgather((values, volumes, places)), strict=True)
+    share = SHARE * sum(comm.allgather(float(volumes.sum())))
+    low, high = bounds(tensors)
+    least = low[_top(low, volumes, share)].min(initial=np.inf)
+    open_ = np.flatnonzero(high >= least - ROUNDING * np.abs(high).max(initial=0.0))
+    values = largest_eigenvalue(tensors[open_])
+    first = _top(values, volumes[open_], share)
+    mine = values[first], volumes[open_[first]], places(open_[first])
+    parts = zip(*comm.allgather(mine), strict=True)
     values, volumes, places = (np.concatenate(part) for part in parts)
+    chosen = _top(values, volumes, share)[-1]
+    return float(values[chosen]), places[chosen]
+
+
+def _top(values: np.ndarray, volumes: np.ndarray, share: float) -> np.ndarray:
+    """Numbers of the largest values, descending, that together have the volume ``share``."""
     order = np.argsort(-values, kind="stable")
     above = np.cumsum(volumes[order])
-    chosen = order[np.searchsorted(above, SHARE * above[-1])]
-    return float(values[chosen]), places[chosen]
+    return order[: np.searchsorted(above, share) + 1]
 
 
 def _name(title: str, region: str, regions) -> str:
@@ -54,19 +71,20 @@ def reached(row, previous, column: str, limit: float, names) -> float | None:
 def _region(snapshot, name, solid):
     """Columns of stress and stretch of one region, and where the stress stands."""
     regions, comm = snapshot.layout.regions, snapshot.model.comm
-    places = snapshot.quadrature_places(solid).reshape(-1, 3)
     volumes = solid.volumes.ravel()
-    stress = np.linalg.eigvalsh(solid.cauchy(snapshot.state))[..., 2].ravel()
-    f = solid.deformation_gradient(snapshot.state.x)
-    stretch = np.sqrt(np.linalg.eigvalsh(np.swapaxes(f, -1, -2) @ f)[..., 2]).ravel()
-    stress, place = percentile(comm, stress, volumes, places)
-    stretch, _ = percentile(comm, stretch, volumes, places)
+    stretches = right_cauchy_green(solid.deformation_gradient(snapshot.state.x))
+
+    def places(chosen):
+        return snapshot.quadrature_places(solid, chosen)
+
+    stress, place = percentile(comm, symmetric(snapshot.cauchy_at_points(name)), volumes, places)
+    squared, _ = percentile(comm, stretches, volumes, places)
     nodes = np.unique(snapshot.model.cell_nodes[solid.cells])
-    peak = float(snapshot.principal_stress[nodes, 2].max(initial=-np.inf))
+    peak = float(snapshot.max_principal_stress[nodes].max(initial=-np.inf))
     columns = {
         _name(STRESS_COLUMN, name, regions): stress,
         _name(PEAK_COLUMN, name, regions): max(comm.allgather(peak)),
-        _name(STRETCH_COLUMN, name, regions): stretch,
+        _name(STRETCH_COLUMN, name, regions): float(np.sqrt(squared)),
     }
     return columns, place
 

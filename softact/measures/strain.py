@@ -3,15 +3,16 @@
 import numpy as np
 
 from softact.measures.base import Measure, vector_columns
+from softact.tensors import determinant
 
 
 def _evaluate(snapshot):
-    value, place = snapshot.largest(snapshot.principal_stretch[:, 2])
+    value, place = snapshot.largest(snapshot.max_principal_stretch)
     columns = {"max_principal_stretch": value}
     columns |= vector_columns("max_principal_stretch_<xyz>_mm", place)
     largest, grown, whole = 0.0, 0.0, 0.0
     for solid in snapshot.model.solids.values():
-        change = np.linalg.det(solid.deformation_gradient(snapshot.state.x)) - 1
+        change = determinant(solid.deformation_gradient(snapshot.state.x)) - 1
         largest = max(largest, float(np.abs(change).max(initial=0.0)))
         grown += float((change * solid.volumes).sum())
         whole += float(solid.volumes.sum())

@@ -4,7 +4,7 @@ from softact.measures.base import Measure, vector_columns
 
 
 def _evaluate(snapshot):
-    value, place = snapshot.largest(snapshot.principal_stress[:, 2])
+    value, place = snapshot.largest(snapshot.max_principal_stress)
     columns = {"max_principal_stress_MPa": value}
     columns |= vector_columns("max_principal_stress_<xyz>_mm", place)
     columns["max_von_mises_MPa"] = snapshot.largest(snapshot.von_mises)[0]

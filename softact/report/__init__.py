@@ -2,11 +2,13 @@
 
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
+from functools import cache
 from pathlib import Path
 
 from softact.errors import SpecError
-from softact.report import curves, page, pictures, viewer
-from softact.report.base import Section
+from softact.report import curves, page, pictures, surface, viewer
+from softact.report.base import Section, plotly
+from softact.report.surface import Skin
 from softact.results import Results, read, write_atomic
 
 __all__ = ["Extra", "write_report"]
@@ -29,15 +31,17 @@ def write_report(directory: str | Path, extra: Sequence[Extra] = ()) -> Path:
     faults = list(results.faults)
     for name in ("curve.png", "states.png", "shape.png"):
         (directory / name).unlink(missing_ok=True)
-    view = None
-    with pictures.drawing(results) if results.increments else nullcontext(str) as finish:
+    view, parts = None, cache(lambda: surface.skin(results))
+    there = bool(results.increments)
+    with pictures.drawing(results, parts) if there else nullcontext(str) as finish:
         try:
             if curves.charts(results):
                 write_atomic(directory / "curve.png", curves.picture(results))
         except Exception as error:  # a report without a picture beats no report
             faults.append(f"curve.png is missing: {error!r}")
-        if results.increments:
-            view = _view(results, faults)
+        if there:
+            view = _view(results, parts, faults)
+        plotly()
         fault = finish()
     if fault:
         faults.append(f"The pictures of the actuator are missing: {fault}")
@@ -52,9 +56,9 @@ def write_report(directory: str | Path, extra: Sequence[Extra] = ()) -> Path:
     return path
 
 
-def _view(results: Results, faults: list[str]) -> dict | None:
+def _view(results: Results, parts: Callable[[], Skin], faults: list[str]) -> dict | None:
     try:
-        return viewer.pack(results)
+        return viewer.pack(results, parts())
     except Exception as error:  # as above
         faults.append(f"The 3-D view is missing: {error!r}")
         return None

@@ -71,9 +71,10 @@ def _shots(results: Results) -> list:
 
     scene = frames.make_scene(results)
     group = scene.group([float(n) for n in moments(results, _FRAMES)], ghost=True, pixels=_PIXELS)
-    with frames.rendering(scene, [group]) as finish:
+    with frames.renderer() as renderer:
+        renderer.draw(scene, group)
         try:
-            (drawn,) = finish()
+            (drawn,) = renderer.drawn()
         except frames.DrawingError as error:
             raise SpecError(f"{results.directory}: {error}") from None
     blank = np.full((1, *drawn.shape[1:]), 255, np.uint8)

@@ -4,8 +4,9 @@ import os
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -116,9 +117,9 @@ def _between(number: float, state: Callable[[int], np.ndarray]) -> np.ndarray:
     return state(low) if part == 0 else (1 - part) * state(low) + part * state(low + 1)
 
 
-def make_scene(results: Results) -> Scene:
-    """The scene of a result that has states."""
-    parts = skin(results)
+def make_scene(results: Results, parts: Skin | None = None) -> Scene:
+    """The scene of a result that has states. parts: its ``skin``, where that is known."""
+    parts = parts or skin(results)
     names = results.field_names(-1)
     field = next((name for name in labels.FIELDS if name in names), "displacement")
     low, high, _ = colour_range(results, field, parts.nodes[np.unique(parts.outer)])
@@ -129,49 +130,73 @@ def _rgb(colours: Sequence[str]) -> np.ndarray:
     return np.array([[int(c[n : n + 2], 16) / 255 for n in (1, 3, 5)] for c in colours])
 
 
-@contextmanager
-def rendering(scene: Scene, groups: Sequence[Group]) -> Iterator[Callable[[], list[np.ndarray]]]:
-    """Begin to draw groups of states in a process of its own.
+class Renderer:
+    """A process that draws; it is given groups of states one by one.
 
-    Gives a function that waits and returns for each group (states, height, width, 3) uint8; it
-    raises DrawingError with one line where that failed.
+    scratch: folder of its jobs and pictures. Starts the process, which loads its libraries while
+    the first job is made.
     """
+
+    def __init__(self, scratch: Path):
+        self._scratch = scratch
+        self._errors = scratch / "stderr"
+        self._files: list[Path] = []
+        with self._errors.open("wb") as stderr:
+            self.process = subprocess.Popen(
+                _COMMAND, env=_environment(), stdin=subprocess.PIPE, stdout=subprocess.DEVNULL,
+                stderr=stderr, text=True,
+            )  # fmt: skip
+
+    def draw(self, scene: Scene, group: Group) -> None:
+        """Begin to draw a group."""
+        file = self._scratch / f"{len(self._files)}.npz"
+        np.savez(file, **scene.job(group))
+        self._files.append(file)
+        with suppress(BrokenPipeError):  # it has ended; ``drawn`` tells why
+            print(file, file=self.process.stdin, flush=True)
+
+    def drawn(self) -> Iterator[np.ndarray]:
+        """For each group (states, height, width, 3) uint8, as soon as it is there.
+
+        Raises DrawingError with one line where the process failed.
+        """
+        with suppress(BrokenPipeError):
+            self.process.stdin.close()
+        until = time.monotonic() + _TIME_LIMIT_S
+        for file in self._files:
+            picture = file.with_suffix(".npy")
+            while not picture.exists():
+                ended = self.process.poll()
+                if ended is not None and not picture.exists():
+                    raise DrawingError(self._said(ended))
+                if time.monotonic() > until:
+                    raise DrawingError(
+                        f"drawing took longer than {_TIME_LIMIT_S:g} s and was given up"
+                    )
+                time.sleep(0.005)
+            yield np.load(picture)
+
+    def _said(self, code: int) -> str:
+        words = self._errors.read_text(errors="replace").splitlines()
+        said = [line for line in words if line.strip()]
+        return f"drawing ended with code {code}: {said[-1] if said else 'no message'}"
+
+
+@contextmanager
+def renderer() -> Iterator[Renderer]:
+    """A ``Renderer`` that ends with the block."""
     with tempfile.TemporaryDirectory(prefix="softact-draw-") as scratch:
-        files = [Path(scratch) / f"{number}.npz" for number in range(len(groups))]
-        for file, group in zip(files, groups, strict=True):
-            np.savez(file, **scene.job(group))
-        errors = Path(scratch) / "stderr"
-        with errors.open("wb") as stderr:
-            process = subprocess.Popen(
-                [*_COMMAND, *files], env=_environment(), stderr=stderr, stdout=subprocess.DEVNULL
-            )
-
-            def finish() -> list[np.ndarray]:
-                _wait(process, errors)
-                return [np.load(file.with_suffix(".npy")) for file in files]
-
-            try:
-                yield finish
-            finally:
-                if process.poll() is None:
-                    process.kill()
-                    process.wait()
+        started = Renderer(Path(scratch))
+        try:
+            yield started
+        finally:
+            started.process.kill()
+            started.process.wait()
+            with suppress(BrokenPipeError):
+                started.process.stdin.close()
 
 
 def _environment() -> dict[str, str]:
     # Neither a display nor the MPI job that we may be part of is the child's business.
     mine = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "DISPLAY", "WAYLAND_DISPLAY")
     return {k: v for k, v in os.environ.items() if not k.startswith(mine)}
-
-
-def _wait(process: subprocess.Popen, errors: Path) -> None:
-    try:
-        code = process.wait(timeout=_TIME_LIMIT_S)
-    except subprocess.TimeoutExpired:
-        raise DrawingError(
-            f"drawing took longer than {_TIME_LIMIT_S:g} s and was given up"
-        ) from None
-    if code:
-        said = [line for line in errors.read_text(errors="replace").splitlines() if line.strip()]
-        reason = said[-1] if said else "no message"
-        raise DrawingError(f"drawing ended with code {code}: {reason}")

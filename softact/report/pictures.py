@@ -8,6 +8,7 @@ import numpy as np
 
 from softact.report import frames, labels
 from softact.report.frames import Group, Scene
+from softact.report.surface import Skin
 from softact.report.view import STRESS_COLOURS, View, load, load_name, states
 from softact.results import Results, write_atomic
 
@@ -19,29 +20,33 @@ _SIDES = 4.2, 5.5  # inches of the longer side of one of several panels, and of 
 
 
 @contextmanager
-def drawing(results: Results) -> Iterator[Callable[[], str]]:
+def drawing(results: Results, make_skin: Callable[[], Skin]) -> Iterator[Callable[[], str]]:
     """Begin to draw both pictures in another process; other work can be done meanwhile.
 
-    Gives a function that waits for them and writes ``states.png`` (four loads) and ``shape.png``
-    (the last state); it returns why that failed, or "".
+    make_skin: gives the ``skin`` of the results. Gives a function that waits for them and writes
+    ``states.png`` (four loads) and ``shape.png`` (the last state); it returns why that failed, or
+    "".
     """
-    scene = frames.make_scene(results)
-    four, last = states(results, 4), [len(results.increments) - 1]
-    groups = [
-        scene.group(four, ghost=True, pixels=_DPI * _SIDES[0]),
-        scene.group(last, ghost=False, pixels=_DPI * _SIDES[1]),
-    ]
-    with frames.rendering(scene, groups) as finish:
+    with frames.renderer() as renderer:
+        scene = frames.make_scene(results, make_skin())
+        four, last = states(results, 4), [len(results.increments) - 1]
+        groups = {
+            "states.png": scene.group(four, ghost=True, pixels=_DPI * _SIDES[0]),
+            "shape.png": scene.group(last, ghost=False, pixels=_DPI * _SIDES[1]),
+        }
+        for group in groups.values():
+            renderer.draw(scene, group)
 
         def write() -> str:
+            composed = {}
             try:
-                several, single = finish()
+                for (name, group), panels in zip(groups.items(), renderer.drawn(), strict=True):
+                    columns = min(len(group.numbers), 2)
+                    composed[name] = compose(scene, group, panels, columns)
             except frames.DrawingError as error:
                 return str(error)
-            columns = min(len(four), 2)
-            folder = results.directory
-            write_atomic(folder / "states.png", compose(scene, groups[0], several, columns))
-            write_atomic(folder / "shape.png", compose(scene, groups[1], single, 1))
+            for name, picture in composed.items():
+                write_atomic(results.directory / name, picture)
             return ""
 
         yield write

@@ -1,4 +1,5 @@
-"""Draws deformed surfaces off screen with VTK; ``python -P render.py JOB.npz ...``.
+"""Draws deformed surfaces off screen with VTK: ``python -P render.py``, with a JOB.npz a line on
+standard input.
 
 A process of its own, since a missing graphics library can end the process that draws; and a file
 that imports nothing but numpy and the few modules of VTK that it needs, since that is most of the
@@ -38,9 +39,9 @@ _FINER = 2  # drawn so many times as large, then averaged
 _INK, _GREY = (0.11, 0.165, 0.2), (0.54, 0.58, 0.61)
 
 
-def render(job) -> np.ndarray:
-    """The pictures of a job."""
-    window, renderer = _window(job)
+def render(job, window: vtkRenderWindow) -> np.ndarray:
+    """The pictures of a job, drawn in ``window``."""
+    renderer = _renderer(job, window)
     surface, outline = _surface(job), _lines(job, _INK, 0.6)
     for actor in (surface, outline):
         renderer.AddActor(actor)
@@ -57,19 +58,18 @@ def render(job) -> np.ndarray:
         _place(outline, points)
         _aim(renderer, job, points)
         pictures.append(_shot(window))
+    window.RemoveRenderer(renderer)
     return np.array(pictures)
 
 
-def _window(job):
-    window, renderer = vtkRenderWindow(), vtkRenderer()
-    window.SetOffScreenRendering(True)
-    window.SetMultiSamples(0)
+def _renderer(job, window: vtkRenderWindow) -> vtkRenderer:
     window.SetSize(*(int(n) * _FINER for n in job["size"]))
+    renderer = vtkRenderer()
     renderer.SetBackground(1, 1, 1)
     kit = vtkLightKit()
     kit.AddLightsToRenderer(renderer)
     window.AddRenderer(renderer)
-    return window, renderer
+    return renderer
 
 
 def _surface(job) -> vtkActor:
@@ -189,13 +189,20 @@ def _shot(window: vtkRenderWindow) -> np.ndarray:
     return (mean // _FINER**2).astype(np.uint8)
 
 
-def main(job_files: list[Path]) -> None:
-    """Draw each job into a file of the same name that ends in .npy."""
-    for job_file in job_files:
+def main() -> None:
+    """Draw each job that is named on standard input into a file of the same name in .npy, which
+    appears whole."""
+    window = vtkRenderWindow()
+    window.SetOffScreenRendering(True)
+    window.SetMultiSamples(0)
+    for line in sys.stdin:
+        job_file = Path(line.strip())
         with np.load(job_file) as arrays:
             job = dict(arrays)
-        np.save(job_file.with_suffix(".npy"), render(job))
+        drawn = job_file.with_suffix(".drawn.npy")
+        np.save(drawn, render(job, window))
+        drawn.rename(job_file.with_suffix(".npy"))
 
 
 if __name__ == "__main__":
-    main([Path(name) for name in sys.argv[1:]])
+    main()

@@ -33,9 +33,7 @@ def exterior(cells: np.ndarray) -> np.ndarray:
     """Faces that belong to one tet only, (k, 6) or (k, 3), normals outward, VTK's order."""
     corners = cells.shape[1] == 4
     faces = np.vstack([cells[:, face[:3] if corners else face] for face in _TET_FACES])
-    _, first, count = np.unique(
-        np.sort(faces[:, :3], axis=1), axis=0, return_index=True, return_counts=True
-    )
+    _, first, count = np.unique(_names(faces), return_index=True, return_counts=True)
     return faces[first[count == 1]]
 
 
@@ -82,8 +80,21 @@ def _hidden(results: Results) -> list[str]:
 
 def _same(triangles: np.ndarray, groups: Sequence[np.ndarray]) -> np.ndarray:
     """(k,) whether each of ``triangles`` has its corners in one of the ``groups``."""
-    known = {tuple(t) for group in groups for t in np.sort(group[:, :3], axis=1).tolist()}
-    return np.array([tuple(t) in known for t in np.sort(triangles[:, :3], axis=1).tolist()], bool)
+    if not groups:
+        return np.zeros(len(triangles), bool)
+    names = _names(np.vstack([part[:, :3] for part in (triangles, *groups)]))
+    return np.isin(names[: len(triangles)], names[len(triangles) :])
+
+
+def _names(triangles: np.ndarray) -> np.ndarray:
+    """(k,) a number for each triangle by its corners in any order; in the order of the sorted
+    corners."""
+    low, middle, high = np.sort(triangles[:, :3], axis=1).astype(np.int64).T
+    size = 1 + int(triangles.max(initial=0))
+    sides = low * size + middle
+    if size**3 >= 2**63:
+        _, sides = np.unique(sides, return_inverse=True)
+    return sides * size + high
 
 
 def _patches(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:

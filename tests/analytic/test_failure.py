@@ -115,10 +115,30 @@ def test_percentile_counts_volume_and_not_points():
     values = np.arange(10.0)
     volumes = np.full(10, 1.0)
     volumes[9] = 0.0005 * 9
-    places = np.column_stack([values, values, values])
-    value, place = percentile(MPI.COMM_SELF, values, volumes, places)
-    assert value == 8 and place.tolist() == [8, 8, 8]
-    assert percentile(MPI.COMM_SELF, values, np.full(10, 1.0), places)[0] == 9
+    tensors = np.zeros((10, 6))
+    tensors[:, 0] = values
+
+    def places(chosen):
+        return np.column_stack(3 * [values[chosen]])
+
+    value, place = percentile(MPI.COMM_SELF, tensors, volumes, places)
+    assert value == pytest.approx(8, rel=1e-14) and place.tolist() == [8, 8, 8]
+    assert percentile(MPI.COMM_SELF, tensors, np.ones(10), places)[0] == pytest.approx(9, rel=1e-14)
+
+
+def test_percentile_leaves_out_only_what_cannot_count():
+    """Against the eigenvalues of all points, sorted."""
+    draw = np.random.default_rng(7)
+    full = draw.normal(size=(20_000, 3, 3)) * draw.exponential(size=(20_000, 1, 1))
+    full = full + full.transpose(0, 2, 1)
+    volumes = draw.uniform(size=20_000)
+    largest = np.linalg.eigvalsh(full)[:, 2]
+    order = np.argsort(-largest)
+    above = np.cumsum(volumes[order])
+    chosen = order[np.searchsorted(above, 1e-3 * above[-1])]
+    tensors = full[:, [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+    value, place = percentile(MPI.COMM_SELF, tensors, volumes, lambda n: np.column_stack(3 * [n]))
+    assert value == pytest.approx(largest[chosen], rel=1e-12) and place[0] == chosen
 
 
 def test_crossing_is_linear_between_rows_and_a_vacuum_counts():

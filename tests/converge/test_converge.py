@@ -115,7 +115,7 @@ def result_of(folder, angle, spec, **more):
 
 @pytest.fixture
 def no_drawing(monkeypatch):
-    monkeypatch.setattr(pictures, "drawing", lambda results: nullcontext(lambda: "left out"))
+    monkeypatch.setattr(pictures, "drawing", lambda results, parts: nullcontext(lambda: "left out"))
 
 
 def shown(folder):

@@ -23,7 +23,7 @@ A page is a list of sections; a section's body is HTML, put together from the pi
 - What comes from a user has to go through ``html.escape`` before it goes into a body.
 """
 
-from softact.report.base.page import Section, page
+from softact.report.base.page import Section, page, plotly
 from softact.report.base.parts import banner, card, download, image, table
 from softact.report.base.plots import Plot, bars, figures, lines, xy
 
@@ -38,6 +38,7 @@ __all__ = [
     "image",
     "lines",
     "page",
+    "plotly",
     "table",
     "xy",
 ]

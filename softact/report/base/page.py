@@ -54,14 +54,14 @@ def page(
         "nav": nav,
         "sections": bodies,
         "data": script_json(data),
-        "plotly": _plotly() if drawn else "",
+        "plotly": plotly() if drawn else "",
         "script": (here / "base.js").read_text(encoding="utf-8") + script,
     }
     return Template((here / "base.html").read_text(encoding="utf-8")).substitute(parts)
 
 
 @cache
-def _plotly() -> str:
+def plotly() -> str:
     """plotly.js as base64 of gzip: 2 MB instead of 5."""
     source = files("plotly") / "package_data" / "plotly.min.js"
     return base64.b64encode(gzip.compress(source.read_bytes(), 6, mtime=0)).decode()

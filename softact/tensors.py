@@ -1,0 +1,58 @@
+"""3×3 tensors at many points, faster than numpy.linalg on stacks of small matrices.
+
+Symmetric tensors are (n, 6) in Voigt's order 11, 22, 33, 12, 13, 23.
+"""
+
+import numpy as np
+
+from softact.materials.eigen import eigen_system
+
+ROWS, COLUMNS = [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]
+
+
+def determinant(f: np.ndarray) -> np.ndarray:
+    """Determinants (...) of tensors (..., 3, 3)."""
+    return (
+        f[..., 0, 0] * (f[..., 1, 1] * f[..., 2, 2] - f[..., 1, 2] * f[..., 2, 1])
+        - f[..., 0, 1] * (f[..., 1, 0] * f[..., 2, 2] - f[..., 1, 2] * f[..., 2, 0])
+        + f[..., 0, 2] * (f[..., 1, 0] * f[..., 2, 1] - f[..., 1, 1] * f[..., 2, 0])
+    )
+
+
+def right_cauchy_green(f: np.ndarray) -> np.ndarray:
+    """C = FᵀF (n, 6) of deformation gradients (..., 3, 3)."""
+    columns = np.ascontiguousarray(f.reshape(-1, 3, 3).transpose(2, 1, 0))
+    return np.column_stack(
+        [np.einsum("in,in->n", columns[i], columns[j]) for i, j in zip(ROWS, COLUMNS, strict=True)]
+    )
+
+
+def symmetric(full: np.ndarray) -> np.ndarray:
+    """(n, 6) of symmetric tensors (..., 3, 3)."""
+    return full.reshape(-1, 3, 3)[:, ROWS, COLUMNS]
+
+
+def largest_eigenvalue(tensors: np.ndarray) -> np.ndarray:
+    """(n,) of symmetric tensors (n, 6), to rounding."""
+    return np.maximum.reduce(eigen_system(list(np.ascontiguousarray(tensors.T)))[0])
+
+
+def bounds(tensors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Two values (n,) between which the largest eigenvalue of symmetric tensors (n, 6) lies.
+
+    It is mean + 2 p cos φ with 0 ≤ φ ≤ 60°, 6 p² the deviator's square (Smith 1961, Comm. ACM
+    4:168).
+    """
+    mean, p = tensors[:, :3].mean(axis=1), _deviator(tensors) / np.sqrt(6)
+    return mean + p, mean + 2 * p
+
+
+def von_mises(tensors: np.ndarray) -> np.ndarray:
+    """Equivalent stress (n,) of stresses (n, 6)."""
+    return np.sqrt(1.5) * _deviator(tensors)
+
+
+def _deviator(tensors: np.ndarray) -> np.ndarray:
+    """Frobenius norm (n,) of the deviators."""
+    normal = tensors[:, :3] - tensors[:, :3].mean(axis=1, keepdims=True)
+    return np.sqrt((normal**2).sum(axis=1) + 2 * (tensors[:, 3:] ** 2).sum(axis=1))
