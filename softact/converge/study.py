@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from softact.converge.richardson import NOTHING, Estimate, estimate
 from softact.errors import NoEquilibriumError, SoftactError, SpecError
+from softact.fit.measured import run_columns
+from softact.measures import MEASURES
+from softact.report.labels import BOOKKEEPING
 from softact.results import COMPLETE
 from softact.spec import Spec
 from softact.spec.choice import nearest
@@ -103,13 +107,14 @@ def converge(
 
     Raises SpecError for a measure that the run does not have, SoftactError where a run fails.
     """
+    _check(spec, measures)
     study = Convergence(tuple(measures), tolerance)
     while len(study.levels) < most and not (len(study.levels) >= 3 and study.converged):
         first = len(study.levels)
         count = 3 if first == 0 else 1  # three are needed in any case
         specs = [refined(spec, factor**n) for n in range(first, min(first + count, most))]
         for level in _levels(specs, cache, jobs, told):
-            _check(level, measures)
+            _check_reached(level, measures)
             study.levels.append(level)
     return study
 
@@ -135,10 +140,29 @@ def _edge(spec: Spec, record: Record) -> float:
     return (volume / record.cells) ** (1 / 3)
 
 
-def _check(level: Level, measures: Sequence[str]) -> None:
-    known = list(level.record.measures)
+def _check(spec: Spec, measures: Sequence[str]) -> None:
+    """Raise SpecError for what no run of the spec can have, before anything is computed."""
+    known = [name for name in run_columns(spec) if name not in BOOKKEEPING]
+    faults = []
     for measure in measures:
-        if measure not in known:
-            shown = [n for n in known if not re.search(r"_[xyz]_mm$", n)]
-            raise SpecError(f"--measure {measure}: the run has no such column; "
-                            f"{nearest(measure, shown)}")  # fmt: skip
+        if measure in MEASURES:
+            columns = ", ".join(MEASURES[measure].columns)
+            faults.append(f"--measure {measure}: is a group of columns; name one of: {columns}")
+        elif measure not in known:
+            shown = [name for name in known if not re.search(r"_[xyz]_mm$", name)]
+            faults.append(
+                f"--measure {measure}: the run has no such column; {nearest(measure, shown)}"
+            )
+    if faults:
+        raise SpecError(*faults)
+
+
+def _check_reached(level: Level, measures: Sequence[str]) -> None:
+    """Raise SpecError for a measure that stays empty, such as a failure pressure."""
+    faults = [
+        f"--measure {measure}: has no value at the end of the run; it would take a higher load"
+        for measure in measures
+        if not math.isfinite(level.record.measures.get(measure, math.nan))
+    ]
+    if faults:
+        raise SpecError(*faults)

@@ -46,11 +46,22 @@ class Measured:
 
 def run_columns(spec) -> list[str]:
     """Names of the columns that a run of ``spec`` can have."""
-    cavities = dict.fromkeys(spec.geometry.layout().cavities, 0.0)
+    layout = spec.geometry.layout()
+    parts = {
+        "<region>": layout.regions,
+        "<obstacle>": list(spec.obstacles),
+        "<contact>": [*spec.obstacles, *(c.name for c in spec.contact)],
+    }
     names = ["step_fraction"]
     for measure in MEASURES if spec.measures == "all" else spec.measures:
         for title in MEASURES[measure].columns:
-            names += per_cavity(title, cavities) if "<cavity>" in title else [title]
+            kind = next((kind for kind in parts if kind in title), None)
+            if "<cavity>" in title:
+                names += per_cavity(title, dict.fromkeys(layout.cavities, 0.0))
+            elif kind == "<region>" and len(layout.regions) == 1:
+                names.append(title.replace("_<region>", ""))
+            else:
+                names += [title.replace(kind, part) for part in parts[kind]] if kind else [title]
     return names
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from softact.report import base, labels, write_report
 from softact.report.base import Section
 from softact.results import csv_text, write_atomic
 from softact.sweep.page import lead
+from softact.sweep.record import DamagedError, load
 
 BEST = "best"
 
@@ -42,13 +44,14 @@ def write(trials: Trials, directory: Path) -> Path:
 
 
 def _data_sheet(trials: Trials, trial: Any, target: Path) -> None:
-    """The result folder of a trial with its report; left alone where it is that run already."""
-    mark = target / "record.json"
-    run = trials.cache.folder(trial.user_attrs["run"])
-    if mark.is_file() and mark.read_bytes() == (run / "record.json").read_bytes():
-        return
+    """The result folder of a trial with its report; left alone where it is that run already, which
+    may have got error bars of the mesh since."""
+    key = trial.user_attrs["run"]
+    with suppress(DamagedError):
+        if load(key, target) is not None:
+            return
     shutil.rmtree(target, ignore_errors=True)
-    shutil.copytree(run, target)
+    shutil.copytree(trials.cache.folder(key), target)
     write_report(target)
 
 

@@ -188,10 +188,27 @@ def test_folders_that_error_bars_do_not_belong_to(studied, tmp_path):
         assert not (folder / MESH_ERROR).exists()
 
 
-def test_a_measure_that_is_not_there(tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("measure", "said"),
+    [
+        ("bending_angel_deg", "has no such column; did you mean 'bending_angle_deg'"),
+        ("newton_iterations", "has no such column"),
+        ("geometry.length", "has no such column"),
+        ("failure", "group of columns; name one of: principal_stress_p999"),
+    ],
+)
+def test_a_measure_that_no_run_has_is_told_before_anything_is_computed(
+    measure, said, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(computing, "run", lambda *a, **o: pytest.fail("a run was computed"))
+    with pytest.raises(SpecError, match=said):
+        converge(SPEC, [measure], Cache(tmp_path / "runs"))
+
+
+def test_a_measure_that_is_not_reached(tmp_path, monkeypatch):
     monkeypatch.setattr(
         computing, "run", lambda spec, directory, **o: bent_beam.write(
             directory, 40.0, 2, size={"nx": 6, "ny": 2, "nz": 7})
     )  # fmt: skip
-    with pytest.raises(SpecError, match="did you mean 'bending_angle_deg'"):
-        converge(SPEC, ["bending_angel_deg"], Cache(tmp_path / "runs"))
+    with pytest.raises(SpecError, match="failure_pressure_kPa: has no value at the end of the run"):
+        converge(SPEC, ["bending_angle_deg", "failure_pressure_kPa"], Cache(tmp_path / "runs"))

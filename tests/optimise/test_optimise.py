@@ -13,6 +13,7 @@ from softact.optimise.spec import Optimisation
 from softact.optimise.study import Trials, feasible
 from softact.sweep import compute as computing
 from softact.sweep.cache import Cache
+from softact.sweep.record import refresh
 from softact.sweep.spec import read
 
 FILE = """
@@ -91,6 +92,22 @@ def test_a_second_call_goes_on(tmp_path, made_up):
     more = trials(tmp_path, trials=6)
     more.run(1, lambda trial, answer: None)
     assert len(more.done) == 6
+
+
+def test_error_bars_carried_into_the_best_design_stay(tmp_path, made_up):
+    """``softact converge --into best`` changes files there and their record; a second call leaves
+    them alone, unless another design has become the best, or a file is damaged."""
+    study = trials(tmp_path, trials=1)
+    study.run(1, lambda trial, answer: None)
+    best = tmp_path / "best"
+    page.write(study, tmp_path)
+    (best / "mesh_error.json").write_text("{}")
+    refresh(best)
+    page.write(study, tmp_path)
+    assert (best / "mesh_error.json").read_text() == "{}"
+    (best / "curve.csv").write_text("torn")
+    page.write(study, tmp_path)
+    assert not (best / "mesh_error.json").exists() and len((best / "curve.csv").read_text()) > 99
 
 
 def test_trials_of_another_file_are_not_mixed(tmp_path, made_up):
