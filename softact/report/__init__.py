@@ -1,21 +1,25 @@
 """report.html and the pictures of a result folder, from the files in the folder alone."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from softact.errors import SpecError
-from softact.report import curves, page, pictures, surface, viewer
-from softact.report.base import Section, plotly
-from softact.report.surface import Skin
 from softact.results import Results, read, write_atomic
+
+if TYPE_CHECKING:
+    from softact.report.base import Section
+    from softact.report.surface import Skin
 
 __all__ = ["Extra", "write_report"]
 
 
 #: Makes a further section of the report from the results.
-Extra = Callable[[Results], Section]
+Extra = Callable[[Results], "Section"]
 
 
 def write_report(directory: str | Path, extra: Sequence[Extra] = ()) -> Path:
@@ -26,6 +30,10 @@ def write_report(directory: str | Path, extra: Sequence[Extra] = ()) -> Path:
     A picture or 3-D view that cannot be made does not stop the rest: the report says which is
     missing and why. Raises SpecError where the folder is not a result folder.
     """
+    # Imported here: a sweep takes a label or a plot from this package, and makes no report.
+    from softact.report import curves, page, pictures, surface
+    from softact.report.base import plotly
+
     directory = Path(directory)
     results = read(directory)
     faults = list(results.faults)
@@ -57,6 +65,8 @@ def write_report(directory: str | Path, extra: Sequence[Extra] = ()) -> Path:
 
 
 def _view(results: Results, parts: Callable[[], Skin], faults: list[str]) -> dict | None:
+    from softact.report import viewer
+
     try:
         return viewer.pack(results, parts())
     except Exception as error:  # as above

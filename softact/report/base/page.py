@@ -2,14 +2,20 @@
 
 import base64
 import gzip
+import hashlib
+import os
+import zlib
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from html import escape
 from importlib.resources import files
+from pathlib import Path
 from string import Template
 
 from softact.report.base.plots import script_json
+from softact.results import write_atomic
 
 
 @dataclass(frozen=True)
@@ -62,6 +68,17 @@ def page(
 
 @cache
 def plotly() -> str:
-    """plotly.js as base64 of gzip: 2 MB instead of 5."""
+    """plotly.js as base64 of gzip: 2 MB instead of 5. Kept in the user's cache once it is made."""
     source = files("plotly") / "package_data" / "plotly.min.js"
-    return base64.b64encode(gzip.compress(source.read_bytes(), 6, mtime=0)).decode()
+    script = source.read_bytes()
+    name = f"plotly-{hashlib.blake2b(script, digest_size=8).hexdigest()}.gz"
+    kept = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "softact" / name
+    with suppress(OSError, EOFError, zlib.error):
+        packed = kept.read_bytes()
+        if gzip.decompress(packed) == script:
+            return base64.b64encode(packed).decode()
+    packed = gzip.compress(script, 6, mtime=0)
+    with suppress(OSError):  # a home that cannot be written
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        write_atomic(kept, packed)
+    return base64.b64encode(packed).decode()
