@@ -1,4 +1,5 @@
-"""Equilibria beyond a pressure limit: traced by prescribing volume instead of pressure."""
+"""Equilibria beyond a pressure limit: traced by prescribing volume instead of pressure and, where
+the volume turns back too, the way through the displacements."""
 
 from __future__ import annotations
 
@@ -6,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softact.drive import LoadDrive, Point, VolumeDrive, extrapolate
+from softact.drive import ArcDrive, LoadDrive, Point, VolumeDrive, extrapolate
 
 # A traced branch ends after so many increments, when it has come down to this part of the limit,
 # or when volume control itself makes no way.
@@ -15,6 +16,8 @@ LOWEST = 0.3
 SMALLEST = 1e-3  # of the first increment
 # Conjugate volume that one increment may add, as a part of what there is.
 LARGEST = 0.25
+# Increments that fail in a row of a volume that may be turning back.
+TURNS_BACK = 2
 # Stable increments with rising loads after which pressure takes over again.
 CONFIDENT = 2
 
@@ -43,15 +46,23 @@ class _Trace:
     def __init__(self, stepper, step, ramp, largest):
         self.stepper, self.step, self.ramp, self.largest = stepper, step, ramp, largest
         self.drive, self.load = VolumeDrive(stepper.model, ramp), LoadDrive(ramp)
+        self.arc = ArcDrive(stepper.model, ramp)
+        self.most = MOST_INCREMENTS
 
     def run(self, path: list[Point], size: float) -> Found:
         stepper = self.stepper
         points = [self.drive.place(point) for point in path]
         increment = first = self._first(points, size)
-        seen, rising = list(points), 0
+        seen, rising, failed = list(points), 0, 0
         while self._worth_while(seen, len(points)) and increment >= SMALLEST * first:
+            if failed >= TURNS_BACK and self.drive is not self.arc and len(seen) > len(points) + 1:
+                seen = self._follow_arc(seen)
+                increment = first = seen[-1].s - seen[-2].s
+            if self.drive is self.arc:
+                self.arc.aim(*seen[-2:])
             target = seen[-1].s + increment
             outcome = stepper.attempt(self.drive, seen[-3:], target)
+            failed += not outcome.converged
             fraction = float(self.drive.loads(stepper.state)[0])
             if outcome.converged and fraction >= 1.0:
                 if self._arrive(seen):
@@ -63,7 +74,7 @@ class _Trace:
                     stepper.reject(self.step, self.drive, seen[-1:], target, outcome)
                 increment *= 0.4
                 continue
-            before = seen[-1]
+            failed, before = 0, seen[-1]
             seen += stepper.accept(self.step, self.drive, [], target, outcome)
             stable = outcome.unstable_modes == 0 and seen[-1].q[0] > before.q[0]
             rising = rising + 1 if stable and outcome.iterations <= 6 else 0
@@ -74,9 +85,15 @@ class _Trace:
             increment = self._next(seen, increment, outcome.iterations)
         return self._end(path, points, seen, size)
 
+    def _follow_arc(self, seen) -> list[Point]:
+        """Prescribe the way through the displacements from here on."""
+        self.drive = self.arc
+        self.most = len(seen) + MOST_INCREMENTS
+        return self.arc.lay(seen)
+
     def _worth_while(self, seen, known: int) -> bool:
         low = seen[-1].q[0] < LOWEST * max(p.q[0] for p in seen)
-        return len(seen) - known < MOST_INCREMENTS and not low
+        return len(seen) - known < self.most and not low
 
     def _first(self, points, size) -> float:
         """Increment of the conjugate volume that changes the fraction by ``size``."""
@@ -92,6 +109,8 @@ class _Trace:
         wanted = increment * growth(iterations)
         if change > 0:
             wanted = min(wanted, increment * self.largest / change)
+        if self.drive is self.arc:
+            return wanted
         return min(wanted, LARGEST * abs(seen[-1].s))
 
     def _arrive(self, seen) -> bool:

@@ -1,9 +1,10 @@
-"""Cavities driven by volume: their pressures become unknowns, one bordered row for each.
+"""Pressures as unknowns, each with something else that is prescribed: one bordered row for each.
 
-With K the tangent, R the out-of-balance force and g the derivative of a prescribed volume V by the
-displacements, Newton's step solves K δx = −R + g δq and g · δx = V* − V. K is factorised as it is
-and the row eliminated (block elimination), so pressure limit points, where K is singular, are
-passed, and the inertia of K still tells whether the state is stable at constant pressure.
+With K the tangent, R the out-of-balance force, g the derivative of a cavity's volume V by the
+displacements and c that of what is prescribed, Newton's step solves K δx = −R + g δq and
+c · δx = what is lacking. Cavities driven by volume have c = g. K is factorised as it is and the
+row eliminated (block elimination), so pressure limit points, where K is singular, are passed, and
+the inertia of K still tells whether the state is stable at constant pressure.
 """
 
 from __future__ import annotations
@@ -30,6 +31,43 @@ class VolumeControl:
     targets: np.ndarray
 
 
+    def values(self, model: Model, state: State) -> np.ndarray:
+        """Σ w V of each row (k,)."""
+        names = {name for direction in self.directions for name in direction}
+        volume = {name: model.cavity_volume(state, name) for name in sorted(names)}
+        return np.array([sum(w * volume[name] for name, w in d.items()) for d in self.directions])
+
+    def rows(self, model: Model, state: State) -> np.ndarray | None:
+        """Derivatives of the values by the unknowns (k, local); None: those of the volumes."""
+        return None
+
+
+@dataclass(frozen=True)
+class ArcControl:
+    """Prescribed way along a direction in the space of displacements (Riks' plane), which also
+    passes points where the volume turns back.
+
+    directions: one, as of ``VolumeControl``. start: unknowns (local,) from where the way counts.
+    tangent: unit vector (local,), zero at what is no displacement. targets: (1,) the way, mm times
+    the square root of a number of nodes.
+    """
+
+    directions: Sequence[Mapping[str, float]]
+    start: np.ndarray
+    tangent: np.ndarray
+    targets: np.ndarray
+
+    def values(self, model: Model, state: State) -> np.ndarray:
+        """The way so far (1,)."""
+        owned = slice(model.unknowns.owned)
+        gone = float(self.tangent[owned] @ (state.x - self.start)[owned])
+        return np.array([model.sum(gone)])
+
+    def rows(self, model: Model, state: State) -> np.ndarray | None:
+        """The tangent, as a row (1, local)."""
+        return self.tangent[np.newaxis].copy()
+
+
 class Border:
     """The bordered rows of one Newton solve.
 
@@ -37,26 +75,20 @@ class Border:
     directions in which the volume grows while the pressure falls, at the last correction.
     """
 
-    def __init__(self, model: Model, control: VolumeControl, fixed: np.ndarray):
+    def __init__(self, model: Model, control: VolumeControl | ArcControl, fixed: np.ndarray):
         self._model, self._control, self._fixed = model, control, fixed
+        self._free = np.ones(model.unknowns.owned, dtype=bool)
+        self._free[fixed[fixed < model.unknowns.owned]] = False
         self.softening = 0
-
-    def values(self, state: State) -> np.ndarray:
-        """Σ w V of each row (k,)."""
-        names = {name for direction in self._control.directions for name in direction}
-        volume = {name: self._model.cavity_volume(state, name) for name in sorted(names)}
-        return np.array(
-            [sum(w * volume[name] for name, w in d.items()) for d in self._control.directions]
-        )
 
     def error(self, state: State) -> float:
         """Largest relative error of the prescribed values."""
-        values = self.values(state)
+        values = self._control.values(self._model, state)
         scale = np.maximum(np.abs(values), np.abs(self._control.targets))
         return float(np.max(np.abs(values - self._control.targets) / np.maximum(scale, 1e-300)))
 
     def gradients(self, state: State) -> np.ndarray:
-        """Derivatives of the rows by the unknowns (k, local), zero at supported ones."""
+        """Derivatives of the cavities' volumes by the unknowns (k, local), zero at supported ones."""
         rows = np.zeros((len(self._control.directions), self._model.unknowns.local))
         for row, direction in zip(rows, self._control.directions, strict=True):
             for name, weight in direction.items():
@@ -71,10 +103,13 @@ class Border:
         solve: array (owned,) -> K⁻¹ of it (local,).
         """
         owned = self._model.unknowns.owned
-        rows = self.gradients(state)[:, :owned]
-        answers = np.array([solve(row)[:owned] for row in rows])
+        pushes = self.gradients(state)[:, :owned]
+        rows = self._control.rows(self._model, state)
+        rows = pushes if rows is None else np.where(self._free, rows[:, :owned], 0.0)
+        answers = np.array([solve(push)[:owned] for push in pushes])
         compliance = self._model.sum(rows @ answers.T)
-        lacking = self._control.targets - self.values(state) + self._model.sum(rows @ step)
+        values = self._control.values(self._model, state)
+        lacking = self._control.targets - values + self._model.sum(rows @ step)
         try:
             change = np.linalg.solve(compliance, lacking)
             grows = np.linalg.eigvalsh((compliance + compliance.T) / 2)

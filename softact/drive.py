@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
 
-from softact.control import VolumeControl
+from softact.control import ArcControl, VolumeControl
 from softact.model import Model
 from softact.ramp import Ramp
 from softact.terms import Origin, State
@@ -93,6 +94,44 @@ class VolumeDrive:
         state = State(point.x)
         s = sum(d * self._model.cavity_volume(state, name) for name, d in self._change.items())
         return Point(s, point.x, np.array([point.s]))
+
+
+class ArcDrive(VolumeDrive):
+    """s is the length of the way through the displacements; the fraction of the step follows.
+
+    Also where the volume turns back: there ``VolumeDrive`` has no equilibrium ahead.
+    """
+
+    control = "arc"
+
+    def __init__(self, model: Model, ramp: Ramp):
+        super().__init__(model, ramp)
+        self._is_displacement = np.zeros(model.unknowns.local, dtype=bool)
+        self._is_displacement[model.displacement_dofs] = True
+        self._last: Point | None = None
+        self._tangent: np.ndarray | None = None
+
+    def lay(self, path: Sequence[Point]) -> list[Point]:
+        """Points of a ``VolumeDrive`` as ones of this drive."""
+        places = [0.0]
+        for before, after in pairwise(path):
+            places.append(places[-1] + self._length(after.x - before.x))
+        return [replace(point, s=s) for point, s in zip(path, places, strict=True)]
+
+    def aim(self, before: Point, last: Point) -> None:
+        """Go on from the last point in the direction of these two."""
+        change = np.where(self._is_displacement, last.x - before.x, 0.0)
+        self._last, self._tangent = last, change / self._length(change)
+
+    def _length(self, change: np.ndarray) -> float:
+        owned = slice(self._model.unknowns.owned)
+        change = np.where(self._is_displacement, change, 0.0)[owned]
+        return float(np.sqrt(self._model.sum(float(change @ change))))
+
+    def set(self, state, s, q):
+        held = self._ramp.apply(state, float(q[0]))
+        way = np.array([s - self._last.s])
+        return held, ArcControl([self._change], self._last.x, self._tangent, way)
 
 
 def extrapolate(path: Sequence[Point], s: float) -> Point:

@@ -82,3 +82,23 @@ def test_limit_under_pressure_control(sphere):
     assert max(a.fraction for a in stable) * 40 == pytest.approx(1e3 * LIMIT, rel=0.01)
     assert len(beyond) > 5
     assert beyond[-1].fraction < 0.5 * LIMIT / 0.04
+
+
+def test_way_through_the_displacements(sphere, monkeypatch):
+    """What is used where the volume turns back follows the same curve, within 1 %."""
+    monkeypatch.setattr("softact.branch.TURNS_BACK", 0)
+    model = sphere()
+    rest = model.cavity_volume(model.initial_state(), "cavity")
+    steps = [LoadStep("inflate", pressure={"cavity": 0.04})]
+    solution = solve(model, steps, [], 0.1, stops=True)
+    attempts = [a for a in solution.stepper.progress.attempts if a.converged]
+    traced = [
+        state
+        for state, attempt in zip(solution.path, attempts, strict=True)
+        if attempt.control == "arc" and attempt.unstable_modes == 1
+    ]
+    assert len(traced) > 5
+    for state in traced:
+        wide = np.cbrt(model.cavity_volume(state, "cavity") / rest)
+        exact = pressure_at("neo_hookean", CONSTANTS, wide)
+        assert state.pressure["cavity"] == pytest.approx(exact, rel=0.01), wide
