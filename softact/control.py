@@ -30,7 +30,6 @@ class VolumeControl:
     directions: Sequence[Mapping[str, float]]
     targets: np.ndarray
 
-
     def values(self, model: Model, state: State) -> np.ndarray:
         """Σ w V of each row (k,)."""
         names = {name for direction in self.directions for name in direction}
@@ -88,7 +87,7 @@ class Border:
         return float(np.max(np.abs(values - self._control.targets) / np.maximum(scale, 1e-300)))
 
     def gradients(self, state: State) -> np.ndarray:
-        """Derivatives of the cavities' volumes by the unknowns (k, local), zero at supported ones."""
+        """Derivatives of the volumes by the unknowns (k, local), zero at supported ones."""
         rows = np.zeros((len(self._control.directions), self._model.unknowns.local))
         for row, direction in zip(rows, self._control.directions, strict=True):
             for name, weight in direction.items():
