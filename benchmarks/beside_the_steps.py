@@ -9,6 +9,7 @@ report alone.
 import argparse
 import json
 import os
+import resource
 import statistics
 import subprocess
 import sys
@@ -34,7 +35,7 @@ def seconds(command: list[str], folder: Path) -> dict[str, float]:
         raise SystemExit(f"{' '.join(run)}: exit code {process.returncode}")
     whole = time.perf_counter() - started
     times = json.loads((folder / "r" / "run.json").read_text())["times_s"]
-    started = time.perf_counter()
+    started, used = time.perf_counter(), processor()
     subprocess.run([*command, "report", "r"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
     return {
         "beside the load steps": whole - times["solve"],
@@ -42,8 +43,15 @@ def seconds(command: list[str], folder: Path) -> dict[str, float]:
         "measures, fields, restart file": times["measure_and_write"],
         "report and end": whole - marks["all steps solved"],
         "softact report": time.perf_counter() - started,
+        "softact report, processor": processor() - used,
         "load steps": times["solve"],
     }
+
+
+def processor() -> float:
+    """Processor seconds of all processes that were started and have ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def main() -> None:

@@ -1,10 +1,10 @@
 """What a sweep costs beside its runs.
 
-``python -m benchmarks.sweep_figures throughput`` (needs two idle cores): six runs with -j 1 and
-with -j 2, each from an empty cache. ``python -m benchmarks.sweep_figures many``: 10,000 points
-whose runs are in the cache (copies of one run under other keys), listed and reported.
-``python -m benchmarks.sweep_figures fixed``: processor seconds of four runs of a cube, and of the
-same command once more, when all of them are known; a busy machine changes them little.
+``python -m benchmarks.sweep_figures throughput [4]`` (needs two idle cores): six runs with -j 1 and
+with -j 2, each from an empty cache, on a mesh of so many mm. ``python -m benchmarks.sweep_figures
+many``: 10,000 points whose runs are in the cache (copies of one run under other keys), listed and
+reported. ``python -m benchmarks.sweep_figures fixed``: processor seconds of four runs of a cube,
+and of the same command once more, when all of them are known; a busy machine changes them little.
 """
 
 import csv
@@ -23,7 +23,7 @@ import numpy as np
 
 FINGER = """
 base:
-  geometry: {type: pneunet, chambers: 3, chamber_length: 7 mm, mesh_size: 4 mm}
+  geometry: {type: pneunet, chambers: 3, chamber_length: 7 mm, mesh_size: MESH mm}
   materials: {body: elastosil-m4601}
   layers: [{surface: strain_limiting_layer, thickness: 0.1 mm, material: paper}]
   steps: [{name: inflate, pressure: 20 kPa}]
@@ -48,12 +48,12 @@ def sweep(folder: Path, *options: str) -> float:
     return time.perf_counter() - started
 
 
-def throughput() -> None:
+def throughput(mesh: str = "4") -> None:
     seconds = {}
     for jobs in (1, 2):
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
-            (folder / "study.yaml").write_text(FINGER)
+            (folder / "study.yaml").write_text(FINGER.replace("MESH", mesh))
             seconds[jobs] = sweep(folder, "-j", str(jobs))
             with open(folder / "results/study/sweep.csv") as file:
                 runs = [float(row["seconds"]) for row in csv.DictReader(file)]
@@ -120,4 +120,4 @@ def copy(sample: Path, target: Path) -> None:
 
 
 if __name__ == "__main__":
-    {"throughput": throughput, "many": many, "fixed": fixed}[sys.argv[1]]()
+    {"throughput": throughput, "many": many, "fixed": fixed}[sys.argv[1]](*sys.argv[2:])

@@ -6,6 +6,7 @@ import base64
 import hashlib
 import json
 import math
+import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -118,9 +119,10 @@ def load(key: str, directory: Path) -> Record | None:
 
 
 def _check_files(directory: Path, sizes: Mapping[str, int]) -> None:
+    folder = os.fspath(directory)  # paths as objects would take as long as all the rest
     for name, size in sizes.items():
         try:
-            there = (directory / name).stat().st_size
+            there = os.stat(f"{folder}{os.sep}{name}").st_size
         except OSError:
             raise DamagedError(f"{name} is missing") from None
         # A report that was built anew since, or its pictures, may have another size.

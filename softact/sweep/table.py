@@ -135,10 +135,10 @@ def curves(study: Study, path: Path) -> None:
     counts = np.array([len(record.table) for record in records], np.int64)
     first = np.concatenate([[0], np.cumsum(counts)[:-1]]) if len(counts) else counts
     names = list(dict.fromkeys(name for record in records for name in record.columns))
-    stacked = {name: np.full(int(counts.sum()), math.nan) for name in names}
+    stacked = np.full((int(counts.sum()), len(names)), math.nan)
+    places = {r.columns: [names.index(name) for name in r.columns] for r in records}
     for record, start, count in zip(records, first, counts, strict=True):
-        for number, name in enumerate(record.columns):
-            stacked[name][start : start + count] = record.table[:, number]
+        stacked[start : start + count, places[record.columns]] = record.table
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
         with h5py.File(temporary, "w") as file:
@@ -147,7 +147,7 @@ def curves(study: Study, path: Path) -> None:
             file["first"], file["count"] = first, counts
             steps = [step for record in records for step in record.steps]
             file.create_dataset("step", data=steps, dtype=text)
-            for name, values in stacked.items():
+            for name, values in zip(names, stacked.T, strict=True):
                 file.create_dataset(f"columns/{name}", data=values, compression="gzip")
         os.replace(temporary, path)
     finally:
