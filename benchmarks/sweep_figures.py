@@ -72,12 +72,12 @@ def many() -> None:
         sweep(folder, "-j", "2")
         sample = next((folder / "results/.runs").glob("??/*/record.json")).parent
         (folder / "study.yaml").write_text(MANY)
-        print(f"first listing, keys made: {sweep(folder, '--list'):.1f} s")
+        print(f"first listing, keys made: {both(folder, '--list')}")
         plan = json.loads((folder / "results/study/.plan.json").read_text())
         for key in plan["points"].values():
             copy(sample, folder / "results/.runs" / key[:2] / key)
-        print(f"second listing: {sweep(folder, '--list'):.1f} s")
-        print(f"table, curves and page: {sweep(folder):.1f} s")
+        print(f"second listing: {both(folder, '--list')}")
+        print(f"table, curves and page: {both(folder)}")
         size = (folder / "results/study/sweep.html").stat().st_size
         rows = (folder / "results/study/sweep.csv").read_text().count(",complete,")
         print(f"{rows} rows; sweep.html has {size / 1e6:.1f} MB")
@@ -90,18 +90,31 @@ def fixed() -> None:
         used = []
         for _ in range(3):  # the first compiles what is not compiled yet
             shutil.rmtree(folder / "results", ignore_errors=True)
-            first, again = (processor(folder, "-j", "1") for _ in range(2))
+            first, again = (cost(folder, "-j", "1") for _ in range(2))
             used.append((again, (first - again) / 4))
         beside, run = np.min(used, axis=0)
         print(f"beside the runs {beside:.2f} s of processor time, a run of a cube {run:.2f} s")
 
 
-def processor(folder: Path, *options: str) -> float:
+def cost(folder: Path, *options: str) -> float:
     """Processor seconds of ``softact sweep study.yaml`` with all its processes."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    before = processor()
     sweep(folder, *options)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return processor() - before
+
+
+def both(folder: Path, *options: str) -> str:
+    """Seconds of ``softact sweep study.yaml``, and those of a processor."""
+    before = processor()
+    wall = sweep(folder, *options)
+    used, load = processor() - before, os.getloadavg()[0]
+    return f"{wall:.1f} s, {used:.1f} s of processor time; load {load:.1f}"
+
+
+def processor() -> float:
+    """Processor seconds of all processes that were started and have ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def copy(sample: Path, target: Path) -> None:
