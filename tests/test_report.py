@@ -163,7 +163,7 @@ def test_a_torn_field_file_leaves_the_rest(tmp_path):
 def test_failed_drawing_is_told_and_the_rest_stands(tmp_path, monkeypatch):
     bent_beam.write(tmp_path / "r", 90.0, 2)
     monkeypatch.setattr(frames, "_TIME_LIMIT_S", 0.05)
-    monkeypatch.setattr(frames, "_COMMAND", ("/bin/sleep", "60"))
+    monkeypatch.setattr(frames, "_COMMAND", ("/bin/sh", "-c", "exec sleep 60"))
     text, _, view = page_of(tmp_path / "r")
     assert "The pictures of the actuator are missing: drawing took longer than 0.05 s" in text
     assert view["outer"] > 0 and "<img" not in text

@@ -6,7 +6,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -140,31 +140,29 @@ class Renderer:
     def __init__(self, scratch: Path):
         self._scratch = scratch
         self._errors = scratch / "stderr"
-        self._files: list[Path] = []
+        self._pictures: list[Path] = []
         with self._errors.open("wb") as stderr:
+            command = [*_COMMAND, str(scratch), str(os.getpid())]
             self.process = subprocess.Popen(
-                _COMMAND, env=_environment(), stdin=subprocess.PIPE, stdout=subprocess.DEVNULL,
-                stderr=stderr, text=True,
-            )  # fmt: skip
+                command, env=_environment(), stderr=stderr, stdout=subprocess.DEVNULL
+            )
 
     def draw(self, scene: Scene, group: Group) -> None:
         """Begin to draw a group."""
-        file = self._scratch / f"{len(self._files)}.npz"
-        np.savez(file, **scene.job(group))
-        self._files.append(file)
-        with suppress(BrokenPipeError):  # it has ended; ``drawn`` tells why
-            print(file, file=self.process.stdin, flush=True)
+        file = self._scratch / f"{len(self._pictures)}.npz"
+        # Not told through a pipe: PETSc makes writing into one that is closed the end of all.
+        np.savez(file.with_suffix(".new.npz"), **scene.job(group))
+        file.with_suffix(".new.npz").rename(file)
+        self._pictures.append(file.with_suffix(".npy"))
 
     def drawn(self) -> Iterator[np.ndarray]:
         """For each group (states, height, width, 3) uint8, as soon as it is there.
 
         Raises DrawingError with one line where the process failed.
         """
-        with suppress(BrokenPipeError):
-            self.process.stdin.close()
+        (self._scratch / "end").touch()
         until = time.monotonic() + _TIME_LIMIT_S
-        for file in self._files:
-            picture = file.with_suffix(".npy")
+        for picture in self._pictures:
             while not picture.exists():
                 ended = self.process.poll()
                 if ended is not None and not picture.exists():
@@ -192,8 +190,6 @@ def renderer() -> Iterator[Renderer]:
         finally:
             started.process.kill()
             started.process.wait()
-            with suppress(BrokenPipeError):
-                started.process.stdin.close()
 
 
 def _environment() -> dict[str, str]:

@@ -1,19 +1,24 @@
-"""Draws deformed surfaces off screen with VTK: ``python -P render.py``, with a JOB.npz a line on
-standard input.
+"""Draws deformed surfaces off screen with VTK: ``python -P render.py FOLDER PARENT``.
+
+In FOLDER, 0.npz, 1.npz ... are drawn as they appear, until there is a file ``end`` and no further
+job, or PARENT, the process that started this one, has ended.
 
 A process of its own, since a missing graphics library can end the process that draws; and a file
 that imports nothing but numpy and the few modules of VTK that it needs, since that is most of the
 time a small picture takes.
 
-The arrays of JOB, for k states seen alike: points (k, n, 3) mm; values (k, n) for the colours;
+The arrays of a job, for k states seen alike: points (k, n, 3) mm; values (k, n) for the colours;
 triangles (t, 3); edges (e, 2) vertices of creases; ghost (g, 3) or (0, 3): points of the same
 edges to draw in grey behind each; bodies (k, m, 3) and body_triangles (b, 3): rigid bodies beside
 each; limits (2,) of the values; colours (c, 3) in 0..1, from low to
 high; right, up, eye (3,): unit vectors of the parallel projection; low, high (2,): corners of the
-frame, mm in the picture; size (2,): pixels. JOB.npy is then (k, height, width, 3) uint8, on white.
+frame, mm in the picture; size (2,): pixels. 0.npy is then (k, height, width, 3) uint8, on white.
 """
 
+import itertools
+import os
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -189,14 +194,18 @@ def _shot(window: vtkRenderWindow) -> np.ndarray:
     return (mean // _FINER**2).astype(np.uint8)
 
 
-def main() -> None:
-    """Draw each job that is named on standard input into a file of the same name in .npy, which
-    appears whole."""
+def main(folder: Path, parent: int) -> None:
+    """Draw each job in a folder into a file of the same name in .npy, which appears whole."""
     window = vtkRenderWindow()
     window.SetOffScreenRendering(True)
     window.SetMultiSamples(0)
-    for line in sys.stdin:
-        job_file = Path(line.strip())
+    for number in itertools.count():
+        job_file = folder / f"{number}.npz"
+        while not job_file.exists():
+            ended = os.getppid() != parent or (folder / "end").exists()
+            if ended and not job_file.exists():
+                return
+            time.sleep(0.005)
         with np.load(job_file) as arrays:
             job = dict(arrays)
         drawn = job_file.with_suffix(".drawn.npy")
@@ -205,4 +214,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    main(Path(sys.argv[1]), int(sys.argv[2]))
