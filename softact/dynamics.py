@@ -87,9 +87,9 @@ class _Motion:
     def _sound_crosses(self) -> float:
         """Time (s) in which a shear wave crosses the body: its size times √(ρ/μ)."""
         model = self.stepper.model
-        slowest = max(
-            solid.material.density / solid.material.shear_modulus for solid in model.solids.values()
-        )
+        solids = [s.material.density / s.material.shear_modulus for s in model.solids.values()]
+        sheets = [p.sheet.density / p.sheet.stiffness for p in model.sheets.values()]
+        slowest = max(solids + sheets)
         return model.diagonal * float(np.sqrt(slowest))
 
     def _ratio(self, velocity) -> float:

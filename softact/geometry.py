@@ -50,6 +50,9 @@ class Layout:
     layers: names of surface groups meant for thin layers (outer or embedded).
     origin: a point on the axis at the clamp.
     length: distance from clamp to tip along the axis.
+    sheets: names of the sheets (triangles in space, no volume); curves: of edges on them. Supports,
+        loads, the clamp and the tip may be a sheet or a curve too.
+    flux: weights of x, y and z in the volume that sheets enclose, see ``softact.sheets.cavity``.
     """
 
     regions: tuple[str, ...]
@@ -63,6 +66,9 @@ class Layout:
     layers: tuple[str, ...] = ()
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     length: float = 0.0
+    sheets: tuple[str, ...] = ()
+    curves: tuple[str, ...] = ()
+    flux: tuple[float, float, float] = (1 / 3, 1 / 3, 1 / 3)
 
     @property
     def outside(self) -> tuple[str, ...]:

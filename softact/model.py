@@ -121,7 +121,9 @@ class Model:
             for name, walls in mesh.layout.cavities.items()
             if not set(walls) & set(self.sheets)
         } | {
-            name: SheetCavity(name, [self.sheets[wall].triangles for wall in walls])
+            name: SheetCavity(
+                name, [self.sheets[wall].triangles for wall in walls], mesh.layout.flux
+            )
             for name, walls in mesh.layout.cavities.items()
             if set(walls) & set(self.sheets)
         }
@@ -171,7 +173,8 @@ class Model:
                 spaces.append(compat.function_space(mesh.domain, pressure_degree, 1, constant))
         loose, number, tables = np.empty((0, 3)), None, []
         if mesh.sheets:
-            mesh.sheets.check(mesh.layout.cavities, list(mesh.layout.symmetry.values()))
+            layout = mesh.layout
+            mesh.sheets.check(layout.cavities, list(layout.symmetry.values()), layout.flux)
             sheet_nodes = sheet_nodes_of(mesh.sheets, self.degree)
             solid = spaces[0].tabulate_dof_coordinates() if spaces else np.empty((0, 3))
             number, loose = node_numbers(mesh.sheets, sheet_nodes, solid)
@@ -227,10 +230,22 @@ class Model:
 
     def add_surface_load(self, kind: type[SurfaceForce | SurfacePressure], surface: str) -> None:
         """Make room for a load on a surface; its value is part of the state."""
+        if surface in self.sheets or surface in self.curves:
+            if kind is not SurfaceForce:
+                raise SpecError(f"surface_pressure: '{surface}' is a sheet; only cavities press it")
+            self.surface_loads[kind, surface] = self._sheet_force(surface)
         if (kind, surface) not in self.surface_loads:
             self.surface_loads[kind, surface] = kind(
                 self.assembler, surface, self.facets(surface), self.degree
             )
+
+    def _sheet_force(self, surface: str) -> SurfaceForce:
+        """Dead force per area of a sheet or per length of a curve."""
+        nodes, shares = self.surface_points(surface)
+        unit = np.zeros((3, self.unknowns.local))
+        for c in range(3):
+            np.add.at(unit[c], self.nodes.dofs[nodes, c], shares)
+        return SurfaceForce.of_unit(surface, unit)
 
     def add_inertia(self) -> None:
         """Give the regions their inertia, for motions; it acts while it has a time step."""

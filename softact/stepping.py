@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
-from softact import branch, dynamics
+from softact import branch, dynamics, inflation
 from softact.checkpoint import Checkpoint, told
 from softact.diagnosis import causes
 from softact.drive import Drive, LoadDrive, Point, extrapolate
@@ -167,6 +167,12 @@ class Stepper:
             self.go_to(drive, path[-1])
             self.state.memory = inside.state.memory
             self.model.contacts.resume(self.state)
+        elif inflation.needed(self, ramp):
+            change = max((abs(b - a) for a, b in ramp.pressures.values()), default=0.0)
+            path, fault = inflation.inflate(self, step, drive, path, change, largest)
+            if fault:
+                return self._stop(f"step '{step.name}' at {path[-1].s:.2%}: {fault}")
+            self._checkpoint(number, begun, path, size, traced_at)
         while path[-1].s < 1.0:
             done = path[-1].s
             # Two halves rather than one whole and a sliver.

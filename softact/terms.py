@@ -176,6 +176,13 @@ class SurfaceForce:
         for direction, out in zip(np.eye(3), self._unit, strict=True):
             kernel.add_vector(out, 3 * FUNCTIONS[degree], [], direction)
 
+    @classmethod
+    def of_unit(cls, name: str, unit: np.ndarray) -> SurfaceForce:
+        """The load whose nodal forces under 1 N/mm² along x, y and z are ``unit`` (3, local)."""
+        load = cls.__new__(cls)
+        load.name, load._unit = name, unit
+        return load
+
     def add_force(self, state, out):
         if self.name in state.traction:
             out -= state.traction[self.name] @ self._unit

@@ -79,7 +79,9 @@ class SheetPart:
     def __init__(self, name: str, sheet: Sheet, triangles: Triangles):
         self.name, self.sheet, self.triangles = name, sheet, triangles
         along = np.asarray(sheet.axis, dtype=float)
-        if np.all(np.abs(triangles.normals @ along) > (1 - 1e-6) * np.linalg.norm(along)):
+        directed = any(getattr(ply.law, "anisotropic", False) for ply in sheet.plies)
+        across = np.abs(triangles.normals @ along) > (1 - 1e-6) * np.linalg.norm(along)
+        if directed and across.any():
             raise SpecError(
                 f"sheet '{name}': its axis {list(sheet.axis)} is normal to it; fibres lie in it"
             )

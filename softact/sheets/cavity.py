@@ -10,25 +10,28 @@ from softact.sheets.triangles import VOLUME_RULE, Triangles, shape_gradients
 class SheetCavity:
     """Follower pressure on the sheets that wall a cavity: potential −p V(u).
 
-    V = ⅓ ∫ x · (∂x/∂r × ∂x/∂s) dr ds with normals out of the cavity, integrated exactly; a wall in
-    a symmetry plane through the origin adds nothing and may be left out.
+    V = ∫ (W x) · (∂x/∂r × ∂x/∂s) dr ds with normals out of the cavity, integrated exactly; W is
+    diagonal with trace 1. A wall in a symmetry plane through the origin adds nothing and may be
+    left out; with W = diag(0, 0, 1), any wall along z, such as the ends of a long strip.
     """
 
-    def __init__(self, name: str, walls: list[Triangles]):
+    def __init__(self, name: str, walls: list[Triangles], flux=(1 / 3, 1 / 3, 1 / 3)):
         self.name, self._walls = name, walls
+        self._flux = np.asarray(flux, dtype=float)
         points, weights = VOLUME_RULE
-        nodes = walls[0].nodes.shape[1]
-        self._weights = weights / 6  # the reference triangle's area ½ and the third
+        self._weights = weights / 2  # area of the reference triangle
         self._values = walls[0].values(points)
-        gradients = shape_gradients(points, nodes)
+        gradients = shape_gradients(points, walls[0].nodes.shape[1])
         self._by_r, self._by_s = gradients[..., 0], gradients[..., 1]
 
     def _places(self, wall, x):
+        """W x and the tangents ∂x/∂r and ∂x/∂s at the quadrature points, each (k, q, 3)."""
         current = wall.current(x)
-        return [
+        place, r, s = (
             np.einsum("qn,knc->kqc", table, current)
             for table in (self._values, self._by_r, self._by_s)
-        ]
+        )
+        return place * self._flux, r, s
 
     def volume(self, x) -> float:
         """The enclosed volume, mm³."""
@@ -46,7 +49,7 @@ class SheetCavity:
             forces = sum(
                 np.einsum("qn,kqc->knc", weight * table, vector)
                 for table, vector in (
-                    (self._values, np.cross(r, s)),
+                    (self._values, self._flux * np.cross(r, s)),
                     (self._by_r, np.cross(s, place)),
                     (self._by_s, np.cross(place, r)),
                 )
@@ -61,20 +64,23 @@ class SheetCavity:
         pressure = state.pressure.get(self.name, 0.0)
         if not pressure:
             return
-        n, r, s = self._values, self._by_r, self._by_s
+        weight = -pressure * self._weights
+        n, r = (table * weight[:, None] for table in (self._values, self._by_r))
 
-        def antisymmetric(one, two):
-            product = np.einsum("q,qa,qb->qab", -pressure * self._weights, one, two)
-            return product - product.transpose(0, 2, 1)
+        def cross(one, two, vectors):
+            """Σ one_a two_b [v]× over the quadrature points: (k, a, b, 3, 3)."""
+            axial = np.einsum("qa,qb,kqc->kabc", one, two, vectors, optimize=True)
+            return np.tensordot(axial, _CROSS, 1)
 
-        pairs = antisymmetric(s, r), antisymmetric(n, s), antisymmetric(r, n)
         for wall in self._walls:
-            vectors = self._places(wall, state.x)
-            axial = sum(
-                np.einsum("qab,kqc->kabc", pair, vector, optimize=True)
-                for pair, vector in zip(pairs, vectors, strict=True)
+            place, along_r, along_s = self._places(wall, state.x)
+            half = (
+                self._flux[:, None] * cross(n, self._by_s, along_r)
+                - self._flux[:, None] * cross(n, self._by_r, along_s)
+                - cross(r, self._by_s, place)
             )
-            wall.table.add(np.moveaxis(np.tensordot(axial, _CROSS, 1), 3, 2))
+            matrices = half + half.transpose(0, 2, 1, 4, 3)
+            wall.table.add(np.moveaxis(matrices, 3, 2))
 
     def energy(self, state):
         return -state.pressure.get(self.name, 0.0) * self.volume(state.x)

@@ -28,9 +28,10 @@ class SheetMesh:
     curves: Mapping[str, np.ndarray]
     bonded: tuple[str, ...] = ()
 
-    def check(self, cavities: Mapping[str, Sequence[str]], symmetry: Sequence[int] = ()) -> None:
+    def check(self, cavities: Mapping[str, Sequence[str]], symmetry: Sequence[int], flux) -> None:
         """Raise MeshError for a triangle without area, an open seam of a cavity's walls outside
-        the symmetry planes, or walls whose normals do not agree."""
+        the symmetry planes (and walls that ``flux`` does not count), or walls whose normals do
+        not agree."""
         a, b, c = (self.points[self.triangles[:, i]] for i in range(3))
         double = np.linalg.norm(np.cross(b - a, c - a), axis=1)
         longest = np.max([np.linalg.norm(e, axis=1) for e in (b - a, c - b, a - c)], axis=0)
@@ -38,17 +39,24 @@ class SheetMesh:
         if flat.any():
             raise MeshError(f"{int(flat.sum())} triangles of the sheets have no area")
         for name, walls in cavities.items():
-            self._check_closed(name, walls, list(symmetry))
+            self._check_closed(name, walls, list(symmetry), np.asarray(flux))
 
-    def _check_closed(self, cavity, walls, planes) -> None:
+    def _check_closed(self, cavity, walls, planes, flux) -> None:
         triangles = self.triangles[np.concatenate([self.parts[wall] for wall in walls])]
         directed = np.concatenate([triangles[:, list(side)] for side in SIDES])
         edges, place, counts = np.unique(
             np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True
         )
-        ends = np.abs(self.points[edges[counts == 1]])
-        scale = np.abs(self.points).max()
-        mirrored = (ends[:, :, planes].max(axis=1) < 1e-6 * scale).any(axis=1)
+        ends = self.points[edges[counts == 1]]
+        small = 1e-6 * np.abs(self.points).max()
+        mirrored = (np.abs(ends[:, :, planes]).max(axis=1) < small).any(axis=1)
+        # A wall across an axis that is not counted: any plane.
+        at = [
+            np.abs(ends[:, :, c] - e).max(axis=1) < small
+            for c in np.flatnonzero(flux == 0)
+            for e in (self.points[:, c].min(), self.points[:, c].max())
+        ]
+        mirrored = np.logical_or.reduce([mirrored, *at])
         if not mirrored.all():
             where = ", ".join(f"{x:.3g}" for x in self.points[edges[counts == 1]][~mirrored][0, 0])
             raise MeshError(

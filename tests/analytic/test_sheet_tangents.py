@@ -182,7 +182,7 @@ def test_faults_have_one_line():
     with pytest.raises(MeshError, match="more than two triangles"):
         pillow(sheet, counts=(3, 3))
     with pytest.raises(SpecError, match="normal to it"):
-        build(mesh, Sheet([Ply(NYLON, 0.2)], axis=(0.0, 0.0, 1.0)))
+        build(mesh, Sheet([Ply(KNIT, 0.2)], axis=(0.0, 0.0, 1.0)))
     with pytest.raises(SpecError, match="thickness above 0"):
         Sheet([Ply(NYLON, 0.0)])
     with pytest.raises(SpecError, match="sheet 'sheet' has no material"):

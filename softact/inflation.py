@@ -1,0 +1,192 @@
+"""The first inflation of sheets: implicit quasi-static dynamics from a state without stiffness.
+
+A flat pouch has no stiffness across its plane and no volume, so statics has nothing to start from.
+Here the loads grow with the smooth-step amplitude a(τ) = τ³ (10 − 15 τ + 6 τ²) over a time T, and
+backward Euler carries the sheet along, M ẍ + α M ẋ + f(x) = p V'. T and α follow from the speed v
+at which the kinetic energy is well below that of the final membrane strain e = p L/(2 E t):
+½ ρ t v² = VELOCITY² ½ E t e². A sheet of the size L then takes L/v for a path of its size, and α is
+such that a tenth of the pressure pushes it at v. Each time step is an increment with its kinetic by
+internal energy. As soon as that is quasi-static, statics is tried, and where it finds the
+equilibrium nearby it takes over.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softact.drive import Point
+
+QUASI_STATIC = 0.05  # kinetic by internal energy
+NOTHING = 1e-14  # stored energy of an unstressed sheet by that of a strain of 1
+VELOCITY = 0.1  # v by e times the speed of sound
+LARGEST_STRAIN = 0.1  # that counts for v
+SLOWNESS = 6.0  # T by L/v
+FIRST, SHORTEST = 1e-2, 1e-10  # time steps, of T
+SHORTER = 0.4  # after a time step that failed
+LONGER = ((6, 2.0), (12, 1.5), (20, 1.1))  # Newton iterations up to which one grows, and how much
+LOOSE = 1e-4  # tolerance of a time step, also by the full pressure's force; statics: the solver's
+TRIES_APART = 4  # time steps between tries of statics, doubling
+SETTLING = 200  # time steps at most after the loads have reached their value
+
+
+def needed(stepper, ramp) -> bool:
+    """Whether a step inflates sheets that carry nothing yet."""
+    model = stepper.model
+    walls = {n for n, names in model.mesh.layout.cavities.items() if set(names) & set(model.sheets)}
+    pressed = walls & set(ramp.pressures)
+    if not pressed or not stepper.settings.dynamics:
+        return False
+    unit = sum(part.sheet.stiffness * part.triangles.areas.sum() for part in model.sheets.values())
+    return model.strain_energy(stepper.state) < NOTHING * unit
+
+
+def smooth_step(tau: float) -> float:
+    """a(τ), from 0 to 1 with no velocity and no acceleration at either end."""
+    tau = min(max(tau, 0.0), 1.0)
+    return tau**3 * (10 - 15 * tau + 6 * tau * tau)
+
+
+def inflate(stepper, step, drive, path: list[Point], pressure: float, largest: float):
+    """Load from ``path[-1]`` on until statics holds; see the module.
+
+    pressure: largest change of the step, MPa. Returns the path and why it stopped early, None where
+    it did not.
+    """
+    return _Inflation(stepper, step, drive, path, pressure, largest).run()
+
+
+class _Inflation:
+    def __init__(self, stepper, step, drive, path, pressure, largest):
+        self.stepper, self.step, self.drive, self.path = stepper, step, drive, path
+        self.model, self.largest = stepper.model, largest
+        size, sheets = self.model.diagonal, [p.sheet for p in self.model.sheets.values()]
+        softest = min(sheet.stiffness for sheet in sheets)
+        sound = min(np.sqrt(sheet.stiffness / sheet.density) for sheet in sheets)
+        strain = min(pressure * size / (2 * softest), LARGEST_STRAIN)
+        speed = VELOCITY * strain * float(sound)
+        self.duration = SLOWNESS * size / speed
+        self.damping = 0.1 * pressure / (speed * max(sheet.density for sheet in sheets))
+        self.worst, self.quasi_static_from = 0.0, None
+        self.pressure_force = self._full_force(pressure)
+        self.volumes: dict[str, float] = {}
+        self.energies = 0.0, 0.0
+        self.work = self.dissipated = 0.0
+
+    def _full_force(self, pressure: float) -> float:
+        """Norm of the nodal forces of the pressure on the sheets as they lie, N."""
+        gradient = np.zeros(self.model.unknowns.local)
+        for cavity in self.model.cavities.values():
+            cavity.add_volume_gradient(self.path[-1].x, pressure, gradient)
+        return float(np.linalg.norm(gradient))
+
+    def run(self):
+        model, state = self.model, self.stepper.state
+        model.add_inertia()
+        start, x = self.path[-1], self.path[-1].x
+        velocity, time, q = np.zeros_like(x), 0.0, start.q
+        time_step, steps, next_try, apart, after = FIRST * self.duration, 0, 0, TRIES_APART, 0
+        while after < SETTLING:
+            if time_step < SHORTEST * self.duration:
+                return self._end("the time steps of the inflation became too short")
+            s = self._load(start.s, time + time_step)
+            if s - self.path[-1].s > 1.01 * self.largest:
+                time_step *= SHORTER
+                continue
+            self._move_from(x, velocity, time_step)
+            state.x = x.copy()
+            outcome = self._solve(s, q, search=True)
+            if not outcome.converged:
+                self.stepper.reject(self.step, self.drive, self.path, s, outcome)
+                time_step *= SHORTER
+                continue
+            time, steps = time + time_step, steps + 1
+            velocity, x, q = (state.x - x) / time_step, state.x.copy(), self.drive.loads(state)
+            ratio = self._keep(s, outcome, velocity, time_step)
+            after += s >= 1.0
+            if ratio < QUASI_STATIC and (steps >= next_try or s >= 1.0):
+                if self._statics(s, q):
+                    return self._end(None)
+                apart = min(2 * apart, 32)
+                next_try, state.x = steps + apart, x.copy()
+            time_step *= next((f for n, f in LONGER if outcome.iterations <= n), SHORTER)
+        return self._end("the sheets do not come to rest under the full load")
+
+    def _load(self, begun: float, time: float) -> float:
+        return begun + (1 - begun) * smooth_step(time / self.duration)
+
+    def _solve(self, s, q, tolerance=LOOSE, search=False):
+        held, control = self.drive.set(self.stepper.state, s, q)
+        newton, model = self.stepper.newton, self.model
+        wanted = newton.tolerance, model.force_floor
+        newton.line_search = search
+        if tolerance:
+            newton.tolerance, model.force_floor = tolerance, tolerance * self.pressure_force
+        try:
+            return newton.solve(self.stepper.state, held, control)
+        finally:
+            newton.tolerance, model.force_floor = wanted
+            newton.line_search = False
+
+    def _move_from(self, x, velocity, time_step) -> None:
+        """Inertia and damping of one step of backward Euler, M (c (x − x₀) − v₀/Δt) with
+        c = 1/Δt² + α/Δt, as the inertia of a step of its own."""
+        factor = 1 / time_step**2 + self.damping / time_step
+        for inertia in self.model.inertia:
+            inertia.time_step = factor**-0.5
+            inertia.away_from = x + velocity / (time_step * factor)
+
+    def _keep(self, s, outcome, velocity, time_step) -> float:
+        """Record an increment; returns its kinetic by internal energy."""
+        model, state = self.model, self.stepper.state
+        kinetic = sum(float(velocity @ i.momentum(velocity)) for i in model.inertia) / 2
+        stored = model.strain_energy(state)
+        ratio = kinetic / max(stored, 1e-300)
+        volumes = {name: model.cavity_volume(state, name) for name in state.pressure}
+        self.work += sum(
+            p * (volumes[name] - self.volumes.get(name, 0.0)) for name, p in state.pressure.items()
+        )
+        self.dissipated += 2 * self.damping * kinetic * time_step
+        self.volumes, self.energies = volumes, (stored, kinetic)
+        if self.quasi_static_from is None and ratio < QUASI_STATIC and self.dissipated > 0:
+            self.quasi_static_from = s
+        if self.quasi_static_from is not None:
+            self.worst = max(self.worst, ratio)
+        told = {"control": "dynamics", "kinetic_ratio": ratio}
+        self._without_inertia()
+        self.path = self.stepper.accept(self.step, self.drive, self.path, s, outcome, **told)
+        return ratio
+
+    def _statics(self, s, q) -> bool:
+        """Whether there is an equilibrium nearby; then it is the last point of the path."""
+        self._without_inertia()
+        outcome = self._solve(s, q, tolerance=0.0)
+        if outcome.converged:
+            self.path = self.stepper.accept(self.step, self.drive, self.path[-1:], s, outcome)
+            self.path = self.path[-1:]
+        return outcome.converged
+
+    def _without_inertia(self):
+        for inertia in self.model.inertia:
+            inertia.time_step = None
+
+    def _end(self, fault: str | None):
+        self._without_inertia()
+        self.stepper.go_to(self.drive, self.path[-1])
+        begun, end = self.quasi_static_from, self.path[-1].s
+        if begun is None:
+            told = "its kinetic energy never fell below 5 % of the internal energy"
+        else:
+            verdict = ": more than quasi-static motion may have" * (self.worst > QUASI_STATIC)
+            told = (
+                f"quasi-static from {begun:.2%} on, where the kinetic energy is at most "
+                f"{self.worst:.2%} of the internal energy{verdict}"
+            )
+        told += (
+            f"; the pressure's work of {self.work:.4g} mJ became {self.energies[0]:.4g} mJ of "
+            f"strain energy and {self.energies[1]:.2g} mJ of motion, damping took "
+            f"{self.dissipated:.4g} mJ and the time stepping the rest"
+        )
+        self.stepper.progress.remarks.append(
+            f"step '{self.step.name}': inflated by implicit dynamics to {end:.2%}, {told}"
+        )
+        return self.path, fault
