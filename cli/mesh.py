@@ -30,7 +30,7 @@ import click
 @click.option(
     "--format",
     "suffix",
-    type=click.Choice(["msh", "vtu", "stl", "step"]),
+    type=click.Choice(["msh", "vtu", "stl", "step", "dxf", "svg"]),
     help="Format, where no file is named.  [default: msh]",
 )
 @click.option(
@@ -52,7 +52,8 @@ def mesh(
     """Mesh the actuator of a spec, without solving it.
 
     .msh is gmsh's mesh with named parts, .vtu the same for ParaView, .stl the surface,
-    .step the exact geometry for a CAD program. With --part core, .stl and .step hold the air of
+    .step the exact geometry for a CAD program; .dxf and .svg the pattern that is cut for an
+    actuator of sheets. With --part core, .stl and .step hold the air of
     the cavities, to be printed as a core for casting.
 
     \b

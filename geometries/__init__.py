@@ -11,6 +11,7 @@ from softact.geometries.shell_reinforced import ShellReinforced
 from softact.geometries.slow_pneunet import SlowPneunet
 from softact.geometries.thick_sphere import ThickSphere
 from softact.geometries.tube import Tube
+from softact.geometries.woven_contracting import WovenContracting
 
 GEOMETRIES = {
     "antagonistic": Antagonistic,
@@ -24,4 +25,5 @@ GEOMETRIES = {
     "slow_pneunet": SlowPneunet,
     "thick_sphere": ThickSphere,
     "tube": Tube,
+    "woven_contracting": WovenContracting,
 }

@@ -45,7 +45,8 @@ def causes(model: Model, state: State, unstable_modes: int, faster: float) -> li
 def _flat_cavities(model: Model, state: State) -> Iterator[str]:
     rest = model.initial_state()
     for name in model.cavities:
-        part = model.cavity_volume(state, name) / model.cavity_volume(rest, name)
+        first = model.cavity_volume(rest, name)
+        part = model.cavity_volume(state, name) / first if first > 0 else np.inf  # sheets lie flat
         if part < FLAT:
             yield (
                 f"cavity '{name}' is sucked flat ({part:.1%} of its volume is left); where its "

@@ -29,6 +29,7 @@ FAULT = "softact-fault: "
 MOST_TETRAHEDRA = 3e6
 THINNEST, LONGEST = 1e-4, 1e5  # mm
 SUFFIXES = (".msh", ".vtu", ".stl", ".step")
+PATTERNS = (".dxf", ".svg")  # of sheets
 CORE_SUFFIXES = (".stl", ".step")
 Part = Literal["solid", "core"]
 
@@ -209,8 +210,12 @@ def export(geometry: Geometry, path: Path, timeout: float = 300.0, part: Part = 
     suffix or a missing folder, MeshError as ``make_mesh``.
     """
     path = Path(path)
-    if path.suffix.lower() not in SUFFIXES:
+    if path.suffix.lower() not in (*SUFFIXES, *PATTERNS):
         raise SpecError(f"{path}: no format for '{path.suffix}'; use one of {', '.join(SUFFIXES)}")
+    if path.suffix.lower() in PATTERNS and not geometry.layout().sheets:
+        raise SpecError(
+            f"{path}: a cutting pattern is that of sheets; {_name(geometry)} is a solid"
+        )
     if part == "core":
         if path.suffix.lower() not in CORE_SUFFIXES:
             raise SpecError(f"{path}: a core is written to {' or '.join(CORE_SUFFIXES)} only")
@@ -226,7 +231,10 @@ def _write(
         raise SpecError(f"{path}: there is no folder '{path.parent}'")
     temporary = path.with_name(f".{path.name}.{os.getpid()}{suffix}")
     try:
-        _run_gmsh(geometry, temporary.resolve(), timeout, part)
+        if geometry.layout().sheets:
+            geometry.export_sheets(temporary, suffix)
+        else:
+            _run_gmsh(geometry, temporary.resolve(), timeout, part)
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
@@ -317,7 +325,7 @@ def main(kind: type[Geometry]) -> None:
             ["-o", "--output"],
             type=click.Path(path_type=Path),
             required=True,
-            help=".msh, .vtu, .stl or .step",
+            help=".msh, .vtu, .stl or .step; .dxf or .svg for the pattern of sheets",
         )
     )
     command.params.append(click.Option(["--timeout"], type=float, default=300.0, help="seconds"))

@@ -12,6 +12,8 @@ equilibrium nearby it takes over.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from softact.drive import Point
@@ -21,6 +23,7 @@ NOTHING = 1e-14  # stored energy of an unstressed sheet by that of a strain of 1
 VELOCITY = 0.1  # v by e times the speed of sound
 LARGEST_STRAIN = 0.1  # that counts for v
 SLOWNESS = 6.0  # T by L/v
+AT_REST = 1e-6  # kinetic by internal energy
 FIRST, SHORTEST = 1e-2, 1e-10  # time steps, of T
 SHORTER = 0.4  # after a time step that failed
 LONGER = ((6, 2.0), (12, 1.5), (20, 1.1))  # Newton iterations up to which one grows, and how much
@@ -103,11 +106,19 @@ class _Inflation:
             velocity, x, q = (state.x - x) / time_step, state.x.copy(), self.drive.loads(state)
             ratio = self._keep(s, outcome, velocity, time_step)
             after += s >= 1.0
+            at_rest = s >= 1.0 and ratio < AT_REST
             if ratio < QUASI_STATIC and (steps >= next_try or s >= 1.0):
                 if self._statics(s, q):
                     return self._end(None)
                 apart = min(2 * apart, 32)
                 next_try, state.x = steps + apart, x.copy()
+                if at_rest:
+                    self.stepper.progress.remarks.append(
+                        f"step '{self.step.name}': the sheets came to rest at {s:.2%}, where they "
+                        f"are in balance to {LOOSE:g} of their forces and not to the solver's "
+                        "tolerance: which of their folds are slack is not decided further"
+                    )
+                    return self._end(None)
             time_step *= next((f for n, f in LONGER if outcome.iterations <= n), SHORTER)
         return self._end("the sheets do not come to rest under the full load")
 
@@ -151,6 +162,7 @@ class _Inflation:
             self.quasi_static_from = s
         if self.quasi_static_from is not None:
             self.worst = max(self.worst, ratio)
+        outcome = replace(outcome, unstable_modes=0)  # of no equilibrium, but of a motion
         told = {"control": "dynamics", "kinetic_ratio": ratio}
         self._without_inertia()
         self.path = self.stepper.accept(self.step, self.drive, self.path, s, outcome, **told)
@@ -159,7 +171,7 @@ class _Inflation:
     def _statics(self, s, q) -> bool:
         """Whether there is an equilibrium nearby; then it is the last point of the path."""
         self._without_inertia()
-        outcome = self._solve(s, q, tolerance=0.0)
+        outcome = self._solve(s, q, tolerance=0.0, search=True)
         if outcome.converged:
             self.path = self.stepper.accept(self.step, self.drive, self.path[-1:], s, outcome)
             self.path = self.path[-1:]

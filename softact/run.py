@@ -72,6 +72,9 @@ def run(
     if spec.contact and processes > 1:
         processes = 1
         notes = ["contact between surfaces is computed by one process: the others are left out"]
+    if spec.sheets and processes > 1:
+        processes = 1
+        notes = ["sheets are computed by one process: the others are left out"]
     started = time.perf_counter()
     old = _to_resume(spec, directory) if resume else None
     if old and old.finished_as(spec):
@@ -249,7 +252,8 @@ def log_line(event: Mapping) -> str:
     """One plain line for an event."""
     match event["stage"]:
         case "solve":
-            return f"mesh of {event['cells']} tetrahedra, {event['unknowns']} unknowns"
+            kind = event.get("kind", "tetrahedra")
+            return f"mesh of {event['cells']} {kind}, {event['unknowns']} unknowns"
         case "increment":
             loads = ", ".join(
                 f"{name} {value:.4g}"

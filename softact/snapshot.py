@@ -14,8 +14,12 @@ import scipy.sparse
 from softact import compat
 from softact.elements import vtk_order
 from softact.model import Model
+from softact.sheets.fields import sheet_stress, sheet_stretch, sheet_wrinkles
 from softact.tensors import largest_eigenvalue, right_cauchy_green, symmetric, von_mises
 from softact.terms import State
+
+# A tip that is a straight line: second by first singular value.
+STRAIGHT = 1e-9
 
 
 @dataclass(frozen=True)
@@ -96,7 +100,9 @@ class Snapshot:
         """
         tip = self.tip
         arms = (tip.before - tip.centre_before) * tip.weights[:, None]
-        u, _, vt = np.linalg.svd(arms.T @ (tip.after - tip.centre_after))
+        u, values, vt = np.linalg.svd(arms.T @ (tip.after - tip.centre_after))
+        if values[1] < STRAIGHT * values[0]:
+            return _least_rotation(u[:, 0], vt[0])
         sign = np.sign(np.linalg.det(vt.T @ u.T))
         return vt.T @ np.diag([1.0, 1.0, sign]) @ u.T
 
@@ -138,6 +144,8 @@ class Snapshot:
     def cauchy(self) -> np.ndarray:
         """Cauchy stress (nodes, 6) in Voigt's order: extrapolated from the quadrature points,
         averaged."""
+        if not self.model.solids:
+            return sheet_stress(self.model, self.state)
         extrapolation, values = _extrapolation(self.model.degree), []
         for name in self.model.solids:
             sigma = self.cauchy_at_points(name)
@@ -157,6 +165,8 @@ class Snapshot:
     @functools.cached_property
     def max_principal_stretch(self) -> np.ndarray:
         """Largest principal stretch (nodes,), from the averaged C = FᵀF."""
+        if not self.model.solids:
+            return sheet_stretch(self.model, self.state)
         gradients = compat.tabulate_gradients(
             self.model.degree, compat.reference_nodes(self.model.degree)
         )
@@ -187,7 +197,8 @@ class Snapshot:
 
     def nodal_fields(self) -> dict[str, np.ndarray]:
         """The fields of ``fields.h5`` at this process's nodes."""
-        return {
+        wrinkles = sheet_wrinkles(self.model, self.state)
+        return ({} if wrinkles is None else {"wrinkled": wrinkles}) | {
             "displacement": self.displacement,
             "hydrostatic_pressure": self.cauchy[:, :3].mean(axis=1),
             "von_mises": self.von_mises,
@@ -228,6 +239,13 @@ class Snapshot:
         return bool(self.model.sum(int(fixed.any())))
 
 
+def _least_rotation(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """The smallest rotation between two unit vectors; about a line itself nothing is known."""
+    axis, cosine = np.cross(one, other), float(one @ other)
+    cross = np.cross(np.eye(3), axis)
+    return np.eye(3) + cross + cross @ cross / (1 + cosine) if cosine > -1 else -np.eye(3)
+
+
 @functools.cache
 def _extrapolation(degree: int) -> np.ndarray:
     """Matrix (nodes, points): linear field through the four quadrature points, at the nodes."""
@@ -257,6 +275,8 @@ def gather_mesh(model: Model):
     """
     number = model.nodes.number
     points = gather_nodes(model, model.nodes.places)
+    if not model.solids:
+        return _sheet_mesh(model, points)
     reference = compat.reference_nodes(model.degree)
     cells = number[model.cell_nodes][:, vtk_order(reference)]
     surfaces = {
@@ -265,6 +285,13 @@ def gather_mesh(model: Model):
     }
     gathered = _stack(model.comm.gather(cells)), _stack(model.comm.gather(model.mesh.region))
     return (points, *gathered, surfaces) if points is not None else None
+
+
+def _sheet_mesh(model: Model, points):
+    """The same for sheets alone: the cells are their triangles, the regions the sheets."""
+    parts = [part.triangles.nodes for part in model.sheets.values()]
+    region = np.repeat(np.arange(len(parts)), [len(nodes) for nodes in parts])
+    return points, np.concatenate(parts), region, dict(zip(model.sheets, parts, strict=True))
 
 
 def _stack(parts):

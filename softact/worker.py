@@ -60,25 +60,39 @@ def solve(
         start, begin = None, 0
     recorder = _Recorder(spec, model, writer, tell, start)
     times["set_up"] = time.perf_counter() - started
-    tell({"stage": "solve", "cells": mesh.cell_count, "unknowns": unknowns})
+    kind = "triangles" if model.sheets else "tetrahedra"
+    tell({"stage": "solve", "cells": mesh.cell_count, "kind": kind, "unknowns": unknowns})
     return recorder.run(times, start, begin)
 
 
 def build_model(comm, spec, mesh_file: Path):
     """The ``Model`` of a spec on a mesh. Collective."""
-    from softact.mesh import distribute, read_msh
+    from softact.mesh import distribute, of_sheets, read_msh
     from softact.model import BondedLayer, Model
 
     layout = spec.geometry.layout()
+    if layout.sheets:
+        mesh = of_sheets(comm, spec.geometry.checked_mesh(), layout)
+    else:
+        mesh = distribute(comm, lambda: read_msh(mesh_file, layout), layout)
     return Model(
-        distribute(comm, lambda: read_msh(mesh_file, layout), layout),
+        mesh,
         {name: law.material() for name, law in spec.materials.items()},
         [BondedLayer(la.surface, la.material, la.thickness, la.bending) for la in spec.layers],
         spec.solver.element,
         spec.geometry.wall_normal,
         _obstacles(spec),
         _touching(spec),
+        {name: _sheet(sheet) for name, sheet in spec.sheets.items()},
     )
+
+
+def _sheet(sheet):
+    from softact.sheets.body import Ply, Sheet
+
+    plies = [Ply(ply.material, ply.thickness, ply.angle) for ply in sheet.plies]
+    relaxed = sheet.wrinkling == "tension_field"
+    return Sheet(plies, relaxed, sheet.bending, tuple(sheet.axis))
 
 
 def _writer(comm, spec, directory: Path, known: dict, start):
@@ -128,7 +142,8 @@ class _Recorder:
         if gathered is not None:
             points, cells, region, surfaces = gathered
             layout = self.model.mesh.layout
-            self.writer.mesh(points, cells, region, layout.regions, surfaces, layout)
+            names = layout.regions or layout.sheets
+            self.writer.mesh(points, cells, region, names, surfaces, layout)
 
     def run(self, times: dict, start, begin: int | None) -> str:
         started = time.perf_counter()
@@ -303,7 +318,7 @@ def _parameters(spec) -> dict[str, str]:
         else:
             columns[prefix] = value
 
-    for part in ("geometry", "materials", "solver"):
+    for part in ("geometry", "materials", "sheets", "solver"):
         walk(part, dumped[part])
     for number, layer in enumerate(dumped["layers"]):
         walk(f"layers.{number}", layer)

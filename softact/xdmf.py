@@ -6,13 +6,14 @@ from xml.etree import ElementTree
 import numpy as np
 
 _KIND = {(): "Scalar", (3,): "Vector", (6,): "Tensor6"}
-_TOPOLOGY = {4: "Tetrahedron", 10: "Tetrahedron_10"}
+_TOPOLOGY = {3: "Triangle", 6: "Triangle_6", 4: "Tetrahedron", 10: "Tetrahedron_10"}
 
 
 class Xdmf:
     """A temporal collection that grows by ``add``.
 
-    points: number of nodes. cells: shape of the connectivity, (m, 4) or (m, 10).
+    points: number of nodes. cells: shape of the connectivity, (m, 4) or (m, 10), or of
+        triangles (m, 3) or (m, 6).
 
     Each grid of the collection names mesh and values in ``fields.h5`` directly, without
     XInclude or HyperSlab, because that is what both of ParaView's readers and meshio's

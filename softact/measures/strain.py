@@ -10,6 +10,8 @@ def _evaluate(snapshot):
     value, place = snapshot.largest(snapshot.max_principal_stretch)
     columns = {"max_principal_stretch": value}
     columns |= vector_columns("max_principal_stretch_<xyz>_mm", place)
+    if not snapshot.model.solids:
+        return columns
     largest, grown, whole = 0.0, 0.0, 0.0
     for solid in snapshot.model.solids.values():
         change = determinant(solid.deformation_gradient(snapshot.state.x)) - 1

@@ -5,7 +5,7 @@ import yaml
 
 from softact.report.surface import mirrored
 from softact.results import Results
-from softact.units import DENSITY
+from softact.units import DENSITY, LENGTH
 
 
 def extent(results: Results) -> np.ndarray | None:
@@ -32,6 +32,8 @@ def mass(results: Results) -> float | None:
     """kg of the whole actuator without its layers; None where a region's density is not known."""
     if results.points is None or len(results.cells) == 0:
         return None
+    if results.layout.sheets:
+        return _sheet_mass(results)
     corners = results.points[results.cells[:, :4]]
     edges = corners[:, 1:] - corners[:, :1]
     volumes = np.abs(np.linalg.det(edges)) / 6
@@ -43,6 +45,23 @@ def mass(results: Results) -> float | None:
             return None
         total += whole * density * volumes[results.region == number].sum()
     return 1e3 * float(total)  # of tonnes
+
+
+def _sheet_mass(results: Results) -> float | None:
+    """kg of the whole actuator of sheets; None where a density is not known."""
+    a, b, c = (results.points[results.cells[:, i]] for i in range(3))
+    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+    total = 0.0
+    try:
+        sheets = yaml.safe_load(results.spec_yaml)["sheets"]
+        for number, name in enumerate(results.region_names):
+            for ply in sheets[name]["plies"]:
+                density = DENSITY.parse(ply["material"]["density"])
+                thickness = LENGTH.parse(ply["thickness"])
+                total += density * thickness * float(areas[results.region == number].sum())
+    except (yaml.YAMLError, KeyError, TypeError, ValueError):
+        return None
+    return 1e3 * total * 2 ** len(results.layout.symmetry)
 
 
 def _density(results: Results, region: str) -> float | None:

@@ -30,7 +30,10 @@ class Skin:
 
 
 def exterior(cells: np.ndarray) -> np.ndarray:
-    """Faces that belong to one tet only, (k, 6) or (k, 3), normals outward, VTK's order."""
+    """Faces that belong to one tet only, (k, 6) or (k, 3), normals outward, VTK's order; sheets
+    are their own faces."""
+    if cells.shape[1] in (3, 6):
+        return cells
     corners = cells.shape[1] == 4
     faces = np.vstack([cells[:, face[:3] if corners else face] for face in _TET_FACES])
     _, first, count = np.unique(_names(faces), return_index=True, return_counts=True)
@@ -74,6 +77,8 @@ def skin(results: Results, most: int | None = None) -> Skin:
 def _hidden(results: Results) -> list[str]:
     """Surfaces that cannot be seen from outside, of those the mesh has."""
     layout = results.layout
+    if layout.sheets:
+        return []
     names = [*layout.symmetry, *(name for walls in layout.cavities.values() for name in walls)]
     return [name for name in names if name in results.surfaces]
 

@@ -73,11 +73,13 @@ class Sheet:
 class SheetPart:
     """One named sheet in a model: its triangles and terms.
 
-    bend: term of the bending energy, None for a sheet without (see docs/sheets.md).
+    patches: (k,) number of the piece between hinges of each triangle. bend: terms of the bending
+    energy, one for each piece (see docs/sheets.md).
     """
 
-    def __init__(self, name: str, sheet: Sheet, triangles: Triangles):
+    def __init__(self, name: str, sheet: Sheet, triangles: Triangles, patches: np.ndarray):
         self.name, self.sheet, self.triangles = name, sheet, triangles
+        self._patches = patches
         along = np.asarray(sheet.axis, dtype=float)
         directed = any(getattr(ply.law, "anisotropic", False) for ply in sheet.plies)
         across = np.abs(triangles.normals @ along) > (1 - 1e-6) * np.linalg.norm(along)
@@ -87,7 +89,7 @@ class SheetPart:
             )
         frames = triangles.frames(along)
         self.membrane = Membrane(triangles, frames, [self._law(ply) for ply in sheet.plies])
-        self.bend: LayerBending | None = None
+        self.bend: list[LayerBending] = []
 
     def _law(self, ply: Ply):
         law = sheet_law(ply.law, self._fibres(ply))
@@ -109,18 +111,23 @@ class SheetPart:
         elements = self.triangles.nodes
         if not self.sheet.bending or elements.shape[1] != 6:
             return
-        if not is_flat(nodes.places[elements]):
-            raise SpecError(
-                f"sheet '{self.name}': the bending stiffness is that of a flat sheet, and this one "
-                "is curved; give it bending: 0, or make it of flat sheets"
-            )
         rigidity, poisson = self.sheet.rigidity()
-        self.bend = LayerBending(assembler, nodes, elements, rigidity, poisson, symmetry)
+        for patch in np.unique(self._patches):
+            piece = elements[self._patches == patch]
+            places = nodes.places[piece]
+            if not is_flat(places):
+                raise SpecError(
+                    f"sheet '{self.name}': the bending stiffness is that of a flat sheet, and this "
+                    "one is curved; give it bending: 0, or make it of flat sheets"
+                )
+            # In a plane of symmetry it has no mirror image.
+            planes = tuple(c for c in symmetry if np.ptp(places[..., c]) > 0)
+            self.bend.append(LayerBending(assembler, nodes, piece, rigidity, poisson, planes))
 
     @property
     def elastic(self) -> list:
         """Terms of its stored energy."""
-        return [self.membrane, *([self.bend] if self.bend else [])]
+        return [self.membrane, *self.bend]
 
     def weight(self, size: int) -> SheetWeight:
         """Its weight in a system of ``size`` unknowns."""
@@ -164,12 +171,12 @@ def make_parts(
     nodes: Nodes,
 ) -> dict[str, SheetPart]:
     """The sheets of a model; elements: (m, n) model nodes of all triangles."""
-    parts = {}
+    parts, patches = {}, mesh.patches()
     for name, numbers in mesh.parts.items():
         if name not in sheets:
             raise SpecError(f"sheet '{name}' has no material")
         of_part = elements[numbers]
         table = BlockTable(nodes.blocks[of_part])
         triangles = Triangles(of_part, nodes.places[of_part], nodes.dofs[of_part], table)
-        parts[name] = SheetPart(name, sheets[name], triangles)
+        parts[name] = SheetPart(name, sheets[name], triangles, patches[numbers])
     return parts

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse.csgraph
 
 from softact.errors import MeshError
 
@@ -19,7 +20,8 @@ class SheetMesh:
 
     points: (n, 3) corners. triangles: (m, 3); the normal, by the right-hand rule, points out of
     the cavity that the sheet walls. parts: name -> numbers of its triangles. curves: name ->
-    (k, 2) edges. bonded: parts whose corners are those of a solid.
+    (k, 2) edges. bonded: parts whose corners are those of a solid. hinges: (k, 2) edges, such as
+    seams, over which no bending moment passes.
     """
 
     points: np.ndarray
@@ -27,6 +29,20 @@ class SheetMesh:
     parts: Mapping[str, np.ndarray]
     curves: Mapping[str, np.ndarray]
     bonded: tuple[str, ...] = ()
+    hinges: np.ndarray | None = None
+
+    def patches(self) -> np.ndarray:
+        """(m,) number of the piece of each triangle when the sheets are cut along the hinges."""
+        directed = np.concatenate([self.triangles[:, list(side)] for side in SIDES])
+        edges, place = np.unique(np.sort(directed, axis=1), axis=0, return_inverse=True)
+        key = edges[:, 0] * len(self.points) + edges[:, 1]
+        cut = np.empty((0, 2), dtype=int) if self.hinges is None else np.sort(self.hinges, axis=1)
+        open_ = ~np.isin(key, cut[:, 0] * len(self.points) + cut[:, 1])
+        owner = np.tile(np.arange(len(self.triangles)), 3)
+        shape = (len(edges), len(self.triangles))
+        on = scipy.sparse.csr_matrix((np.ones(len(owner)), (place.ravel(), owner)), shape=shape)
+        links = on[open_].T @ on[open_]
+        return scipy.sparse.csgraph.connected_components(links, directed=False)[1]
 
     def check(self, cavities: Mapping[str, Sequence[str]], symmetry: Sequence[int], flux) -> None:
         """Raise MeshError for a triangle without area, an open seam of a cavity's walls outside

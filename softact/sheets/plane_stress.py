@@ -48,16 +48,13 @@ class SolidLaw:
 
     def __init__(self, material, fibres=None):
         self.material, self.fibres = material, fibres
-        self._squared_jacobian = np.empty(0)  # of the last call: the first guess of the next
 
     def evaluate(self, c):
         """Newton's method for C33; not finite where it does not converge."""
         full = np.zeros((len(c), 3, 3))
         full[:, :2, :2] = c
         with np.errstate(all="ignore"):
-            known = self._squared_jacobian
-            guess = known if len(known) == len(c) and np.isfinite(known).all() else 1.0
-            full[:, 2, 2] = guess / np.linalg.det(c)
+            full[:, 2, 2] = 1 / np.linalg.det(c)
             for _ in range(MOST_ITERATIONS):
                 stress, moduli = self._total(full)
                 change = -2 * stress[:, THICKNESS] / moduli[:, THICKNESS, THICKNESS]
@@ -66,8 +63,7 @@ class SolidLaw:
                 if not np.any(np.abs(change) > TOLERANCE * np.abs(old)):
                     break
             stress, moduli = self._total(full)
-            self._squared_jacobian = np.linalg.det(full)
-            jacobian = np.sqrt(self._squared_jacobian)
+            jacobian = np.sqrt(np.linalg.det(full))
             energy = (
                 self.material.energy(full, self.fibres)
                 + self.material.bulk_modulus * (jacobian - 1) ** 2 / 2

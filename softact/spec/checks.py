@@ -33,7 +33,8 @@ def cross_faults(data: Any, geometry: Geometry | None) -> Iterator[Fault]:
     if geometry is None:
         return
     layout = geometry.layout()
-    yield from _materials(data.get("materials"), layout)
+    yield from _materials(data.get("materials", {}), layout)
+    yield from _sheets(data.get("sheets", {}), layout)
     for index, layer in _mappings(data.get("layers")):
         yield from _surface(layer, ("layers", index), layout)
     if data.get("supports") is not None:
@@ -83,6 +84,19 @@ def _materials(value: Any, layout: Layout) -> Iterator[Fault]:
     for region in layout.regions:
         if region not in value:
             yield ("materials", region), "missing; write the material of this region"
+
+
+def _sheets(value: Any, layout: Layout) -> Iterator[Fault]:
+    if not isinstance(value, dict):
+        return
+    for sheet in value:
+        if sheet not in layout.sheets:
+            hint = nearest(sheet, layout.sheets)
+            yield ("sheets", sheet), f"the geometry has no sheet {show(sheet)}; {hint}"
+    for sheet in layout.sheets:
+        if sheet not in value:
+            example = "{plies: [{material: ..., thickness: 0.2 mm}]}"
+            yield ("sheets", sheet), f"missing; write what this sheet is made of: {example}"
 
 
 def fibre_faults(materials: Mapping[str, Law], layout: Layout) -> Iterator[Fault]:
@@ -151,8 +165,9 @@ def _surface(part: dict, place: Place, layout: Layout) -> Iterator[Fault]:
 
 
 def _known_surface(name: str, place: Place, layout: Layout) -> Iterator[Fault]:
-    if name not in layout.surfaces:
-        yield place, f"the geometry has no surface {show(name)}; {nearest(name, layout.surfaces)}"
+    known = (*layout.surfaces, *layout.sheets, *layout.curves)
+    if name not in known:
+        yield place, f"the geometry has no surface {show(name)}; {nearest(name, known)}"
 
 
 def _step(step: dict, place: Place, layout: Layout) -> Iterator[Fault]:

@@ -37,7 +37,7 @@ from softact.spec.fields import (
     Volumes,
 )
 from softact.spec.text import to_text
-from softact.units import Dimensionless, Length, Pressure
+from softact.units import Angle, Dimensionless, Length, Pressure
 
 
 class Model(BaseModel):
@@ -59,6 +59,33 @@ class Layer(Model):
         le=1,
         description="part of a plate's bending stiffness E t³/12(1 − ν²) that it has; a woven "
         "fabric has little",
+    )
+
+
+class Ply(Model):
+    """One layer of a sheet of the geometry."""
+
+    material: LayerMaterial = Field(description="a card or {law: linear, ...}, or a law of solids")
+    thickness: Length = Field(gt=0, description="its own thickness")
+    angle: Angle = Field(
+        0.0, description="of the axis of its fibres to the sheet's axis, about the sheet's normal"
+    )
+
+
+class SheetOfLayers(Model):
+    """What a sheet of the geometry is made of; plies are bonded to each other and add up."""
+
+    plies: tuple[Ply, ...] = Field(strict=False, min_length=1, description="its layers")
+    wrinkling: Literal["tension_field", "resolved"] = Field(
+        "tension_field",
+        description="tension_field: compression is relaxed by wrinkles finer than the mesh; "
+        "resolved: it is carried, and the mesh buckles as far as it can",
+    )
+    bending: Dimensionless = Field(
+        0.0, ge=0, le=1, description="part of the plies' bending stiffness E t³/12(1 − ν²)"
+    )
+    axis: tuple[Dimensionless, Dimensionless, Dimensionless] = Field(
+        (1.0, 0.0, 0.0), strict=False, description="direction from which fibre angles count"
     )
 
 
@@ -228,9 +255,12 @@ class Spec(Model):
     )
     geometry: AnyGeometry = Field(description="type and parameters (softact list geometries)")
     materials: dict[str, AnyMaterial] = Field(
-        description="region -> card, {card:, ...} or {law:, ...}; a card is a name or a file"
+        {}, description="region -> card, {card:, ...} or {law:, ...}; a card is a name or a file"
     )
     layers: tuple[Layer, ...] = Field((), strict=False, description="thin layers on surfaces")
+    sheets: dict[str, SheetOfLayers] = Field(
+        {}, description="sheet of the geometry -> its plies, wrinkling and bending"
+    )
     supports: tuple[Support, ...] | None = Field(
         None, strict=False, description="default: the clamp of the geometry, all components"
     )
@@ -288,11 +318,15 @@ class Spec(Model):
     def hash(self) -> str:
         """16 hexadecimal digits that change with whatever can change a result, not with texts."""
         data = self.model_dump(mode="json", exclude_none=True)
-        for part in (data, *data["materials"].values(), *(la["material"] for la in data["layers"])):
+        plies = [ply for sheet in data["sheets"].values() for ply in sheet["plies"]]
+        laws = [part["material"] for part in (*data["layers"], *plies)]
+        for part in (data, *data["materials"].values(), *laws):
             for text in ("name", "description", "source", "assumptions", "test", "notes"):
                 part.pop(text, None)
         if isinstance(self.geometry, Imported):
             data["geometry"]["file"] = self.geometry.content()
+        if not data["sheets"]:
+            del data["sheets"]  # as before there were any
         canonical = json.dumps(data, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(canonical.encode()).hexdigest()[:16]
 

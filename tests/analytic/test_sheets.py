@@ -83,7 +83,7 @@ def test_wrinkled_strip_in_shear():
     assert stresses[False][0, 1] == pytest.approx(shear * gamma, rel=0.01)
 
 
-def closed_tube(radius, length, n=2, m=6) -> SheetMesh:
+def closed_tube(radius, length, n=3, m=8) -> SheetMesh:
     """An eighth of a tube along x with a flat end: x, y and z ≥ 0."""
 
     cap = quarter_disc(n, radius)
@@ -133,7 +133,8 @@ def test_fibres_at_the_neutral_angle():
     """tan² = 2, 54.7°: a closed tube of inextensible fibres neither lengthens nor shortens. At
     45° it shortens and widens, and the fibres keep their length."""
     neutral = np.degrees(np.arctan(np.sqrt(2)))
-    assert stretches(neutral, 0.004) == pytest.approx((1.0, 1.0), abs=2e-3)
+    # The fibres themselves give by p r/t over their modulus of about 4 k1: 0.4 %.
+    assert stretches(neutral, 0.02) == pytest.approx((1.0, 1.0), abs=8e-3)
     axial, around = stretches(45.0, 0.02)
     assert axial < 0.95 and around > 1.05
     assert (axial**2 + around**2) / 2 == pytest.approx(1.0, abs=0.02)

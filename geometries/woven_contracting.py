@@ -1,0 +1,103 @@
+"""A row of flat pouches between two sheets of woven fabric: it shortens under pressure.
+
+Nguyen and Zhang 2020, Sci. Rep. 10:9638, Fig. 3a; the principle is the pouch motor of Niiyama et
+al., Soft Robotics 2 (2015) 59.
+"""
+
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+
+from softact.geometry import Layout
+from softact.sheets.geometry import Lines, SheetGeometry, divided, sides
+from softact.sheets.mesh import SheetMesh
+from softact.sheets.pattern import Pattern
+from softact.units import Length
+
+
+class WovenContracting(SheetGeometry):
+    """Two equal sheets, sealed along their rim and between the pouches but for an air passage.
+
+    A quarter is meshed: the upper sheet for y ≥ 0. The seams stay in the plane between the sheets.
+    """
+
+    type: Literal["woven_contracting"] = "woven_contracting"
+    n_a: int = Field(7, ge=1, le=100, description="number of pouches")
+    l_i: Length = Field(200.0, description="length between the clamped ends")
+    w_a: Length = Field(60.0, description="width across")
+    h_a: Length = Field(22.86, description="length of one pouch along the actuator, flat")
+    passage: Length = Field(5.0, description="width of the air passage between the pouches")
+    mesh_size: Length = Field(5.0, description="longest side of the triangles along the axes")
+
+    @property
+    def _tab(self) -> float:
+        return (self.l_i - self.n_a * self.h_a) / 2
+
+    def faults(self):
+        if self._tab <= 0:
+            yield (
+                "l_i",
+                f"{self.n_a} pouches of {self.h_a:g} mm need more than {self.l_i:g} mm: write at "
+                f"least {self.n_a * self.h_a + 1:g} mm, so that tabs are left for the ends",
+            )
+        if self.passage >= self.w_a:
+            yield "passage", f"{self.passage:g} mm leave no seam across a width of {self.w_a:g} mm"
+
+    def layout(self) -> Layout:
+        return Layout(
+            regions=(),
+            surfaces=(),
+            sheets=("pouches", "tabs"),
+            curves=("clamp", "tip", "middle", "seams"),
+            cavities={"air": ("pouches",)},
+            symmetry={"middle": 1, "seams": 2},
+            length=self.l_i,
+        )
+
+    def volumes(self) -> dict[str, float]:
+        half = self.w_a / 2
+        return {"pouches": self.n_a * self.h_a * half, "tabs": 2 * self._tab * half}
+
+    def sheet_mesh(self) -> SheetMesh:
+        starts = self._tab + self.h_a * np.arange(self.n_a + 1)
+        x = divided([0.0, *starts, self.l_i], self.mesh_size)
+        lines = Lines(x, divided([0.0, self.passage / 2, self.w_a / 2], self.mesh_size))
+        points, triangles = lines.points(), lines.triangles()
+        centre = points[triangles].mean(axis=1)
+        inside = (centre[:, 0] > starts[0]) & (centre[:, 0] < starts[-1])
+        edges = sides(triangles)
+
+        def along(axis, value):
+            return (np.abs(points[edges][:, :, axis] - value) < 1e-9).all(axis=1)
+
+        sealed = (points[edges][:, :, 1] > self.passage / 2 - 1e-9).all(axis=1)
+        seams = along(1, self.w_a / 2) | along(0, starts[0]) | along(0, starts[-1])
+        for start in starts[1:-1]:
+            seams |= along(0, start) & sealed
+        curves = {
+            "clamp": edges[along(0, 0.0)],
+            "tip": edges[along(0, self.l_i)],
+            "middle": edges[along(1, 0.0)],
+            "seams": np.unique(np.vstack([edges[seams], sides(triangles[~inside])]), axis=0),
+        }
+        parts = {"pouches": np.flatnonzero(inside), "tabs": np.flatnonzero(~inside)}
+        return SheetMesh(points, triangles, parts, curves, hinges=edges[seams])
+
+    def pattern(self) -> Pattern:
+        w, p, end = self.w_a / 2, self.passage / 2, self.l_i
+        starts = self._tab + self.h_a * np.arange(self.n_a + 1)
+        first, last = float(starts[0]), float(starts[-1])
+        corners = [(0.0, -w), (end, -w), (end, w), (0.0, w), (0.0, -w)]
+        seams = [((first, s * w), (last, s * w)) for s in (-1, 1)]
+        seams += [((x, -w), (x, w)) for x in (first, last)]
+        for start in map(float, starts[1:-1]):
+            seams += [((start, -w), (start, -p)), ((start, p), (start, w))]
+        return Pattern(tuple(pairwise(corners)), tuple(seams))
+
+
+if __name__ == "__main__":
+    from softact.geometry import main
+
+    main(WovenContracting)
