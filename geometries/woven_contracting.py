@@ -73,7 +73,9 @@ class WovenContracting(SheetGeometry):
             return (np.abs(points[edges][:, :, axis] - value) < 1e-9).all(axis=1)
 
         sealed = (points[edges][:, :, 1] > self.passage / 2 - 1e-9).all(axis=1)
-        seams = along(1, self.w_a / 2) | along(0, starts[0]) | along(0, starts[-1])
+        middle = points[edges].mean(axis=1)[:, 0]
+        at_pouches = (middle > starts[0]) & (middle < starts[-1])
+        seams = (along(1, self.w_a / 2) & at_pouches) | along(0, starts[0]) | along(0, starts[-1])
         for start in starts[1:-1]:
             seams |= along(0, start) & sealed
         curves = {

@@ -200,7 +200,8 @@ def test_registry_names_are_the_types(name):
     geometry = GEOMETRIES[name]()
     assert geometry.type == name
     assert set(geometry.volumes()) <= {
-        *geometry.layout().regions, *geometry.layout().surfaces, *geometry.layout().cavities
+        *geometry.layout().regions, *geometry.layout().surfaces, *geometry.layout().cavities,
+        *geometry.layout().sheets,
     }  # fmt: skip
 
 

@@ -358,7 +358,7 @@ def test_the_json_schema_knows_every_geometry_law_and_card():
     assert pneunet["properties"]["roof"]["default"] == "1 mm"
     assert "x-dimension" not in text
     assert schema["additionalProperties"] is False
-    assert schema["required"] == ["geometry", "materials", "steps"]
+    assert schema["required"] == ["geometry", "steps"]
 
 
 def test_the_json_schema_allows_one_pressure_and_one_for_each_cavity():

@@ -96,7 +96,10 @@ def _sheets(value: Any, layout: Layout) -> Iterator[Fault]:
     for sheet in layout.sheets:
         if sheet not in value:
             example = "{plies: [{material: ..., thickness: 0.2 mm}]}"
-            yield ("sheets", sheet), f"missing; write what this sheet is made of: {example}"
+            yield (
+                ("sheets", sheet),
+                f"{show(sheet)} is missing; write what it is made of: {example}",
+            )
 
 
 def fibre_faults(materials: Mapping[str, Law], layout: Layout) -> Iterator[Fault]:

@@ -85,7 +85,7 @@ def pouch(length, width) -> SheetMesh:
     def place(s):
         return np.column_stack([s[:, 0] * length / 2, s[:, 1] * width, np.zeros(len(s))])
 
-    points, triangles, ends = grid((10, 1), place)
+    points, triangles, ends = grid((6, 1), place)
     names = ("middle", "seam", "y_0", "y_1")
     curves = {name: edges_of(row) for name, row in zip(names, ends, strict=True)}
     return SheetMesh(points, triangles, {"sheet": np.arange(len(triangles))}, curves)
@@ -96,7 +96,7 @@ def test_pouch_motor(theta):
     """Long pouch, seams held at the distance L sin θ/θ: circular arcs of the half angle θ enclose
     L² (θ − sin θ cos θ)/(2 θ²) per width and pull with p L cos θ/θ (Niiyama et al., Soft Robotics 2
     (2015) 59, eqs. 1 to 4)."""
-    length, width, pressure = 40.0, 2.0, 0.001
+    length, width, pressure = 40.0, 3.0, 0.002
     sheet = Sheet([Ply(NYLON, T)], tension_field=True, bending=0.0)
     model = build(
         pouch(length, width),
@@ -115,7 +115,7 @@ def test_pouch_motor(theta):
     )
     area = length**2 * (theta - np.sin(theta) * np.cos(theta)) / (2 * theta**2)
     volume = 4 * model.cavity_volume(solution.state, "air") / width
-    assert volume == pytest.approx(area, rel=0.02)
+    assert volume == pytest.approx(area, rel=0.03)
     pull = 2 * solution.reaction("seam")[0] / width
     assert pull == pytest.approx(pressure * length * np.cos(theta) / theta, rel=0.03)
 
