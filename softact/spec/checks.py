@@ -30,10 +30,13 @@ def cross_faults(data: Any, geometry: Geometry | None) -> Iterator[Fault]:
     yield from _same_names("steps", steps)
     yield from _same_names("contact", _mappings(data.get("contact")))
     yield from _measures(data.get("measures"))
+    solid = not data.get("sheets") if geometry is None else geometry.layout().regions
+    if "materials" not in data and solid:
+        yield ("materials",), "missing; region -> card, {card:, ...} or {law:, ...}"
     if geometry is None:
         return
     layout = geometry.layout()
-    yield from _materials(data.get("materials", {}), layout)
+    yield from _materials(data.get("materials"), layout)
     yield from _sheets(data.get("sheets", {}), layout)
     for index, layer in _mappings(data.get("layers")):
         yield from _surface(layer, ("layers", index), layout)
