@@ -57,10 +57,8 @@ def pack(model, checkpoint: Checkpoint) -> bytes | None:
     has_rate = checkpoint.path[-1].rate is not None
     if has_rate:
         vectors.append(checkpoint.path[-1].rate)
-    for number, space in enumerate(model.unknowns.spaces):
-        owned = space.dofmap.index_map.size_local
-        dofs = model.unknowns.space_dofs[number][:owned]
-        mine = _places(space)[:owned], np.stack([x[dofs] for x in vectors])
+    for number, (places, dofs, owned) in enumerate(_groups(model)):
+        mine = places[:owned], np.stack([x[dofs[:owned]] for x in vectors])
         found = model.comm.gather(mine)
         if found is not None:
             arrays[f"places_{number}"] = np.concatenate([places for places, _ in found])
@@ -103,11 +101,11 @@ def read(model, directory: Path) -> Checkpoint | None:
         known = json.loads(str(file["known"]))
         count = 1 + len(known["path"])
         vectors = np.zeros((count + known.get("has_rate", False), model.unknowns.local))
-        for number, space in enumerate(model.unknowns.spaces):
-            order = _find(file[f"places_{number}"], _places(space))
+        for number, (places, dofs, _) in enumerate(_groups(model)):
+            known_places = file.get(f"places_{number}", np.empty((0, 3)))
+            order = _find(known_places, places) if len(known_places) else None
             if model.comm.allreduce(int(order is None)):
                 raise SpecError(f"{path}: was written on another mesh; start the run anew")
-            dofs = model.unknowns.space_dofs[number]
             for vector, values in zip(vectors, file[f"values_{number}"], strict=True):
                 vector[dofs] = values[order]
         states = []
@@ -142,6 +140,20 @@ def _memory(file, processes: int, when: str, comm) -> dict:
     return found
 
 
+def _groups(model) -> list[tuple[np.ndarray, np.ndarray, int]]:
+    """Places (n, 3), unknowns (n, size) and how many of them are this process's own, of each space
+    and of the nodes of sheets."""
+    unknowns = model.unknowns
+    groups = [
+        (_places(space), dofs, space.dofmap.index_map.size_local)
+        for space, dofs in zip(unknowns.spaces, unknowns.space_dofs, strict=True)
+    ]
+    loose = len(unknowns.loose_dofs)
+    if loose:
+        groups.append((model.nodes.places[-loose:], unknowns.loose_dofs, loose))
+    return groups
+
+
 def _places(space) -> np.ndarray:
     return space.tabulate_dof_coordinates()
 
@@ -149,6 +161,8 @@ def _places(space) -> np.ndarray:
 def _find(stored: np.ndarray, wanted: np.ndarray) -> np.ndarray | None:
     """Where the wanted places are among the stored ones; None where one is missing."""
     size = max(float(np.ptp(stored, axis=0).max()), 1e-300)
+    if stored.shape == wanted.shape and np.abs(stored - wanted).max() < SAME_PLACE * size:
+        return np.arange(len(wanted))  # also where sheets lie on each other
     distance, order = scipy.spatial.cKDTree(stored).query(wanted)
     return order if not len(distance) or distance.max() < SAME_PLACE * size else None
 

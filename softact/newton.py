@@ -33,9 +33,6 @@ PATIENCE, STEADY = 3, 0.3
 # MUMPS's INFOG(1) where it could not allocate its factors (users' guide, section 8).
 OUT_OF_MEMORY = (-13, -19)
 
-# Percent of working space above the estimate where sheets without stiffness delay many pivots.
-SLACK_SPACE = 400
-
 MUMPS_CONTROLS = {
     13: 1,  # no ScaLAPACK on the root: it would hide its inertia
     14: 60,  # percent of working space above the estimate
@@ -138,8 +135,6 @@ class Newton:
         self._factor = pc.getFactorMatrix()
         for control, value in MUMPS_CONTROLS.items():
             self._factor.setMumpsIcntl(control, value)
-        if model.sheets:
-            self._factor.setMumpsIcntl(14, SLACK_SPACE)
 
     def _unstable_modes(self) -> int:
         """Negative eigenvalues of the last factorised tangent beyond one per pressure unknown.

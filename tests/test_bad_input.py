@@ -142,8 +142,8 @@ WRONG = {
         "name: finger",
         [
             (1, "geometry", "missing"),
-            (1, "materials", "missing"),
             (1, "steps", "missing"),
+            (1, "materials", "missing"),
         ],
     ),
     "fraction of a chamber": (changed(4, "  chambers: 4.5"), [(4, "geometry.chambers", "whole")]),
