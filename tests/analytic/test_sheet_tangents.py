@@ -5,8 +5,11 @@ import pytest
 from petsc4py import PETSc
 from sheet_meshes import build, rectangle
 
+from softact import checkpoint
+from softact.drive import Point
 from softact.errors import MeshError, SpecError
 from softact.materials import LAWS
+from softact.results import RESTART
 from softact.sheets.body import Ply, Sheet
 from softact.sheets.mesh import SheetMesh
 from softact.sheets.plane_stress import sheet_law
@@ -172,6 +175,18 @@ def test_the_enclosed_volume():
     before = model.cavity_volume(state, "air")
     state.x[model.displacement_dofs] += [3.0, -7.0, 11.0]
     assert model.cavity_volume(state, "air") == pytest.approx(before, rel=1e-12)
+
+
+def test_a_restart_file_holds_the_nodes_of_sheets(tmp_path):
+    """Also where two sheets lie on each other, so that places alone do not tell them apart."""
+    model = pillow(MODELS["nylon"])
+    state = model.initial_state()
+    state.x = np.random.default_rng(0).standard_normal(model.unknowns.local)
+    point = Point(0.5, state.x, np.empty(0))
+    written = checkpoint.Checkpoint(0, state, state, [point], 0.1, None, 1)
+    (tmp_path / RESTART).write_bytes(checkpoint.pack(model, written))
+    found = checkpoint.read(model, tmp_path)
+    np.testing.assert_array_equal(found.state.x, state.x)
 
 
 def test_faults_have_one_line():
