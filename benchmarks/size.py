@@ -17,7 +17,13 @@ import numpy as np
 
 SPEC = Path(__file__).with_name("pneunet8.yaml")
 # Edge lengths in mm (elsewhere, around the cavity) and the unknowns that they give.
-MESHES = {"20k": (6.0, 3.0), "80k": (4.0, 1.6), "300k": (2.4, 0.95), "1M": (1.5, 0.55)}
+MESHES = {
+    "20k": (6.0, 3.0),
+    "80k": (4.0, 1.6),
+    "300k": (2.4, 0.95),
+    "700k": (1.5, 0.55),
+    "1M": (1.3, 0.48),
+}
 LOAD = "2 kPa"
 
 
