@@ -41,8 +41,10 @@ VOLUME_BELOW = 0.05
 class Attempt:
     """One try at an increment, for the convergence history; see ``NewtonOutcome``.
 
-    control: "load", "search" (load, with a line search), "volume" or "dynamics". kinetic_ratio:
-    largest kinetic by internal energy on the way, where there was a motion.
+    control: "load", "search" (load, with a line search), "volume", "arc" (the way through the
+    displacements) or "dynamics". kinetic_ratio:
+    largest kinetic by internal energy on the way, where there was a motion. speed: norm of the
+    displacements' change (mm) per change of the fraction at the equilibrium; 0 where not known.
     """
 
     step: str
@@ -54,6 +56,7 @@ class Attempt:
     unstable_modes: int
     control: str = "load"
     kinetic_ratio: float = 0.0
+    speed: float = 0.0
 
 
 @dataclass
@@ -160,7 +163,6 @@ class Stepper:
         path = [Point(0.0, self.state.x.copy(), drive.loads(self.state))]
         held_still = not self.model.sum(int(ramp.moves_supports))
         may_trace = ramp.only_pressures and held_still
-        speeds: list[float] = []  # of the displacements, by the step's fraction
         searched_at = traced_at = None  # where line search and volume control were tried last
         if inside:
             path, size, traced_at = inside.path, inside.size, inside.traced_at
@@ -180,7 +182,6 @@ class Stepper:
             outcome = self.attempt(drive, path, target)
             if outcome.converged:
                 path = self.accept(step, drive, path, target, outcome)
-                speeds.append(self._speed(path[-1]))
                 size = next_size(size, outcome.iterations, largest)
                 self._checkpoint(number, begun, path, size, traced_at)
                 continue
@@ -207,7 +208,7 @@ class Stepper:
             elif not found_it and (stuck or size < s.min_increment):
                 path, reached = self._move_on(step, drive, path, largest)
                 if not reached:
-                    return self._give_up(step, done, outcome.reason, speeds)
+                    return self._give_up(step, done, outcome.reason)
                 size = min(s.initial_increment, largest)
             if path[-1].s > done:
                 self._checkpoint(number, begun, path, size, traced_at)
@@ -227,10 +228,17 @@ class Stepper:
             return path, False
         return dynamics.settle(self, step, drive, path, largest)
 
+    def _attempts(self, step: LoadStep) -> list[Attempt]:
+        return [a for a in self.progress.attempts if a.step == step.name]
+
+    def _faster(self, step: LoadStep) -> float:
+        """Last known speed in a step by the first; 1 where none is known."""
+        speeds = [a.speed for a in self._attempts(step) if a.converged and a.speed > 0.0]
+        return speeds[-1] / speeds[0] if speeds else 1.0
+
     def _stuck(self, step: LoadStep) -> bool:
         """Whether the step's last attempts gained next to nothing."""
-        attempts = [a for a in self.progress.attempts if a.step == step.name]
-        fractions = [a.fraction if a.converged else 0.0 for a in attempts]
+        fractions = [a.fraction if a.converged else 0.0 for a in self._attempts(step)]
         if len(fractions) <= PATIENCE:
             return False
         return max(fractions) - max(fractions[:-PATIENCE]) < LEAST_GAIN
@@ -243,11 +251,9 @@ class Stepper:
         rate = point.rate[self.model.displacement_dofs[:owned]]
         return float(np.sqrt(self.model.sum(float((rate**2).sum()))))
 
-    def _give_up(self, step: LoadStep, done: float, reason: str, speeds: list[float]) -> bool:
+    def _give_up(self, step: LoadStep, done: float, reason: str) -> bool:
         modes = next(a.unstable_modes for a in reversed(self.progress.attempts) if a.converged)
-        known = [speed for speed in speeds if speed > 0.0]
-        faster = known[-1] / known[0] if known else 1.0
-        why = causes(self.model, self.state, modes, faster) or [reason]
+        why = causes(self.model, self.state, modes, self._faster(step)) or [reason]
         return self._stop(
             f"no equilibrium found beyond {done:.2%} of step '{step.name}' "
             f"({_loads(self.state)}): {'; '.join(why)}"
@@ -312,7 +318,8 @@ class Stepper:
         """
         self.model.contacts.remember(self.state)
         point = Point(s, self.state.x.copy(), drive.loads(self.state), self._rate(drive, s))
-        self.record(replace(self._told(step, drive, point, outcome), **motion))
+        told = self._told(step, drive, point, outcome)
+        self.record(replace(told, speed=self._speed(point), **motion))
         return [*(replace(p, rate=None) for p in path[-2:]), point]
 
     def _rate(self, drive: Drive, s: float) -> np.ndarray | None:
