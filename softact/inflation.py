@@ -196,10 +196,12 @@ class _Inflation:
                 f"quasi-static from {begun:.2%} on, where the kinetic energy is at most "
                 f"{self.worst:.2%} of the internal energy{verdict}"
             )
+        each = self.work, self.energies[0], self.energies[1], self.dissipated
+        work, stored, moving, damped = (self.model.mesh.layout.copies * energy for energy in each)
         told += (
-            f"; the pressure's work of {self.work:.4g} mJ became {self.energies[0]:.4g} mJ of "
-            f"strain energy and {self.energies[1]:.2g} mJ of motion, damping took "
-            f"{self.dissipated:.4g} mJ and the time stepping the rest"
+            f"; the pressure's work of {work:.4g} mJ became {stored:.4g} mJ of strain energy and "
+            f"{moving:.2g} mJ of motion, damping took {damped:.4g} mJ and the time stepping the "
+            "rest"
         )
         self.stepper.progress.remarks.append(
             f"step '{self.step.name}': inflated by implicit dynamics to {end:.2%}, {told}"

@@ -123,7 +123,7 @@ def state_title(results: Results, number: float) -> str:
     else:
         said = f"load {labels.number(value(load(results)))}"
     if "bending_angle_deg" in results.curve:
-        said += f"   ·   {value(results.curve['bending_angle_deg']):.0f}° bending"
+        said += f"   ·   {round(float(value(results.curve['bending_angle_deg'])))}° bending"
     return said
 
 
