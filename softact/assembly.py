@@ -1,4 +1,4 @@
-"""Global unknowns, the sparsity of their matrix, and fast assembly of FFCx's element tensors.
+"""The sparsity pattern of a model's matrix, and fast assembly of element matrices into it.
 
 Unknowns come in blocks (the three displacements of a node, the pressure of a vertex). Each
 process numbers its own blocks first, then those that it shares with others (ghosts). Matrix
@@ -11,7 +11,6 @@ from __future__ import annotations
 import ctypes
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -19,188 +18,11 @@ import scipy.sparse
 from petsc4py import PETSc
 
 from softact import compat, forms, jit
+from softact.kernels import Entities, pointer
+from softact.unknowns import Unknowns
 
 _INT = PETSc.IntType
 _petsc = ctypes.CDLL(PETSc.__file__)  # symbols of libpetsc; petsc4py 3.18 does not wrap COO
-
-
-def _pointer(array) -> ctypes.c_void_p:
-    return ctypes.c_void_p(array.ctypes.data) if array is not None else ctypes.c_void_p()
-
-
-class _Coefficient(ctypes.Structure):
-    _fields_ = (
-        ("data", ctypes.c_void_p),
-        ("table", ctypes.c_void_p),
-        ("width", ctypes.c_int32),
-        ("stride", ctypes.c_int32),
-    )
-
-
-class _Entities(ctypes.Structure):
-    _fields_ = (
-        ("count", ctypes.c_int64),
-        ("cells", ctypes.c_void_p),
-        ("facets", ctypes.c_void_p),
-        ("nodes", ctypes.c_void_p),
-        ("points", ctypes.c_void_p),
-        ("constants", ctypes.c_void_p),
-        ("coefficient_count", ctypes.c_int32),
-        ("coefficients", ctypes.POINTER(_Coefficient)),
-    )
-
-
-class Unknowns:
-    """Numbering of the unknowns of several Lagrange spaces on one mesh, and of loose nodes.
-
-    spaces: dolfinx function spaces (each of blocks of equal size).
-    loose: number of further nodes with three unknowns each, for one process only; they come last,
-    with the dofs ``loose_dofs`` and the blocks ``loose_blocks``.
-    cell_dofs: (cells, dofs) local numbers of each cell's unknowns, space after space.
-    cell_blocks: (cells, blocks) the same for blocks.
-    owned, local: number of unknowns that this process owns, and holds.
-    number: (local,) global number of each.
-    """
-
-    def __init__(self, comm, spaces, loose: int = 0):
-        self.comm = comm
-        self.spaces = list(spaces)
-        sizes = [s.dofmap.index_map_bs for s in self.spaces]
-        maps = [s.dofmap.index_map for s in self.spaces]
-        owned = [m.size_local for m in maps]
-        ghosts = [m.num_ghosts for m in maps]
-        first_owned = np.concatenate([[0], np.cumsum(np.multiply(owned, sizes))])
-        self.owned = int(first_owned[-1])
-        first_ghost = self.owned + np.concatenate([[0], np.cumsum(np.multiply(ghosts, sizes))])
-        fixed_part = int(first_ghost[-1])
-        self.local = fixed_part + 3 * loose
-        self.owned += 3 * loose
-        self.loose_dofs = np.arange(fixed_part, self.local, dtype=np.int32).reshape(-1, 3)
-        self._block_offsets = np.concatenate([[0], np.cumsum(np.add(owned, ghosts))])
-        self.space_dofs = []  # per space: (blocks, size) local numbers, in the space's own order
-        for k, size in enumerate(sizes):
-            starts = np.concatenate(
-                [
-                    first_owned[k] + size * np.arange(owned[k]),
-                    first_ghost[k] + size * np.arange(ghosts[k]),
-                ]
-            )
-            self.space_dofs.append((starts[:, None] + np.arange(size)).astype(np.int32))
-        every = [*self.space_dofs, self.loose_dofs]
-        self.first = np.concatenate([d[:, 0] for d in every]).astype(np.int32)
-        self.width = np.concatenate([np.full(len(d), d.shape[1]) for d in every]).astype(np.int32)
-        self.loose_blocks = int(self._block_offsets[-1]) + np.arange(loose)
-        if not self.spaces:
-            self._have_no_cells()
-            return
-        tables = [compat.cell_dofs(s) for s in self.spaces]
-        self.cell_blocks = np.ascontiguousarray(
-            np.hstack([t + o for t, o in zip(tables, self._block_offsets, strict=False)]),
-            dtype=np.int32,
-        )
-        self.cell_dofs = np.ascontiguousarray(
-            np.hstack(
-                [d[t].reshape(len(t), -1) for d, t in zip(self.space_dofs, tables, strict=True)]
-            ),
-            dtype=np.int32,
-        )
-        functions = [t.shape[1] for t in tables]
-        self.dof_block = np.repeat(np.arange(sum(functions)), np.repeat(sizes, functions)).astype(
-            np.int32
-        )
-        self.dof_component = np.concatenate(
-            [np.tile(np.arange(s), f) for s, f in zip(sizes, functions, strict=True)]
-        ).astype(np.int32)
-        self.number = self._global_numbers(maps, sizes, first_owned)
-
-    def _have_no_cells(self) -> None:
-        self.cell_blocks = np.empty((0, 0), np.int32)
-        self.cell_dofs = np.empty((0, 0), np.int32)
-        self.dof_block = self.dof_component = np.empty(0, np.int32)
-        self.number = np.arange(self.local, dtype=_INT)
-
-    def _global_numbers(self, maps, sizes, first_owned) -> np.ndarray:
-        """Global number of each local unknown, from the ranges that all processes own."""
-        starts = np.array(self.comm.allgather([m.local_range[0] for m in maps]))
-        offsets = np.array(self.comm.allgather(list(first_owned)))
-        process_start = np.concatenate([[0], np.cumsum(offsets[:, -1])])
-        number = np.empty(self.local, dtype=_INT)
-        for k, (index_map, size) in enumerate(zip(maps, sizes, strict=True)):
-            blocks = index_map.local_to_global(
-                np.arange(index_map.size_local + index_map.num_ghosts, dtype=np.int32)
-            )
-            owner = np.searchsorted(starts[:, k], blocks, side="right") - 1
-            first = process_start[owner] + offsets[owner, k] + size * (blocks - starts[owner, k])
-            number[self.space_dofs[k]] = first[:, None] + np.arange(size)
-        number[self.loose_dofs] = self.loose_dofs
-        return number
-
-    def create_vector(self) -> PETSc.Vec:
-        """Ghosted PETSc vector of all unknowns."""
-        return PETSc.Vec().createGhost(
-            self.number[self.owned :], size=(self.owned, None), comm=self.comm
-        )
-
-
-@dataclass(frozen=True)
-class Coefficient:
-    """Values that a kernel reads: by dof table (columns 0 to ``width`` of ``table``) or, with
-    ``table`` None, ``width`` values for each entity in order."""
-
-    data: np.ndarray
-    width: int
-    table: np.ndarray | None = None
-
-
-class Kernel:
-    """One element kernel on a set of entities: (k,) cells, or (k, 2) cells and local facets."""
-
-    def __init__(self, assembler: Assembler, address: ctypes.c_void_p, entities: np.ndarray):
-        self.address = address
-        self._assembler = assembler
-        entities = np.asarray(entities, dtype=np.int32)
-        on_facets = entities.ndim == 2
-        self._cells = np.ascontiguousarray(entities[:, 0] if on_facets else entities)
-        self._facets = np.ascontiguousarray(entities[:, 1]) if on_facets else None
-
-    def _entities(self, coefficients, constants):
-        array = (_Coefficient * max(1, len(coefficients)))()
-        for slot, c in zip(array, coefficients, strict=False):
-            assert c.data.dtype == np.float64 and c.data.flags.c_contiguous
-            slot.data, slot.table = c.data.ctypes.data, None
-            slot.width = c.width
-            if c.table is not None:
-                slot.table, slot.stride = c.table.ctypes.data, c.table.shape[1]
-        values = np.ascontiguousarray(constants, dtype=float)
-        on = _Entities(
-            len(self._cells),
-            _pointer(self._cells),
-            _pointer(self._facets),
-            _pointer(self._assembler.geometry_nodes),
-            _pointer(self._assembler.points),
-            _pointer(values),
-            len(coefficients),
-            array,
-        )
-        return on, (values, array)
-
-    def scalar(self, coefficients=(), constants=()) -> float:
-        """Sum of a functional over this process's entities."""
-        on, _alive = self._entities(coefficients, constants)
-        return self._assembler.library.assemble_scalar(self.address, ctypes.byref(on))
-
-    def add_vector(self, out: np.ndarray, size: int, coefficients=(), constants=()) -> None:
-        """Add a linear form over the first ``size`` dofs of each cell to ``out`` (local,)."""
-        on, _alive = self._entities(coefficients, constants)
-        dofs = self._assembler.unknowns.cell_dofs
-        self._assembler.library.assemble_vector(
-            self.address, ctypes.byref(on), _pointer(dofs), dofs.shape[1], size, _pointer(out)
-        )
-
-    def add_matrix(self, size: int, coefficients=(), constants=()) -> None:
-        """Add a bilinear form over the first ``size`` dofs to the assembler's matrix values."""
-        on, _alive = self._entities(coefficients, constants)
-        self._assembler.add_matrix(self.address, on, size)
 
 
 class LooseEntries:
@@ -309,10 +131,10 @@ class Assembler:
         self.library.find_pairs(
             ctypes.c_int64(len(blocks)),
             blocks.shape[1],
-            _pointer(blocks),
-            _pointer(indptr),
-            _pointer(indices),
-            _pointer(pairs),
+            pointer(blocks),
+            pointer(indptr),
+            pointer(indices),
+            pointer(pairs),
         )
         return pairs
 
@@ -354,13 +176,13 @@ class Assembler:
         number = u.number.astype(np.int32)  # a name of its own: the C code reads it in place
         self.library.expand_pattern(
             len(u.first),
-            _pointer(indptr),
-            _pointer(indices),
-            _pointer(u.first),
-            _pointer(u.width),
-            _pointer(number),
-            _pointer(rows),
-            _pointer(columns),
+            pointer(indptr),
+            pointer(indices),
+            pointer(u.first),
+            pointer(u.width),
+            pointer(number),
+            pointer(rows),
+            pointer(columns),
         )
         return tuple(
             np.concatenate([part, *(extra[k] for extra in self._extra)]).astype(_INT)
@@ -377,8 +199,8 @@ class Assembler:
             _petsc.MatSetPreallocationCOO(
                 ctypes.c_void_p(matrix.handle),
                 ctypes.c_ssize_t(len(rows)),
-                _pointer(rows),
-                _pointer(columns),
+                pointer(rows),
+                pointer(columns),
             )
         )
         self.layouts += 1
@@ -389,22 +211,22 @@ class Assembler:
         """Compiled kernels of the forms that ``softact.forms.name(*arguments)`` writes."""
         return jit.load_kernels(self.unknowns.comm, forms, name, *arguments)
 
-    def add_matrix(self, address, on: _Entities, size: int) -> None:
+    def add_matrix(self, address, on: Entities, size: int) -> None:
         """Run the matrix loop of one kernel."""
         u = self.unknowns
         self.library.assemble_matrix(
             address,
             ctypes.byref(on),
-            _pointer(u.cell_dofs),
+            pointer(u.cell_dofs),
             u.cell_dofs.shape[1],
             size,
             u.cell_blocks.shape[1],
-            _pointer(u.dof_block),
-            _pointer(u.dof_component),
-            _pointer(self._base),
-            _pointer(self._row_length),
-            _pointer(self.fixed),
-            _pointer(self.values),
+            pointer(u.dof_block),
+            pointer(u.dof_component),
+            pointer(self._base),
+            pointer(self._row_length),
+            pointer(self.fixed),
+            pointer(self.values),
         )
 
     def add_block_matrix(self, cells: np.ndarray, local: np.ndarray, matrices: np.ndarray) -> None:
@@ -445,7 +267,7 @@ class Assembler:
         _check(
             _petsc.MatSetValuesCOO(
                 ctypes.c_void_p(self.matrix.handle),
-                _pointer(values),
+                pointer(values),
                 ctypes.c_int(int(PETSc.InsertMode.INSERT)),
             )
         )

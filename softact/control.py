@@ -36,9 +36,9 @@ class VolumeControl:
         volume = {name: model.cavity_volume(state, name) for name in sorted(names)}
         return np.array([sum(w * volume[name] for name, w in d.items()) for d in self.directions])
 
-    def rows(self, model: Model, state: State) -> np.ndarray | None:
-        """Derivatives of the values by the unknowns (k, local); None: those of the volumes."""
-        return None
+    def rows(self, pushes: np.ndarray) -> np.ndarray:
+        """Derivatives of the values by the unknowns (k, local), ``pushes`` being the volumes'."""
+        return pushes
 
 
 @dataclass(frozen=True)
@@ -62,9 +62,9 @@ class ArcControl:
         gone = float(self.tangent[owned] @ (state.x - self.start)[owned])
         return np.array([model.sum(gone)])
 
-    def rows(self, model: Model, state: State) -> np.ndarray | None:
+    def rows(self, pushes: np.ndarray) -> np.ndarray:
         """The tangent, as a row (1, local)."""
-        return self.tangent[np.newaxis].copy()
+        return self.tangent[np.newaxis]
 
 
 class Border:
@@ -76,8 +76,6 @@ class Border:
 
     def __init__(self, model: Model, control: VolumeControl | ArcControl, fixed: np.ndarray):
         self._model, self._control, self._fixed = model, control, fixed
-        self._free = np.ones(model.unknowns.owned, dtype=bool)
-        self._free[fixed[fixed < model.unknowns.owned]] = False
         self.softening = 0
 
     def error(self, state: State) -> float:
@@ -102,9 +100,10 @@ class Border:
         solve: array (owned,) -> K⁻¹ of it (local,).
         """
         owned = self._model.unknowns.owned
-        pushes = self.gradients(state)[:, :owned]
-        rows = self._control.rows(self._model, state)
-        rows = pushes if rows is None else np.where(self._free, rows[:, :owned], 0.0)
+        pushes = self.gradients(state)
+        rows = np.array(self._control.rows(pushes))
+        rows[:, self._fixed] = 0.0
+        pushes, rows = pushes[:, :owned], rows[:, :owned]
         answers = np.array([solve(push)[:owned] for push in pushes])
         compliance = self._model.sum(rows @ answers.T)
         values = self._control.values(self._model, state)

@@ -23,8 +23,6 @@ NOTHING = 1e-14  # stored energy of an unstressed sheet by that of a strain of 1
 VELOCITY = 0.1  # v by e times the speed of sound
 LARGEST_STRAIN = 0.1  # that counts for v
 SLOWNESS = 6.0  # T by L/v
-# Percent of MUMPS's working space above its estimate: sheets without stiffness delay many pivots.
-SLACK_SPACE = 400
 AT_REST = 1e-6  # kinetic by internal energy
 FIRST, SHORTEST = 1e-2, 1e-10  # time steps, of T
 SHORTER = 0.4  # after a time step that failed
@@ -64,7 +62,6 @@ class _Inflation:
     def __init__(self, stepper, step, drive, path, pressure, largest):
         self.stepper, self.step, self.drive, self.path = stepper, step, drive, path
         self.model, self.largest = stepper.model, largest
-        stepper.newton._factor.setMumpsIcntl(14, SLACK_SPACE)
         size, sheets = self.model.diagonal, [p.sheet for p in self.model.sheets.values()]
         softest = min(sheet.stiffness for sheet in sheets)
         sound = min(np.sqrt(sheet.stiffness / sheet.density) for sheet in sheets)

@@ -11,7 +11,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from softact import compat
-from softact.assembly import Assembler, Unknowns
+from softact.assembly import Assembler
 from softact.bending import LayerBending, is_flat
 from softact.contact.contacts import Contacts
 from softact.contact.facets import ContactFacets
@@ -27,6 +27,7 @@ from softact.sheets.cavity import SheetCavity
 from softact.sheets.membrane import Membrane
 from softact.sheets.mesh import nodes_of as sheet_nodes_of
 from softact.solid import Solid
+from softact.tensors import determinant
 from softact.terms import (
     CavityPressure,
     Inertia,
@@ -37,7 +38,10 @@ from softact.terms import (
     SurfaceForce,
     SurfacePressure,
     Weight,
+    shared_forces,
+    unit_forces,
 )
+from softact.unknowns import Unknowns
 
 UP = (0.0, 0.0, 1.0)
 SIMPSON, TRAPEZIUM = (1 / 6, 1 / 6, 2 / 3), (1 / 2, 1 / 2)
@@ -139,15 +143,10 @@ class Model:
         self.bending = [LayerBending(*b) for _, b in bending]
         self._bent = [la for la, _ in bending]
         self.weights = [
-            Weight(self.assembler, s.cells, s.material.density, self.degree)
+            Weight(s.material.density * unit_forces(self.assembler, s.cells, self.degree))
             for s in self.solids.values()
         ] + [
-            Weight(
-                self.assembler,
-                self.facets(la.surface),
-                la.material.density * la.thickness,
-                self.degree,
-            )
+            Weight(la.material.density * la.thickness * self._unit_forces(la.surface))
             for la in layers
             if la.material.density
         ]
@@ -233,19 +232,19 @@ class Model:
         if surface in self.sheets or surface in self.curves:
             if kind is not SurfaceForce:
                 raise SpecError(f"surface_pressure: '{surface}' is a sheet; only cavities press it")
-            self.surface_loads[kind, surface] = self._sheet_force(surface)
         if (kind, surface) not in self.surface_loads:
-            self.surface_loads[kind, surface] = kind(
-                self.assembler, surface, self.facets(surface), self.degree
+            self.surface_loads[kind, surface] = (
+                SurfaceForce(surface, self._unit_forces(surface))
+                if kind is SurfaceForce
+                else SurfacePressure(self.assembler, surface, self.facets(surface), self.degree)
             )
 
-    def _sheet_force(self, surface: str) -> SurfaceForce:
-        """Dead force per area of a sheet or per length of a curve."""
-        nodes, shares = self.surface_points(surface)
-        unit = np.zeros((3, self.unknowns.local))
-        for c in range(3):
-            np.add.at(unit[c], self.nodes.dofs[nodes, c], shares)
-        return SurfaceForce.of_unit(surface, unit)
+    def _unit_forces(self, surface: str) -> np.ndarray:
+        """Forces (3, local) of 1 N/mm² on a surface or a sheet, or 1 N/mm along a curve."""
+        if surface in self.sheets or surface in self.curves:
+            nodes, shares = self.surface_points(surface)
+            return shared_forces(self.nodes.dofs[nodes], shares, self.unknowns.local)
+        return unit_forces(self.assembler, self.facets(surface), self.degree)
 
     def add_inertia(self) -> None:
         """Give the regions their inertia, for motions; it acts while it has a time step."""
@@ -310,7 +309,7 @@ class Model:
         with np.errstate(all="ignore"):
             smallest = min(
                 (
-                    float(np.linalg.det(s.deformation_gradient(x)).min(initial=np.inf))
+                    float(determinant(s.deformation_gradient(x)).min(initial=np.inf))
                     for s in self.solids.values()
                 ),
                 default=np.inf,

@@ -33,9 +33,10 @@ PATIENCE, STEADY = 3, 0.3
 # MUMPS's INFOG(1) where it could not allocate its factors (users' guide, section 8).
 OUT_OF_MEMORY = (-13, -19)
 
+# Percent of working space above MUMPS's estimate; sheets without stiffness delay many pivots.
+SLACK_SPACE, SLACK_SPACE_OF_SHEETS = 60, 400
 MUMPS_CONTROLS = {
     13: 1,  # no ScaLAPACK on the root: it would hide its inertia
-    14: 60,  # percent of working space above the estimate
     24: 1,  # find null pivots; PETSc asks for it before it tells the inertia
 }
 
@@ -133,7 +134,8 @@ class Newton:
         pc.setFactorSolverType("mumps")
         pc.setFactorSetUpSolverType()
         self._factor = pc.getFactorMatrix()
-        for control, value in MUMPS_CONTROLS.items():
+        slack = SLACK_SPACE_OF_SHEETS if model.sheets else SLACK_SPACE
+        for control, value in {**MUMPS_CONTROLS, 14: slack}.items():
             self._factor.setMumpsIcntl(control, value)
 
     def _unstable_modes(self) -> int:

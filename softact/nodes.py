@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softact.assembly import Unknowns
+from softact.unknowns import Unknowns
 
 
 @dataclass(frozen=True)

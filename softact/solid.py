@@ -8,11 +8,10 @@ import hashlib
 import numpy as np
 
 from softact import compat, forms
-from softact.assembly import Assembler, Coefficient, Kernel
+from softact.assembly import Assembler
+from softact.kernels import Coefficient, Kernel, pointer
+from softact.tensors import COLUMNS, ROWS, determinant, volumetric_response
 from softact.terms import FUNCTIONS, InvertedElementError, Origin, State
-
-# Tensor indices of Voigt's order 11, 22, 33, 12, 13, 23.
-ROWS, COLUMNS = [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]
 
 # States whose stresses are kept: those of a quadratic extrapolation, and the one it leads to.
 KEPT = 4
@@ -54,8 +53,7 @@ class Solid:
     def _reference_volumes(self) -> np.ndarray:
         """Undeformed volume that belongs to each quadrature point: (cells, points) mm³."""
         x = self._corners()
-        determinant = np.abs(np.linalg.det(x[:, 1:] - x[:, :1]))
-        return determinant[:, None] * self.weights
+        return np.abs(determinant(x[:, 1:] - x[:, :1]))[:, None] * self.weights
 
     def deformation_gradient(self, x: np.ndarray, gradients=None) -> np.ndarray:
         """F (cells, points, 3, 3) at the quadrature points, or where ``gradients`` were taken."""
@@ -63,10 +61,6 @@ class Solid:
         out = np.empty((len(self.cells), len(gradients), 3, 3))
         a = self.assembler
         dofs = a.unknowns.cell_dofs
-
-        def pointer(array):
-            return ctypes.c_void_p(array.ctypes.data)
-
         a.library.deformation_gradient(
             ctypes.c_int64(len(self.cells)),
             pointer(self.cells),
@@ -90,7 +84,7 @@ class Solid:
     def hydrostatic_pressure(self, x: np.ndarray) -> np.ndarray:
         """p (cells, points) MPa at the quadrature points, positive in tension."""
         if not self._mixed:
-            jacobian = np.linalg.det(self.deformation_gradient(x))
+            jacobian = determinant(self.deformation_gradient(x))
             return self._volumetric_stress(jacobian)
         dofs = self.assembler.unknowns.cell_dofs[self.cells, 3 * self._functions :]
         return x[dofs] @ self.pressure_values.T
@@ -105,7 +99,7 @@ class Solid:
         Raises InvertedElementError where J is not positive.
         """
         f = self.deformation_gradient(state.x).reshape(-1, 3, 3)
-        jacobian = np.linalg.det(f)
+        jacobian = determinant(f)
         if not (jacobian > 0).all():  # also true of NaN
             raise InvertedElementError
         c = np.matmul(f.transpose(0, 2, 1), f)
@@ -120,19 +114,8 @@ class Solid:
             second = second + self.material.bulk_modulus
         elif not np.any(first) and not np.any(second):
             return stress, moduli
-        inverse = np.linalg.inv(c)
-        v = inverse[:, ROWS, COLUMNS]
-        # (C⁻¹ ⊙ C⁻¹)_ijkl = ½ (C⁻¹_ik C⁻¹_jl + C⁻¹_il C⁻¹_jk) in Voigt pairs
-        i, j = np.array(ROWS)[:, None], np.array(COLUMNS)[:, None]
-        k, m = np.array(ROWS)[None], np.array(COLUMNS)[None]
-        product = (inverse[:, i, k] * inverse[:, j, m] + inverse[:, i, m] * inverse[:, j, k]) / 2
-        stress = stress + (first * jacobian)[:, None] * v
-        moduli = (
-            moduli
-            + (jacobian**2 * second + jacobian * first)[:, None, None] * v[:, :, None] * v[:, None]
-            - (2 * jacobian * first)[:, None, None] * product
-        )
-        return stress, moduli
+        more_stress, more_moduli = volumetric_response(np.linalg.inv(c), jacobian, first, second)
+        return stress + more_stress, moduli + more_moduli
 
     def _extra_volumetric(self, jacobian):
         """U, U', U'' of what neither the pressure unknown nor κ/2 (J − 1)² holds."""
@@ -202,14 +185,14 @@ class Solid:
         f = self.deformation_gradient(state.x)
         s = self._evaluate(state)[0].reshape(*f.shape[:2], 6)
         tensor = s[..., [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(f.shape)
-        pushed = f @ tensor @ np.swapaxes(f, -1, -2) / np.linalg.det(f)[..., None, None]
+        pushed = f @ tensor @ np.swapaxes(f, -1, -2) / determinant(f)[..., None, None]
         if self._mixed:
             pushed += self.hydrostatic_pressure(state.x)[..., None, None] * np.eye(3)
         return pushed
 
     def energy(self, state):
         f = self.deformation_gradient(state.x).reshape(-1, 3, 3)
-        jacobian = np.linalg.det(f)
+        jacobian = determinant(f)
         c = np.matmul(f.transpose(0, 2, 1), f)
         density = self.material.energy(c, self.fibres) + self._extra_volumetric(jacobian)[0]
         if self._mixed:

@@ -42,9 +42,9 @@ class Attempt:
     """One try at an increment, for the convergence history; see ``NewtonOutcome``.
 
     control: "load", "search" (load, with a line search), "volume", "arc" (the way through the
-    displacements) or "dynamics". kinetic_ratio:
-    largest kinetic by internal energy on the way, where there was a motion. speed: norm of the
-    displacements' change (mm) per change of the fraction at the equilibrium; 0 where not known.
+    displacements) or "dynamics". kinetic_ratio: largest kinetic by internal energy on the way,
+    where there was a motion. speed: norm of the displacements' change (mm) per change of the
+    fraction at the equilibrium; 0 where not known.
     """
 
     step: str

@@ -27,6 +27,24 @@ def right_cauchy_green(f: np.ndarray) -> np.ndarray:
     )
 
 
+def volumetric_response(
+    inverse: np.ndarray, jacobian: np.ndarray, slope: np.ndarray, curvature: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """S (n, 6) and D (n, 6, 6) of an energy U(J), by C.
+
+    inverse: C⁻¹ (n, 3, 3). slope, curvature: U' and U'' (n,). S = J U' C⁻¹ and
+    D = (J² U'' + J U') C⁻¹ ⊗ C⁻¹ − 2 J U' C⁻¹ ⊙ C⁻¹ (Holzapfel 2000, section 6.6).
+    """
+    v = inverse[:, ROWS, COLUMNS]
+    # (C⁻¹ ⊙ C⁻¹)_ijkl = ½ (C⁻¹_ik C⁻¹_jl + C⁻¹_il C⁻¹_jk) in Voigt pairs
+    i, j = np.array(ROWS)[:, None], np.array(COLUMNS)[:, None]
+    k, m = np.array(ROWS)[None], np.array(COLUMNS)[None]
+    product = (inverse[:, i, k] * inverse[:, j, m] + inverse[:, i, m] * inverse[:, j, k]) / 2
+    first = jacobian * slope
+    moduli = (jacobian**2 * curvature + first)[:, None, None] * v[:, :, None] * v[:, None]
+    return first[:, None] * v, moduli - (2 * first)[:, None, None] * product
+
+
 def symmetric(full: np.ndarray) -> np.ndarray:
     """(n, 6) of symmetric tensors (..., 3, 3)."""
     return full.reshape(-1, 3, 3)[:, ROWS, COLUMNS]

@@ -13,7 +13,8 @@ from typing import Protocol
 import numpy as np
 
 from softact import forms
-from softact.assembly import Assembler, Coefficient, Kernel
+from softact.assembly import Assembler
+from softact.kernels import Coefficient, Kernel
 
 FUNCTIONS = {1: 4, 2: 10}  # shape functions of a tetrahedron by degree
 
@@ -143,17 +144,29 @@ class Layer:
         return self._energy.scalar([self._u(state.x)], self._constants)
 
 
-class Weight:
-    """Gravity on a solid region (density per volume) or a layer (density times thickness)."""
+def unit_forces(assembler: Assembler, entities, degree: int) -> np.ndarray:
+    """Nodal forces (3, local) of 1 N/mm³ in cells, or 1 N/mm² on facets, along x, y and z."""
+    form = "body_force" if np.ndim(entities) == 1 else "surface_force"
+    kernel = Kernel(assembler, *assembler.kernels(form, degree), entities)
+    forces = np.zeros((3, assembler.unknowns.local))
+    for direction, out in zip(np.eye(3), forces, strict=True):
+        kernel.add_vector(out, 3 * FUNCTIONS[degree], [], direction)
+    return forces
 
-    def __init__(self, assembler: Assembler, entities, density: float, degree: int):
-        self._density = density
-        self._size = 3 * FUNCTIONS[degree]
-        form = "body_force" if np.ndim(entities) == 1 else "surface_force"
-        kernel = Kernel(assembler, *assembler.kernels(form, degree), entities)
-        self._unit = np.zeros((3, assembler.unknowns.local))
-        for direction, out in zip(np.eye(3), self._unit, strict=True):
-            kernel.add_vector(out, self._size, [], direction * density)
+
+def shared_forces(dofs: np.ndarray, shares: np.ndarray, size: int) -> np.ndarray:
+    """Forces (3, size) along x, y and z, of which each node of ``dofs`` (..., 3) has a share."""
+    forces = np.zeros((3, size))
+    for c in range(3):
+        np.add.at(forces[c], dofs[..., c], shares)
+    return forces
+
+
+class Weight:
+    """Gravity on a body; unit: nodal forces (3, local) N of 1 mm/s² along x, y and z."""
+
+    def __init__(self, unit: np.ndarray):
+        self._unit = unit
 
     def add_force(self, state, out):
         if np.any(state.gravity):
@@ -167,21 +180,11 @@ class Weight:
 
 
 class SurfaceForce:
-    """Dead force per undeformed area on a surface."""
+    """Dead force per undeformed area on a surface; unit: nodal forces (3, local) N of 1 N/mm²
+    along x, y and z."""
 
-    def __init__(self, assembler: Assembler, name: str, facets, degree: int):
-        self.name = name
-        kernel = Kernel(assembler, *assembler.kernels("surface_force", degree), facets)
-        self._unit = np.zeros((3, assembler.unknowns.local))
-        for direction, out in zip(np.eye(3), self._unit, strict=True):
-            kernel.add_vector(out, 3 * FUNCTIONS[degree], [], direction)
-
-    @classmethod
-    def of_unit(cls, name: str, unit: np.ndarray) -> SurfaceForce:
-        """The load whose nodal forces under 1 N/mm² along x, y and z are ``unit`` (3, local)."""
-        load = cls.__new__(cls)
-        load.name, load._unit = name, unit
-        return load
+    def __init__(self, name: str, unit: np.ndarray):
+        self.name, self._unit = name, unit
 
     def add_force(self, state, out):
         if self.name in state.traction:

@@ -12,11 +12,12 @@ from softact.assembly import Assembler, BlockTable
 from softact.bending import LayerBending, is_flat
 from softact.errors import MeshError, SpecError
 from softact.nodes import Nodes
-from softact.sheets.membrane import Membrane, SheetInertia, SheetWeight
+from softact.sheets.membrane import Membrane, SheetInertia, sheet_weight
 from softact.sheets.mesh import SheetMesh, SheetNodes
 from softact.sheets.plane_stress import sheet_law, small_strain_constants
 from softact.sheets.tension_field import TensionField
 from softact.sheets.triangles import MEMBRANE_RULE, Triangles
+from softact.terms import Weight
 
 COINCIDENT = 1e-6  # of the sheet's size
 
@@ -129,9 +130,9 @@ class SheetPart:
         """Terms of its stored energy."""
         return [self.membrane, *self.bend]
 
-    def weight(self, size: int) -> SheetWeight:
+    def weight(self, size: int) -> Weight:
         """Its weight in a system of ``size`` unknowns."""
-        return SheetWeight(self.triangles, self.sheet.density, size)
+        return sheet_weight(self.triangles, self.sheet.density, size)
 
     def inertia(self, size: int) -> SheetInertia:
         """Its inertia in a system of ``size`` unknowns."""

@@ -9,7 +9,7 @@ import numpy as np
 from softact.sheets.plane_stress import SheetLaw
 from softact.sheets.tension_field import PLACE, TensionField
 from softact.sheets.triangles import MEMBRANE_RULE, Triangles
-from softact.terms import Origin, State
+from softact.terms import Origin, State, Weight, shared_forces
 
 KEPT = 4  # states whose stresses are kept, see ``softact.solid``
 
@@ -124,24 +124,10 @@ class Membrane:
         return law.state(self.metric(x)).reshape(self.weights.shape)
 
 
-class SheetWeight:
-    """Gravity on a sheet; density times thickness, tonne/mm²."""
-
-    def __init__(self, triangles: Triangles, density: float, size: int):
-        shares = density * triangles.mass().sum(axis=2)
-        self._unit = np.zeros((3, size))
-        for c in range(3):
-            np.add.at(self._unit[c], triangles.dofs[:, :, c], shares)
-
-    def add_force(self, state, out):
-        if np.any(state.gravity):
-            out -= state.gravity @ self._unit
-
-    def add_tangent(self, state, origin):
-        """The weight does not depend on the displacement."""
-
-    def energy(self, state):
-        return -float(state.gravity @ self._unit @ state.x)
+def sheet_weight(triangles: Triangles, density: float, size: int) -> Weight:
+    """Gravity on a sheet in a system of ``size`` unknowns; density per area, tonne/mm²."""
+    shares = density * triangles.mass().sum(axis=2)
+    return Weight(shared_forces(triangles.dofs, shares, size))
 
 
 class SheetInertia:

@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 
 from softact.materials.laws.linear import Linear
-from softact.solid import COLUMNS, ROWS
+from softact.tensors import determinant, volumetric_response
 
 IN_PLANE = [0, 1, 3]  # of Voigt's order 11, 22, 33, 12, 13, 23
 THICKNESS = 2
@@ -63,7 +63,7 @@ class SolidLaw:
                 if not np.any(np.abs(change) > TOLERANCE * np.abs(old)):
                     break
             stress, moduli = self._total(full)
-            jacobian = np.sqrt(np.linalg.det(full))
+            jacobian = np.sqrt(determinant(full))
             energy = (
                 self.material.energy(full, self.fibres)
                 + self.material.bulk_modulus * (jacobian - 1) ** 2 / 2
@@ -80,22 +80,12 @@ class SolidLaw:
     def _total(self, c):
         """S and D of W̄ + U(J)."""
         stress, moduli = self.material.stress_tangent(c, self.fibres)
-        jacobian = np.sqrt(np.linalg.det(c))
+        jacobian = np.sqrt(determinant(c))
         _, first, second = self.material.extra_volumetric(jacobian)
         first = first + self.material.bulk_modulus * (jacobian - 1)
         second = second + self.material.bulk_modulus
-        inverse = np.linalg.inv(c)
-        v = inverse[:, ROWS, COLUMNS]
-        i, j = np.array(ROWS)[:, None], np.array(COLUMNS)[:, None]
-        k, m = np.array(ROWS)[None], np.array(COLUMNS)[None]
-        product = (inverse[:, i, k] * inverse[:, j, m] + inverse[:, i, m] * inverse[:, j, k]) / 2
-        stress = stress + (first * jacobian)[:, None] * v
-        moduli = (
-            moduli
-            + (jacobian**2 * second + jacobian * first)[:, None, None] * v[:, :, None] * v[:, None]
-            - (2 * jacobian * first)[:, None, None] * product
-        )
-        return stress, moduli
+        more_stress, more_moduli = volumetric_response(np.linalg.inv(c), jacobian, first, second)
+        return stress + more_stress, moduli + more_moduli
 
 
 def sheet_law(law, fibres=None) -> SheetLaw:

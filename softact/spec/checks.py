@@ -1,7 +1,7 @@
 """Faults between the parts of a spec, seen on the plain data so that all are told at once."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,9 @@ from softact.spec.document import Place
 from softact.units import show
 
 Fault = tuple[Place, str]
+
+MATERIAL = "write the material of this region"
+PLIES = "write what this sheet is made of: {plies: [{material: ..., thickness: 0.2 mm}]}"
 
 
 def cross_faults(data: Any, geometry: Geometry | None) -> Iterator[Fault]:
@@ -36,8 +39,9 @@ def cross_faults(data: Any, geometry: Geometry | None) -> Iterator[Fault]:
     if geometry is None:
         return
     layout = geometry.layout()
-    yield from _materials(data.get("materials"), layout)
-    yield from _sheets(data.get("sheets", {}), layout)
+    materials, sheets = data.get("materials"), data.get("sheets", {})
+    yield from _made_of(materials, "materials", "region", layout.regions, MATERIAL)
+    yield from _made_of(sheets, "sheets", "sheet", tuple(layout.sheets), PLIES)
     for index, layer in _mappings(data.get("layers")):
         yield from _surface(layer, ("layers", index), layout)
     if data.get("supports") is not None:
@@ -77,32 +81,18 @@ def _measures(value: Any) -> Iterator[Fault]:
             yield ("measures", index), f"there is no measure {show(name)}; {hint}"
 
 
-def _materials(value: Any, layout: Layout) -> Iterator[Fault]:
+def _made_of(
+    value: Any, part: str, kind: str, known: Sequence[str], lacking: str
+) -> Iterator[Fault]:
+    """Whether a section names each region or sheet of the geometry, and no other."""
     if not isinstance(value, dict):
         return
-    for region in value:
-        if region not in layout.regions:
-            hint = nearest(region, layout.regions)
-            yield ("materials", region), f"the geometry has no region {show(region)}; {hint}"
-    for region in layout.regions:
-        if region not in value:
-            yield ("materials", region), "missing; write the material of this region"
-
-
-def _sheets(value: Any, layout: Layout) -> Iterator[Fault]:
-    if not isinstance(value, dict):
-        return
-    for sheet in value:
-        if sheet not in layout.sheets:
-            hint = nearest(sheet, layout.sheets)
-            yield ("sheets", sheet), f"the geometry has no sheet {show(sheet)}; {hint}"
-    for sheet in layout.sheets:
-        if sheet not in value:
-            example = "{plies: [{material: ..., thickness: 0.2 mm}]}"
-            yield (
-                ("sheets", sheet),
-                f"{show(sheet)} is missing; write what it is made of: {example}",
-            )
+    for name in value:
+        if name not in known:
+            yield (part, name), f"the geometry has no {kind} {show(name)}; {nearest(name, known)}"
+    for name in known:
+        if name not in value:
+            yield (part, name), f"missing; {lacking}"
 
 
 def fibre_faults(materials: Mapping[str, Law], layout: Layout) -> Iterator[Fault]:
