@@ -12,6 +12,7 @@ from softact.geometries.slow_pneunet import SlowPneunet
 from softact.geometries.thick_sphere import ThickSphere
 from softact.geometries.tube import Tube
 from softact.geometries.woven_contracting import WovenContracting
+from softact.geometries.woven_elongating import WovenElongating
 
 GEOMETRIES = {
     "antagonistic": Antagonistic,
@@ -26,4 +27,5 @@ GEOMETRIES = {
     "thick_sphere": ThickSphere,
     "tube": Tube,
     "woven_contracting": WovenContracting,
+    "woven_elongating": WovenElongating,
 }

@@ -12,8 +12,8 @@ Line = tuple[tuple[float, float], tuple[float, float]]
 
 @dataclass(frozen=True)
 class Pattern:
-    """Lines in mm. cut: outlines of a piece, of which ``pieces`` are cut. seam: where they are
-    joined airtight."""
+    """Lines in mm. cut: outlines of the pieces, each of which is cut ``pieces`` times. seam: where
+    they are joined airtight."""
 
     cut: tuple[Line, ...]
     seam: tuple[Line, ...]
@@ -46,7 +46,7 @@ class Pattern:
         rows = [
             f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:g}mm" height="{height:g}mm" '
             f'viewBox="0 0 {width:g} {height:g}">',
-            f"<title>{self.pieces} pieces; red: cut, blue: seam; lengths in mm</title>",
+            f"<title>{self.pieces} of each piece; red: cut, blue: seam; lengths in mm</title>",
         ]
         for kind, ((x0, y0), (x1, y1)) in self._lines():
             rows.append(
