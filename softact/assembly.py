@@ -138,6 +138,12 @@ class Assembler:
         )
         return pairs
 
+    def add_table(self, blocks: np.ndarray) -> BlockTable:
+        """Places of further elements (k, n) whose pairs of nodes those of the pattern have."""
+        table = BlockTable(blocks)
+        table.place_in(self, self._place, self._block_row_length)
+        return table
+
     def couple(self, rows: np.ndarray, columns: np.ndarray) -> slice:
         """Make room for entries beyond those of the elements (global numbers, any process's).
 

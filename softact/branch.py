@@ -9,9 +9,9 @@ import numpy as np
 
 from softact.drive import ArcDrive, LoadDrive, Point, VolumeDrive, extrapolate
 
-# A traced branch ends after so many increments, when it has come down to this part of the limit,
-# or when volume control itself makes no way.
-MOST_INCREMENTS = 40
+# A traced branch ends after so many increments or Newton iterations of one kind of control, when it
+# has come down to this part of the limit, or when volume control itself makes no way.
+MOST_INCREMENTS, MOST_ITERATIONS = 40, 250
 LOWEST = 0.3
 SMALLEST = 1e-3  # of the first increment
 # Conjugate volume that one increment may add, as a part of what there is.
@@ -47,7 +47,7 @@ class _Trace:
         self.stepper, self.step, self.ramp, self.largest = stepper, step, ramp, largest
         self.drive, self.load = VolumeDrive(stepper.model, ramp), LoadDrive(ramp)
         self.arc = ArcDrive(stepper.model, ramp)
-        self.most = MOST_INCREMENTS
+        self._set_bounds(0)
 
     def run(self, path: list[Point], size: float) -> Found:
         stepper = self.stepper
@@ -88,12 +88,20 @@ class _Trace:
     def _follow_arc(self, seen) -> list[Point]:
         """Prescribe the way through the displacements from here on."""
         self.drive = self.arc
-        self.most = len(seen) + MOST_INCREMENTS
+        self._set_bounds(len(seen))
         return self.arc.lay(seen)
+
+    def _set_bounds(self, increments: int) -> None:
+        self._most_increments = increments + MOST_INCREMENTS
+        self._most_iterations = self._iterations() + MOST_ITERATIONS
+
+    def _iterations(self) -> int:
+        return self.stepper.newton.counts.newton_iterations
 
     def _worth_while(self, seen, known: int) -> bool:
         low = seen[-1].q[0] < LOWEST * max(p.q[0] for p in seen)
-        return len(seen) - known < self.most and not low
+        bounded = self._iterations() < self._most_iterations
+        return len(seen) - known < self._most_increments and bounded and not low
 
     def _first(self, points, size) -> float:
         """Increment of the conjugate volume that changes the fraction by ``size``."""
@@ -103,7 +111,7 @@ class _Trace:
         return 0.01 * abs(points[-1].s)
 
     def _next(self, seen, increment, iterations) -> float:
-        from softact.stepping import growth
+        from softact.ladder import growth
 
         change = abs(seen[-1].q[0] - seen[-2].q[0])
         wanted = increment * growth(iterations)

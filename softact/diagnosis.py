@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from softact.model import BondedLayer, Model
+from softact.tensors import determinant
 from softact.terms import State
 
 # A cavity with less than this part of its first volume is sucked flat.
@@ -17,13 +18,18 @@ WRINKLED, BARELY = 0.01, 1e-6
 RUNAWAY = 8.0
 # Stretch of half a percent of the volume beyond which the law decides more than the material.
 STRETCHED, SHARE = 4.0, 0.005
+# An element is crushed where this part of its volume is left, though its law allows no such change.
+CRUSHED, INCOMPRESSIBLE = 0.5, 10.0
 
 
-def causes(model: Model, state: State, unstable_modes: int, faster: float) -> list[str]:
+def causes(
+    model: Model, state: State, unstable_modes: int, faster: float, jumps: int = 0
+) -> list[str]:
     """What is physically remarkable in the last equilibrium. Collective.
 
     unstable_modes: of that equilibrium. faster: how much more it moves under the same change of
-    the loads than in the step's first equilibrium.
+    the loads than in the step's first equilibrium. jumps: from one equilibrium to another one far
+    away, on the step's way to it.
     """
     found = []
     if unstable_modes:
@@ -36,9 +42,15 @@ def causes(model: Model, state: State, unstable_modes: int, faster: float) -> li
             f"a limit of the load is near: the displacements grow {faster:.0f} times as fast as at "
             "the step's start"
         )
+    if jumps:
+        found.append(
+            f"the actuator has jumped {jumps} time(s) to a far equilibrium on the way: it buckles "
+            "or wrinkles anew as the load grows"
+        )
     found += _flat_cavities(model, state)
     found += _wrinkled_layers(model, state)
     found += _stretched_regions(model, state)
+    found += _crushed_elements(model, state)
     return found
 
 
@@ -56,15 +68,17 @@ def _flat_cavities(model: Model, state: State) -> Iterator[str]:
 
 def _wrinkled_layers(model: Model, state: State) -> Iterator[str]:
     for layer in model.bonded_layers:
+        if model.wrinkles(layer) or model.bends(layer):
+            continue
         areas, stress = _membrane(model, state, layer)
         parts = zip(*model.comm.allgather((areas, stress)), strict=True)
         areas, stress = (np.concatenate(part) for part in parts)
         pressed = stress < -BARELY * layer.material.youngs_modulus
         part = areas[pressed].sum() / areas.sum()
-        if part > WRINKLED and not model.bends(layer):
+        if part > WRINKLED:
             yield (
-                f"the layer on '{layer.surface}' wrinkles: {part:.0%} of it is in compression, "
-                "and on a curved surface a layer has no bending stiffness"
+                f"the layer on '{layer.surface}' wrinkles: {part:.0%} of it is in compression, and "
+                "without bending stiffness it carries none; wrinkling: tension_field relaxes it"
             )
 
 
@@ -98,3 +112,23 @@ def _stretched_regions(model: Model, state: State) -> Iterator[str]:
                 f"region '{name}' is stretched up to {largest:.1f} times, {over / whole:.1%} of it "
                 f"more than {STRETCHED:g} times: few elastomers bear that, and the elements distort"
             )
+
+
+def _crushed_elements(model: Model, state: State) -> Iterator[str]:
+    """Where a nearly incompressible element lost half of its volume at a quadrature point."""
+    worst = (np.inf, ())
+    for solid in model.solids.values():
+        material = solid.material
+        if len(solid.cells) == 0 or material.bulk_modulus < INCOMPRESSIBLE * material.shear_modulus:
+            continue
+        jacobian = determinant(solid.deformation_gradient(state.x)).min(axis=1)
+        least = int(np.argmin(jacobian))
+        place = tuple(float(c) for c in solid.centres()[least])
+        worst = min(worst, (float(jacobian[least]), place))
+    part, place = min(model.comm.allgather(worst))
+    if part < CRUSHED:
+        where = ", ".join(f"{c:.1f}" for c in place)
+        yield (
+            f"the material at ({where}) mm is crushed into a fold ({part:.0%} of an element's "
+            "volume is left): round the corner there, or refine the mesh"
+        )

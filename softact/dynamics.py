@@ -12,7 +12,7 @@ import numpy as np
 
 from softact.drive import Point
 
-MOST_TIME_STEPS = 100
+MOST_TIME_STEPS, MOST_ITERATIONS = 100, 400
 SLOWER, QUICKER = 1.6, 0.3
 SHORTEST = 1e-4  # of the first time step
 # Kinetic by internal energy below which the body is taken to rest, and above which the motion is
@@ -54,7 +54,13 @@ class _Motion:
         x, velocity = self.start.x, np.zeros_like(self.start.x)
         first = time_step = self._sound_crosses()
         q = self.start.q
-        while self.time_steps < MOST_TIME_STEPS and time_step > SHORTEST * first:
+        counts = self.stepper.newton.counts
+        last = counts.newton_iterations + MOST_ITERATIONS
+        while (
+            self.time_steps < MOST_TIME_STEPS
+            and time_step > SHORTEST * first
+            and counts.newton_iterations < last
+        ):
             self.time_steps += 1
             for inertia in model.inertia:
                 inertia.time_step, inertia.away_from = time_step, x + time_step * velocity

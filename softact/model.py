@@ -26,6 +26,9 @@ from softact.sheets.body import Sheet, SheetPart, make_parts, node_numbers
 from softact.sheets.cavity import SheetCavity
 from softact.sheets.membrane import Membrane
 from softact.sheets.mesh import nodes_of as sheet_nodes_of
+from softact.sheets.plane_stress import GreenLaw
+from softact.sheets.tension_field import TensionField
+from softact.sheets.triangles import Triangles
 from softact.solid import Solid
 from softact.tensors import determinant
 from softact.terms import (
@@ -59,12 +62,15 @@ class BondedLayer:
     """A thin layer on a surface: its material (see ``softact.terms.Layer``), thickness in mm.
 
     bending: part of a plate's bending stiffness E t³/12(1 − ν²); a woven fabric has little of it.
+    relaxed: whether fine wrinkles take its compression (``softact.sheets.tension_field``); None:
+    where it has no bending stiffness.
     """
 
     surface: str
     material: object
     thickness: float
     bending: float = 1.0
+    relaxed: bool | None = None
 
 
 @dataclass(frozen=True)
@@ -132,16 +138,13 @@ class Model:
             if set(walls) & set(self.sheets)
         }
         self.bonded_layers = tuple(layers)
-        self.layers = [
-            Layer(self.assembler, self.facets(la.surface), la.material, la.thickness, self.degree)
-            for la in layers
-        ]
-        planes = tuple(mesh.layout.symmetry.values())
-        for part in self.sheets.values():
-            part.add_bending(self.assembler, self.nodes, planes)
         bending = [(la, b) for la in layers if (b := self._bending(la)) is not None]
         self.bending = [LayerBending(*b) for _, b in bending]
         self._bent = [la for la, _ in bending]
+        self.layers = [self._layer(la) for la in layers]
+        planes = tuple(mesh.layout.symmetry.values())
+        for part in self.sheets.values():
+            part.add_bending(self.assembler, self.nodes, planes)
         self.weights = [
             Weight(s.material.density * unit_forces(self.assembler, s.cells, self.degree))
             for s in self.solids.values()
@@ -211,6 +214,22 @@ class Model:
     def bends(self, layer: BondedLayer) -> bool:
         """Whether one of ``bonded_layers`` has bending stiffness."""
         return layer in self._bent
+
+    def wrinkles(self, layer: BondedLayer) -> bool:
+        """Whether fine wrinkles take the compression of one of ``bonded_layers``."""
+        return not self.bends(layer) if layer.relaxed is None else layer.relaxed
+
+    def _layer(self, layer: BondedLayer) -> Layer | Membrane:
+        facets, material = self.facets(layer.surface), layer.material
+        if not self.wrinkles(layer):
+            return Layer(self.assembler, facets, material, layer.thickness, self.degree)
+        nodes = self.facet_nodes(facets)
+        table = self.assembler.add_table(self.nodes.blocks[nodes])
+        triangles = Triangles(nodes, self.nodes.places[nodes], self.nodes.dofs[nodes], table)
+        law = GreenLaw(material.youngs_modulus, material.poissons_ratio)
+        relaxed = TensionField(law, material.poissons_ratio)
+        frames = triangles.frames(np.array([1.0, 0.0, 0.0]))
+        return Membrane(triangles, frames, [(relaxed, layer.thickness)])
 
     @property
     def terms(self):

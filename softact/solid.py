@@ -50,6 +50,10 @@ class Solid:
         shares = np.column_stack([1 - points.sum(axis=1), points])
         return (shares @ self._corners()).reshape(-1, 3)
 
+    def centres(self) -> np.ndarray:
+        """Undeformed centres of the elements (cells, 3) mm."""
+        return self._corners().mean(axis=1)
+
     def _reference_volumes(self) -> np.ndarray:
         """Undeformed volume that belongs to each quadrature point: (cells, points) mm³."""
         x = self._corners()

@@ -1,40 +1,28 @@
-"""Load steps: adaptive increments, prediction, and what to do when Newton fails.
+"""Load steps one after the other, and attempts at an equilibrium: prediction, Newton, contact.
 
-The ladder, in this order: a smaller increment; volume instead of pressure (``softact.branch``);
-quasi-static dynamics (``softact.dynamics``). Newton's step is always shortened before it turns an
-element inside out. Each rung hands back to load control as soon as it has passed the trouble.
+What is attempted, and what is done where Newton fails, is ``softact.ladder``'s.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from softact import branch, dynamics, inflation
-from softact.checkpoint import Checkpoint, told
-from softact.diagnosis import causes
-from softact.drive import Drive, LoadDrive, Point, extrapolate
+from softact.checkpoint import Checkpoint
+from softact.drive import Drive, Point, extrapolate
+from softact.ladder import Ladder
 from softact.model import Model, Support
 from softact.newton import Counts, Loaded, Newton, NewtonOutcome
-from softact.ramp import LoadStep, Ramp
+from softact.ramp import LoadStep
 from softact.settings import Settings
 from softact.terms import State, SurfaceForce, SurfacePressure
 
 __all__ = ["Attempt", "LoadStep", "Progress", "Settings", "Stepper"]
 
-# Newton counts that let the increment grow, and beyond which it shrinks.
-EASY, HARD = 5, 8
-GROWTH, SHRINK, CUT = 1.6, 0.7, 0.4
-# Part of the largest increment below which an accepted one always grows, by this factor at least.
-SMALL, RECOVERY = 0.1, 1.25
-# The rungs between are left out where so many attempts have gained less than this part of a step.
-PATIENCE, LEAST_GAIN = 25, 0.01
 # Part of a step over which the change of the loads is taken.
 RATE_STEP = 1e-4
-# Volume control is tried when the increment has come down to this part of the largest.
-VOLUME_BELOW = 0.05
 
 
 @dataclass(frozen=True)
@@ -79,7 +67,7 @@ class Stepper:
 
     on_accept is called with (state, attempt, increment number) at each new equilibrium, and once
     with the unloaded state before the first; on_reject with each attempt that failed; on_checkpoint
-    after each increment from which the run could go on.
+    after each increment from which the run could go on. accepted: number of states so far.
     """
 
     def __init__(
@@ -96,7 +84,7 @@ class Stepper:
         self.newton = Newton(model, settings.tolerance, settings.max_iterations)
         self.progress = Progress()
         self.state = model.initial_state()
-        self._accepted = 0
+        self.accepted = 0
 
     def run(
         self,
@@ -128,7 +116,11 @@ class Stepper:
         for number, step in enumerate(steps[first:], first):
             if number > first and step.supports is not None:
                 self.newton.set_supports(step.supports, self.state)
-            if not self._solve_step(number, step, inside):
+            ladder = Ladder(self, number, step)
+            if inside:
+                ladder.resume(inside)
+            self.progress.stopped = ladder.climb()
+            if self.progress.stopped:
                 break
             inside = None
         return self.progress
@@ -139,129 +131,16 @@ class Stepper:
         self.progress.attempts = [Attempt(**attempt) for attempt in start.attempts]
         self.progress.remarks = list(start.remarks)
         self.newton.counts = Counts(**start.counts)
-        self._accepted = start.rows
+        self.accepted = start.rows
 
     def record(self, attempt: Attempt) -> None:
         """Count an attempt and tell of it; the state is as the attempt left it."""
         self.progress.attempts.append(attempt)
         if attempt.converged:
-            self.on_accept(self.state, attempt, self._accepted)
-            self._accepted += 1
+            self.on_accept(self.state, attempt, self.accepted)
+            self.accepted += 1
         else:
             self.on_reject(attempt)
-
-    def _solve_step(self, number: int, step: LoadStep, inside: Checkpoint | None) -> bool:
-        """Solve one step, from its start or from the checkpoint inside it."""
-        s = self.settings
-        begun = replace(self.state, x=self.state.x.copy())
-        ramp = Ramp(self.state, step, self.newton.held(self.state), self.model.cavity_volume)
-        ramp.apply(self.state, 0.0)
-        self.model.contacts.check_clear(self.state, step.presence or ())
-        drive = LoadDrive(ramp)
-        largest = step.max_increment or s.max_increment
-        size = min(s.initial_increment, largest)
-        path = [Point(0.0, self.state.x.copy(), drive.loads(self.state))]
-        held_still = not self.model.sum(int(ramp.moves_supports))
-        may_trace = ramp.only_pressures and held_still
-        searched_at = traced_at = None  # where line search and volume control were tried last
-        if inside:
-            path, size, traced_at = inside.path, inside.size, inside.traced_at
-            self.go_to(drive, path[-1])
-            self.state.memory = inside.state.memory
-            self.model.contacts.resume(self.state)
-        elif inflation.needed(self, ramp):
-            change = max((abs(b - a) for a, b in ramp.pressures.values()), default=0.0)
-            path, fault = inflation.inflate(self, step, drive, path, change, largest)
-            if fault:
-                return self._stop(f"step '{step.name}' at {path[-1].s:.2%}: {fault}")
-            self._checkpoint(number, begun, path, size, traced_at)
-        while path[-1].s < 1.0:
-            done = path[-1].s
-            # Two halves rather than one whole and a sliver.
-            target = 1.0 if done + 1.01 * size >= 1.0 else done + size
-            outcome = self.attempt(drive, path, target)
-            if outcome.converged:
-                path = self.accept(step, drive, path, target, outcome)
-                size = next_size(size, outcome.iterations, largest)
-                self._checkpoint(number, begun, path, size, traced_at)
-                continue
-            self.reject(step, drive, path, target, outcome)
-            size *= CUT
-            in_trouble = size < VOLUME_BELOW * largest
-            stuck = self._stuck(step)
-            if in_trouble and not stuck and searched_at != done:
-                searched_at = done
-                path = self._search(step, drive, path, done + size)
-            found_it = path[-1].s > done
-            if not found_it and in_trouble and not stuck and may_trace and traced_at != done:
-                traced_at = done
-                found = branch.trace(self, step, ramp, path, size, largest)
-                if found.limit:
-                    # Far from here there may be equilibria again.
-                    self.go_to(drive, path[-1])
-                    path, reached = self._move_on(step, drive, path, largest)
-                    if not reached:
-                        return self._stop(found.limit)
-                    size = min(s.initial_increment, largest)
-                else:
-                    path, size = found.path, max(found.size, size)
-            elif not found_it and (stuck or size < s.min_increment):
-                path, reached = self._move_on(step, drive, path, largest)
-                if not reached:
-                    return self._give_up(step, done, outcome.reason)
-                size = min(s.initial_increment, largest)
-            if path[-1].s > done:
-                self._checkpoint(number, begun, path, size, traced_at)
-        return True
-
-    def _checkpoint(self, number, begun, path, size, traced_at) -> None:
-        attempts, counts = told(self.progress.attempts), asdict(self.newton.counts)
-        remarks = list(self.progress.remarks)
-        done = self._accepted, attempts, remarks, counts
-        self.on_checkpoint(
-            Checkpoint(number, begun, self.state, list(path), size, traced_at, *done)
-        )
-
-    def _move_on(self, step, drive, path, largest) -> tuple[list[Point], bool]:
-        """Damped motion to the next equilibrium, where it is allowed; see ``dynamics.settle``."""
-        if not self.settings.dynamics:
-            return path, False
-        return dynamics.settle(self, step, drive, path, largest)
-
-    def _attempts(self, step: LoadStep) -> list[Attempt]:
-        return [a for a in self.progress.attempts if a.step == step.name]
-
-    def _faster(self, step: LoadStep) -> float:
-        """Last known speed in a step by the first; 1 where none is known."""
-        speeds = [a.speed for a in self._attempts(step) if a.converged and a.speed > 0.0]
-        return speeds[-1] / speeds[0] if speeds else 1.0
-
-    def _stuck(self, step: LoadStep) -> bool:
-        """Whether the step's last attempts gained next to nothing."""
-        fractions = [a.fraction if a.converged else 0.0 for a in self._attempts(step)]
-        if len(fractions) <= PATIENCE:
-            return False
-        return max(fractions) - max(fractions[:-PATIENCE]) < LEAST_GAIN
-
-    def _speed(self, point: Point) -> float:
-        """Norm of the displacements' rate at a point; 0 where it is not known."""
-        if point.rate is None:
-            return 0.0
-        owned = self.model.nodes.owned
-        rate = point.rate[self.model.displacement_dofs[:owned]]
-        return float(np.sqrt(self.model.sum(float((rate**2).sum()))))
-
-    def _give_up(self, step: LoadStep, done: float, reason: str) -> bool:
-        modes = next(a.unstable_modes for a in reversed(self.progress.attempts) if a.converged)
-        why = causes(self.model, self.state, modes, self._faster(step)) or [reason]
-        return self._stop(
-            f"no equilibrium found beyond {done:.2%} of step '{step.name}' "
-            f"({_loads(self.state)}): {'; '.join(why)}"
-        )
-
-    def _stop(self, why: str) -> bool:
-        self.progress.stopped = why
-        return False
 
     def attempt(self, drive: Drive, path: Sequence[Point], s: float) -> NewtonOutcome:
         """Seek the equilibrium at the place ``s``, from a prediction or from the last point."""
@@ -275,19 +154,6 @@ class Stepper:
             if outcome.converged or outcome.iterations > 1:
                 break  # a guess with inverted elements ends at once: then start from the last state
         return outcome
-
-    def _search(self, step, drive, path, s: float) -> list[Point]:
-        """Seek the equilibrium at ``s`` with a line search; the path, one point longer if it is
-        found."""
-        self.newton.line_search = True
-        try:
-            outcome = self.attempt(drive, path, s)
-        finally:
-            self.newton.line_search = False
-        if outcome.converged:
-            return self.accept(step, drive, path, s, outcome, control="search")
-        self.reject(step, drive, path, s, outcome)
-        return path
 
     def _guesses(self, drive: Drive, path: Sequence[Point], s: float) -> list[Point]:
         """First guesses, the best first; the last point is always among them."""
@@ -321,6 +187,14 @@ class Stepper:
         told = self._told(step, drive, point, outcome)
         self.record(replace(told, speed=self._speed(point), **motion))
         return [*(replace(p, rate=None) for p in path[-2:]), point]
+
+    def _speed(self, point: Point) -> float:
+        """Norm of the displacements' rate at a point; 0 where it is not known."""
+        if point.rate is None:
+            return 0.0
+        owned = self.model.nodes.owned
+        rate = point.rate[self.model.displacement_dofs[:owned]]
+        return float(np.sqrt(self.model.sum(float((rate**2).sum()))))
 
     def _rate(self, drive: Drive, s: float) -> np.ndarray | None:
         """Change of the unknowns with s under load control; elsewhere they are not followed."""
@@ -358,27 +232,3 @@ class Stepper:
             outcome.unstable_modes - (outcome.softening if drive.holds_volume else 0),
             drive.control,
         )
-
-
-def next_size(size: float, iterations: int, largest: float) -> float:
-    """Increment after one that was accepted.
-
-    A small one does not shrink for its many iterations: where they converge slowly in themselves
-    (a follower pressure on an open face) no increment would be small enough.
-    """
-    factor = growth(iterations)
-    if size < SMALL * largest:
-        factor = max(factor, RECOVERY)
-    return min(largest, size * factor)
-
-
-def growth(iterations: int) -> float:
-    """Factor for the next increment after so many iterations."""
-    if iterations <= EASY:
-        return GROWTH
-    return 1.0 if iterations <= HARD else SHRINK
-
-
-def _loads(state: State) -> str:
-    parts = [f"{name} at {1e3 * float(p):.4g} kPa" for name, p in sorted(state.pressure.items())]
-    return ", ".join(parts) or "no pressure"

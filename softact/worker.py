@@ -68,7 +68,7 @@ def solve(
 def build_model(comm, spec, mesh_file: Path):
     """The ``Model`` of a spec on a mesh. Collective."""
     from softact.mesh import distribute, of_sheets, read_msh
-    from softact.model import BondedLayer, Model
+    from softact.model import Model
 
     layout = spec.geometry.layout()
     if layout.sheets:
@@ -78,13 +78,20 @@ def build_model(comm, spec, mesh_file: Path):
     return Model(
         mesh,
         {name: law.material() for name, law in spec.materials.items()},
-        [BondedLayer(la.surface, la.material, la.thickness, la.bending) for la in spec.layers],
+        [_layer(layer) for layer in spec.layers],
         spec.solver.element,
         spec.geometry.wall_normal,
         _obstacles(spec),
         _touching(spec),
         {name: _sheet(sheet) for name, sheet in spec.sheets.items()},
     )
+
+
+def _layer(layer):
+    from softact.model import BondedLayer
+
+    relaxed = layer.wrinkling and layer.wrinkling == "tension_field"
+    return BondedLayer(layer.surface, layer.material, layer.thickness, layer.bending, relaxed)
 
 
 def _sheet(sheet):

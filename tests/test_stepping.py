@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from softact.drive import Point, extrapolate
-from softact.stepping import SMALL, next_size
+from softact.ladder import SMALL, next_size
 
 
 @pytest.mark.parametrize("iterations", [1, 5, 8, 15, 100])

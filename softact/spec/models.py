@@ -48,7 +48,7 @@ class Model(BaseModel):
 
 class Layer(Model):
     """A thin layer bonded to a surface: membrane stiffness, bending stiffness where it is flat, no
-    mesh."""
+    mesh. Where it does not bend, it wrinkles finely instead of being compressed."""
 
     surface: str = Field(description="surface of the geometry, outer or embedded")
     thickness: Length = Field(gt=0, description="thickness of the layer")
@@ -59,6 +59,11 @@ class Layer(Model):
         le=1,
         description="part of a plate's bending stiffness E t³/12(1 − ν²) that it has; a woven "
         "fabric has little",
+    )
+    wrinkling: Literal["tension_field", "resolved"] | None = Field(
+        None,
+        description="tension_field: fine wrinkles take its compression; resolved: it carries it; "
+        "default: tension_field where it has no bending stiffness (on curved surfaces)",
     )
 
 

@@ -34,8 +34,25 @@ def test_nothing_to_tell():
 
 
 def test_a_cavity_that_is_sucked_flat():
-    (said,) = told(hollow(), np.diag([0.04, 1.0, 1.0]))
-    assert said.startswith("cavity 'air' is sucked flat (4.0% of its volume is left)")
+    said = told(hollow(), np.diag([0.04, 1.0, 1.0]))
+    assert said[0].startswith("cavity 'air' is sucked flat (4.0% of its volume is left)")
+
+
+@pytest.mark.parametrize("left", [0.45, 0.55])
+def test_a_crushed_element(left):
+    said = told(hollow(), np.diag([left, 1.0, 1.0]))
+    assert ["mm is crushed into a fold (45% of" in line for line in said] == [True] * (left < 0.5)
+
+
+def test_a_compressible_element_may_lose_volume():
+    foam = LAWS["neo_hookean"].of(c10=0.1, bulk_modulus=0.5)
+    assert told(build(block((1, 1, 1)), foam), np.diag([0.3, 1.0, 1.0])) == []
+
+
+def test_jumps_on_the_way():
+    model = hollow()
+    (said,) = causes(model, model.initial_state(), 0, 1.0, jumps=3)
+    assert said.startswith("the actuator has jumped 3 time(s)")
 
 
 def test_stretch():
@@ -53,7 +70,8 @@ def test_a_layer_in_compression(along):
     def bulge(x):
         return x + np.outer(0.1 * np.sin(np.pi * x[:, 0]) * (1 - x[:, 2]), [0, 0, -1])
 
-    model = build(block((3, 1, 1), mapping=bulge), SOFT, layers=[BondedLayer("z_min", FOIL, 0.1)])
+    foil = BondedLayer("z_min", FOIL, 0.1, relaxed=False)
+    model = build(block((3, 1, 1), mapping=bulge), SOFT, layers=[foil])
     said = told(model, along * np.eye(3))
     assert [s.startswith("the layer on 'z_min' wrinkles: 100% of it") for s in said] == (
         [True] if along < 1 else []

@@ -1,0 +1,237 @@
+"""One load step: adaptive increments, and what to do when Newton fails.
+
+The ladder, in this order: a smaller increment; a line search; volume instead of pressure
+(``softact.branch``); quasi-static dynamics (``softact.dynamics``). Newton's step is always
+shortened before it turns an element inside out. Each rung hands back to load control as soon as it
+has passed the trouble.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, replace
+
+from softact import branch, dynamics, inflation
+from softact.checkpoint import Checkpoint, told
+from softact.diagnosis import causes
+from softact.drive import LoadDrive, Point
+from softact.newton import NewtonOutcome
+from softact.ramp import LoadStep, Ramp
+from softact.terms import State
+
+# Newton counts that let the increment grow, and beyond which it shrinks.
+EASY, HARD = 5, 8
+GROWTH, SHRINK, CUT = 1.6, 0.7, 0.4
+# Part of the largest increment below which an accepted one always grows, by this factor at least.
+SMALL, RECOVERY = 0.1, 1.25
+# The rungs between are left out where so many attempts have gained less than this part of a step.
+PATIENCE, LEAST_GAIN = 25, 0.01
+# Newton iterations of a run that may bring no increment under load control, in all.
+MOST_IN_VAIN = 1500
+# Volume control is tried when the increment has come down to this part of the largest.
+VOLUME_BELOW = 0.05
+
+
+class Ladder:
+    """A ``softact.stepping.Stepper`` on its way through one step.
+
+    path: the last equilibria under load control. size: next increment. searched_at, traced_at:
+    where line search and volume control were tried last.
+    """
+
+    def __init__(self, stepper, number: int, step: LoadStep):
+        state, settings, model = stepper.state, stepper.settings, stepper.model
+        self.stepper, self.number, self.step = stepper, number, step
+        self.begun = replace(state, x=state.x.copy())
+        self.ramp = Ramp(state, step, stepper.newton.held(state), model.cavity_volume)
+        self.ramp.apply(state, 0.0)
+        model.contacts.check_clear(state, step.presence or ())
+        self.drive = LoadDrive(self.ramp)
+        self.largest = step.max_increment or settings.max_increment
+        self.size = min(settings.initial_increment, self.largest)
+        self.path = [Point(0.0, state.x.copy(), self.drive.loads(state))]
+        held_still = not model.sum(int(self.ramp.moves_supports))
+        self.may_trace = self.ramp.only_pressures and held_still
+        self.searched_at = self.traced_at = None
+
+    def resume(self, inside: Checkpoint) -> None:
+        """Go on from a checkpoint inside the step."""
+        stepper = self.stepper
+        self.path, self.size, self.traced_at = inside.path, inside.size, inside.traced_at
+        stepper.go_to(self.drive, self.path[-1])
+        stepper.state.memory = inside.state.memory
+        stepper.model.contacts.resume(stepper.state)
+
+    def climb(self) -> str | None:
+        """Solve the step; returns why it ends early, None where it does not."""
+        if self.path[-1].s == 0.0 and inflation.needed(self.stepper, self.ramp):
+            fault = self._inflate()
+            if fault:
+                return fault
+        while self.path[-1].s < 1.0:
+            done = self.path[-1].s
+            outcome = self._advance()
+            if not outcome.converged:
+                fault = self._help(outcome)
+                if fault:
+                    return fault
+            if self.path[-1].s > done:
+                self._checkpoint()
+        return None
+
+    def _advance(self) -> NewtonOutcome:
+        """Try the next increment under load control."""
+        stepper, done = self.stepper, self.path[-1].s
+        # Two halves rather than one whole and a sliver.
+        target = 1.0 if done + 1.01 * self.size >= 1.0 else done + self.size
+        outcome = stepper.attempt(self.drive, self.path, target)
+        if outcome.converged:
+            self.path = stepper.accept(self.step, self.drive, self.path, target, outcome)
+            self.size = next_size(self.size, outcome.iterations, self.largest)
+        else:
+            stepper.reject(self.step, self.drive, self.path, target, outcome)
+        return outcome
+
+    def _help(self, outcome: NewtonOutcome) -> str | None:
+        """Go on after an attempt that failed; returns why that is not possible."""
+        done = self.path[-1].s
+        self.size *= CUT
+        if self._in_vain() > MOST_IN_VAIN:
+            return self._no_equilibrium(outcome.reason)
+        stuck = self._stuck()
+        if self.size < VOLUME_BELOW * self.largest and not stuck:
+            if self.searched_at != done:
+                self.searched_at = done
+                self._search()
+                if self.path[-1].s > done:
+                    return None
+            if self.may_trace and self.traced_at != done:
+                self.traced_at = done
+                return self._trace()
+        if stuck or self.size < self.stepper.settings.min_increment:
+            return self._move_on(lambda: self._no_equilibrium(outcome.reason))
+        return None
+
+    def _search(self) -> None:
+        """Try the next increment with a line search."""
+        stepper, s = self.stepper, self.path[-1].s + self.size
+        stepper.newton.line_search = True
+        try:
+            outcome = stepper.attempt(self.drive, self.path, s)
+        finally:
+            stepper.newton.line_search = False
+        if outcome.converged:
+            told = {"control": "search"}
+            self.path = stepper.accept(self.step, self.drive, self.path, s, outcome, **told)
+        else:
+            stepper.reject(self.step, self.drive, self.path, s, outcome)
+
+    def _trace(self) -> str | None:
+        """Control by volume, and a motion beyond a limit that does not come back."""
+        found = branch.trace(self.stepper, self.step, self.ramp, self.path, self.size, self.largest)
+        if not found.limit:
+            self.path, self.size = found.path, max(found.size, self.size)
+            return None
+        # Far from here there may be equilibria again.
+        self.stepper.go_to(self.drive, self.path[-1])
+        return self._move_on(lambda: found.limit)
+
+    def _move_on(self, why: Callable[[], str]) -> str | None:
+        """Damped motion to the next equilibrium, where it is allowed (``dynamics.settle``); None
+        where it arrives, else ``why()``."""
+        settings = self.stepper.settings
+        if not settings.dynamics:
+            return why()
+        moved = dynamics.settle(self.stepper, self.step, self.drive, self.path, self.largest)
+        self.path, reached = moved
+        self.size = min(settings.initial_increment, self.largest)
+        return None if reached else why()
+
+    def _inflate(self) -> str | None:
+        """Carry sheets without stiffness to their first equilibrium."""
+        changes = [abs(b - a) for a, b in self.ramp.pressures.values()]
+        self.path, fault = inflation.inflate(
+            self.stepper, self.step, self.drive, self.path, max(changes, default=0.0), self.largest
+        )
+        if fault:
+            return f"step '{self.step.name}' at {self.path[-1].s:.2%}: {fault}"
+        self._checkpoint()
+        return None
+
+    def _checkpoint(self) -> None:
+        stepper = self.stepper
+        self.stepper.on_checkpoint(
+            Checkpoint(
+                self.number,
+                self.begun,
+                stepper.state,
+                list(self.path),
+                self.size,
+                self.traced_at,
+                stepper.accepted,
+                told(stepper.progress.attempts),
+                list(stepper.progress.remarks),
+                asdict(stepper.newton.counts),
+            )
+        )
+
+    # --- what the attempts so far say ---------------------------------------------------------
+
+    @property
+    def _attempts(self) -> list:
+        return [a for a in self.stepper.progress.attempts if a.step == self.step.name]
+
+    def _in_vain(self) -> int:
+        """Newton iterations of the run so far that brought no increment under load control."""
+        useful = sum(
+            a.iterations
+            for a in self.stepper.progress.attempts
+            if a.converged and a.control not in ("volume", "arc")
+        )
+        return self.stepper.newton.counts.newton_iterations - useful
+
+    def _stuck(self) -> bool:
+        """Whether the last attempts gained next to nothing."""
+        fractions = [a.fraction if a.converged else 0.0 for a in self._attempts]
+        if len(fractions) <= PATIENCE:
+            return False
+        return max(fractions) - max(fractions[:-PATIENCE]) < LEAST_GAIN
+
+    def _faster(self) -> float:
+        """Last known speed by the first; 1 where none is known."""
+        speeds = [a.speed for a in self._attempts if a.converged and a.speed > 0.0]
+        return speeds[-1] / speeds[0] if speeds else 1.0
+
+    def _no_equilibrium(self, reason: str) -> str:
+        state, attempts = self.stepper.state, self.stepper.progress.attempts
+        modes = next(a.unstable_modes for a in reversed(attempts) if a.converged)
+        jumps = sum(a.converged and a.control == "dynamics" for a in self._attempts)
+        why = causes(self.stepper.model, state, modes, self._faster(), jumps) or [reason]
+        return (
+            f"no equilibrium found beyond {self.path[-1].s:.2%} of step '{self.step.name}' "
+            f"({_loads(state)}): {'; '.join(why)}"
+        )
+
+
+def next_size(size: float, iterations: int, largest: float) -> float:
+    """Increment after one that was accepted.
+
+    A small one does not shrink for its many iterations: where they converge slowly in themselves
+    (a follower pressure on an open face) no increment would be small enough.
+    """
+    factor = growth(iterations)
+    if size < SMALL * largest:
+        factor = max(factor, RECOVERY)
+    return min(largest, size * factor)
+
+
+def growth(iterations: int) -> float:
+    """Factor for the next increment after so many iterations."""
+    if iterations <= EASY:
+        return GROWTH
+    return 1.0 if iterations <= HARD else SHRINK
+
+
+def _loads(state: State) -> str:
+    parts = [f"{name} at {1e3 * float(p):.4g} kPa" for name, p in sorted(state.pressure.items())]
+    return ", ".join(parts) or "no pressure"
