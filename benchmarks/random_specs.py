@@ -28,6 +28,7 @@ SEED = 20131103
 # What a message must say to name a physical cause.
 PHYSICAL = re.compile(
     r"pressure cannot exceed|is unstable|limit of the load|is sucked flat|wrinkles|is stretched up"
+    r"|has jumped|is crushed"
 )
 SILICONES = ("ecoflex-00-30", "elastosil-m4601", "dragon-skin-30", "smooth-sil-950")
 
