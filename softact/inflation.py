@@ -7,7 +7,7 @@ at which the kinetic energy is well below that of the final membrane strain e = 
 ½ ρ t v² = VELOCITY² ½ E t e². A sheet of the size L then takes L/v for a path of its size, and α is
 such that a tenth of the pressure pushes it at v. Each time step is an increment with its kinetic by
 internal energy. As soon as that is quasi-static, statics is tried, and where it finds the
-equilibrium nearby it takes over.
+equilibrium nearby it takes over. Where the work of the loads went is told: see ``balance``.
 """
 
 from __future__ import annotations
@@ -16,9 +16,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from softact.balance import EnergyBalance
 from softact.drive import Point
 
-QUASI_STATIC = 0.05  # kinetic by internal energy
+QUASI_STATIC = 0.05  # kinetic by internal energy; damping by the pressure's force
 NOTHING = 1e-14  # stored energy of an unstressed sheet by that of a strain of 1
 VELOCITY = 0.1  # v by e times the speed of sound
 LARGEST_STRAIN = 0.1  # that counts for v
@@ -71,9 +72,11 @@ class _Inflation:
         self.damping = 0.1 * pressure / (speed * max(sheet.density for sheet in sheets))
         self.worst, self.quasi_static_from = 0.0, None
         self.pressure_force = self._full_force(pressure)
-        self.volumes: dict[str, float] = {}
-        self.energies = 0.0, 0.0
-        self.work = self.dissipated = 0.0
+        self.held_back = 0.0
+        start = path[-1]
+        self.balance = EnergyBalance(
+            self.model, stepper.newton, drive, stepper.state, start.s, start.q
+        )
 
     def _full_force(self, pressure: float) -> float:
         """Norm of the nodal forces of the pressure on the sheets as they lie, N."""
@@ -104,7 +107,7 @@ class _Inflation:
                 continue
             time, steps = time + time_step, steps + 1
             velocity, x, q = (state.x - x) / time_step, state.x.copy(), self.drive.loads(state)
-            ratio = self._keep(s, outcome, velocity, time_step)
+            ratio = self._keep(s, q, outcome, velocity, time_step)
             after += s >= 1.0
             at_rest = s >= 1.0 and ratio < AT_REST
             if ratio < QUASI_STATIC and (steps >= next_try or s >= 1.0):
@@ -146,25 +149,20 @@ class _Inflation:
             inertia.time_step = factor**-0.5
             inertia.away_from = x + velocity / (time_step * factor)
 
-    def _keep(self, s, outcome, velocity, time_step) -> float:
+    def _keep(self, s, q, outcome, velocity, time_step) -> float:
         """Record an increment; returns its kinetic by internal energy."""
-        model, state = self.model, self.stepper.state
-        kinetic = sum(float(velocity @ i.momentum(velocity)) for i in model.inertia) / 2
-        stored = model.strain_energy(state)
-        ratio = kinetic / max(stored, 1e-300)
-        volumes = {name: model.cavity_volume(state, name) for name in state.pressure}
-        self.work += sum(
-            p * (volumes[name] - self.volumes.get(name, 0.0)) for name, p in state.pressure.items()
-        )
-        self.dissipated += 2 * self.damping * kinetic * time_step
-        self.volumes, self.energies = volumes, (stored, kinetic)
-        if self.quasi_static_from is None and ratio < QUASI_STATIC and self.dissipated > 0:
+        self._without_inertia()
+        balance = self.balance
+        balance.move(s, q, velocity, time_step, self.damping)
+        ratio = balance.kinetic / max(self.model.strain_energy(self.stepper.state), 1e-300)
+        if self.quasi_static_from is None and ratio < QUASI_STATIC and balance.damped > 0:
             self.quasi_static_from = s
         if self.quasi_static_from is not None:
             self.worst = max(self.worst, ratio)
+            drag = self.damping * float(np.linalg.norm(balance.momentum(velocity)))
+            self.held_back = max(self.held_back, drag / (s * self.pressure_force))
         outcome = replace(outcome, unstable_modes=0)  # of no equilibrium, but of a motion
         told = {"control": "dynamics", "kinetic_ratio": ratio}
-        self._without_inertia()
         self.path = self.stepper.accept(self.step, self.drive, self.path, s, outcome, **told)
         return ratio
 
@@ -173,6 +171,7 @@ class _Inflation:
         self._without_inertia()
         outcome = self._solve(s, q, tolerance=0.0, search=True)
         if outcome.converged:
+            self.balance.move(s, q)
             self.path = self.stepper.accept(self.step, self.drive, self.path[-1:], s, outcome)
             self.path = self.path[-1:]
         return outcome.converged
@@ -189,18 +188,25 @@ class _Inflation:
             told = "its kinetic energy never fell below 5 % of the internal energy"
         else:
             verdict = ": more than quasi-static motion may have" * (self.worst > QUASI_STATIC)
+            motion = ": increments of a motion, not equilibria" * (self.held_back > QUASI_STATIC)
             told = (
                 f"quasi-static from {begun:.2%} on, where the kinetic energy is at most "
-                f"{self.worst:.2%} of the internal energy{verdict}"
+                f"{self.worst:.2%} of the internal energy{verdict} and damping takes at most "
+                f"{self.held_back:.2%} of the pressure's force{motion}"
             )
-        each = self.work, self.energies[0], self.energies[1], self.dissipated
-        work, stored, moving, damped = (self.model.mesh.layout.copies * energy for energy in each)
-        told += (
-            f"; the pressure's work of {work:.4g} mJ became {stored:.4g} mJ of strain energy and "
-            f"{moving:.2g} mJ of motion, damping took {damped:.4g} mJ and the time stepping the "
-            "rest"
-        )
+        told += f"; {self._energies()}"
         self.stepper.progress.remarks.append(
             f"step '{self.step.name}': inflated by implicit dynamics to {end:.2%}, {told}"
         )
         return self.path, fault
+
+    def _energies(self) -> str:
+        """Where the work went, of the whole actuator."""
+        balance, copies = self.balance, self.model.mesh.layout.copies
+        each = balance.work, balance.stored, balance.kinetic, balance.damped, balance.lost
+        work, stored, moving, damped, lost = (f"{copies * energy:.4g} mJ" for energy in each)
+        return (
+            f"of the loads' work of {work}, {stored} became strain energy and {moving} motion, "
+            f"damping took {damped} and the time steps {lost}; {balance.unexplained:.2%} are "
+            "unexplained"
+        )

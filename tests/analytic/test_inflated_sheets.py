@@ -1,5 +1,7 @@
 """Sheets inflated from the flat state, by implicit dynamics and then statics: exact solutions."""
 
+import re
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -75,8 +77,26 @@ def test_mylar_balloon():
     # The way there is told: quasi-static once the sheets carry something.
     remark = solution.stepper.progress.remarks[0]
     assert "quasi-static from" in remark and "more than quasi-static" not in remark
+    check_energies(solution, remark)
     wrinkled = model.sheets["sheet"].membrane.wrinkling(state.x)
     assert (wrinkled == 1).mean() > 0.5  # the meridians carry, the hoops do not
+
+
+def check_energies(solution, remark):
+    """All of the work is told, to 1 %; the work is ∫ p dV over the accepted states, of the whole
+    balloon, and strain energy what the sheets hold in the end."""
+    told = r"of the loads' work of (.*?) mJ, (.*?) mJ became strain energy and (.*?) mJ motion, "
+    told += r"damping took (.*?) mJ and the time steps (.*?) mJ; (.*?)% are unexplained"
+    work, stored, moving, damped, lost, unexplained = map(float, re.search(told, remark).groups())
+    assert abs(work - stored - moving - damped - lost) < 0.01 * work
+    assert unexplained < 1.0 and min(stored, damped, lost) > 0
+    model, copies = solution.model, solution.model.mesh.layout.copies
+    assert "to 100.00%" in remark  # so that all states belong to it
+    p = np.array([state.pressure.get("air", 0.0) for state in solution.path])
+    v = np.array([model.cavity_volume(state, "air") for state in solution.path])
+    through = copies * float((p[1:] + p[:-1]) @ np.diff(v)) / 2
+    assert work == pytest.approx(through, rel=0.02)
+    assert stored == pytest.approx(copies * model.strain_energy(solution.state), rel=1e-3)
 
 
 def pouch(length, width) -> SheetMesh:
