@@ -49,7 +49,7 @@ def _place(entry: dict[str, Any], document: Document, model: type[BaseModel]) ->
 
 def _may_hold(place: Place, key: Any, document: Document, model: type[BaseModel]) -> bool:
     known = _known_keys(place, document, model)
-    return key in known or place == ("materials",) or key in ("type", "law")
+    return key in known or place in (("materials",), ("sheets",)) or key in ("type", "law")
 
 
 def _text(entry: dict[str, Any], place: Place, document: Document, model: type[BaseModel]) -> str:

@@ -108,7 +108,7 @@ def test_faults_of_a_spec(tmp_path):
         load(str(tmp_path / "bad.yaml"))
     lines = "\n".join(caught.value.lines)
     assert "no sheet 'taps'" in lines and "did you mean 'tabs'" in lines
-    assert "'tabs' is missing" in lines
+    assert "sheets.tabs: missing" in lines
 
 
 def test_an_open_seam_is_told():
