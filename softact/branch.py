@@ -11,7 +11,7 @@ from softact.drive import ArcDrive, LoadDrive, Point, VolumeDrive, extrapolate
 
 # A traced branch ends after so many increments or Newton iterations of one kind of control, when it
 # has come down to this part of the limit, or when volume control itself makes no way.
-MOST_INCREMENTS, MOST_ITERATIONS = 40, 250
+MOST_INCREMENTS, MOST_ITERATIONS = 40, 150
 LOWEST = 0.3
 SMALLEST = 1e-3  # of the first increment
 # Conjugate volume that one increment may add, as a part of what there is.

@@ -12,7 +12,7 @@ import numpy as np
 
 from softact.drive import Point
 
-MOST_TIME_STEPS, MOST_ITERATIONS = 100, 400
+MOST_TIME_STEPS, MOST_ITERATIONS = 100, 200
 SLOWER, QUICKER = 1.6, 0.3
 SHORTEST = 1e-4  # of the first time step
 # Kinetic by internal energy below which the body is taken to rest, and above which the motion is

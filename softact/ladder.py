@@ -11,6 +11,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import asdict, replace
 
+import numpy as np
+
 from softact import branch, dynamics, inflation
 from softact.checkpoint import Checkpoint, told
 from softact.diagnosis import causes
@@ -27,9 +29,12 @@ SMALL, RECOVERY = 0.1, 1.25
 # The rungs between are left out where so many attempts have gained less than this part of a step.
 PATIENCE, LEAST_GAIN = 25, 0.01
 # Newton iterations of a run that may bring no increment under load control, in all.
-MOST_IN_VAIN = 1500
+MOST_IN_VAIN = 600
 # Volume control is tried when the increment has come down to this part of the largest.
 VOLUME_BELOW = 0.05
+# A limit of the load is expected where displacements grow this much faster than at first; part of
+# the way to it that the next increment may go.
+RUNS_AHEAD, TOWARDS_LIMIT = 1.3, 0.5
 
 
 class Ladder:
@@ -70,27 +75,27 @@ class Ladder:
                 return fault
         while self.path[-1].s < 1.0:
             done = self.path[-1].s
-            outcome = self._advance()
-            if not outcome.converged:
-                fault = self._help(outcome)
-                if fault:
-                    return fault
+            fault = self._trace() if self._at_limit() else self._advance()
+            if fault:
+                return fault
             if self.path[-1].s > done:
                 self._checkpoint()
         return None
 
-    def _advance(self) -> NewtonOutcome:
-        """Try the next increment under load control."""
+    def _advance(self) -> str | None:
+        """Try the next increment under load control, and help where it fails."""
         stepper, done = self.stepper, self.path[-1].s
+        least = VOLUME_BELOW * self.largest
+        self.size = min(self.size, max(TOWARDS_LIMIT * (self._limit_ahead() - done), least))
         # Two halves rather than one whole and a sliver.
         target = 1.0 if done + 1.01 * self.size >= 1.0 else done + self.size
         outcome = stepper.attempt(self.drive, self.path, target)
         if outcome.converged:
             self.path = stepper.accept(self.step, self.drive, self.path, target, outcome)
             self.size = next_size(self.size, outcome.iterations, self.largest)
-        else:
-            stepper.reject(self.step, self.drive, self.path, target, outcome)
-        return outcome
+            return None
+        stepper.reject(self.step, self.drive, self.path, target, outcome)
+        return self._help(outcome)
 
     def _help(self, outcome: NewtonOutcome) -> str | None:
         """Go on after an attempt that failed; returns why that is not possible."""
@@ -106,7 +111,6 @@ class Ladder:
                 if self.path[-1].s > done:
                     return None
             if self.may_trace and self.traced_at != done:
-                self.traced_at = done
                 return self._trace()
         if stuck or self.size < self.stepper.settings.min_increment:
             return self._move_on(lambda: self._no_equilibrium(outcome.reason))
@@ -128,6 +132,7 @@ class Ladder:
 
     def _trace(self) -> str | None:
         """Control by volume, and a motion beyond a limit that does not come back."""
+        self.traced_at = self.path[-1].s
         found = branch.trace(self.stepper, self.step, self.ramp, self.path, self.size, self.largest)
         if not found.limit:
             self.path, self.size = found.path, max(found.size, self.size)
@@ -201,6 +206,24 @@ class Ladder:
         """Last known speed by the first; 1 where none is known."""
         speeds = [a.speed for a in self._attempts if a.converged and a.speed > 0.0]
         return speeds[-1] / speeds[0] if speeds else 1.0
+
+    def _limit_ahead(self) -> float:
+        """Fraction at which the displacements would run away; inf where they do not.
+
+        At a limit of the load they grow with the root of the way to it, so that the inverse square
+        of their speed is linear in the fraction.
+        """
+        known = [a for a in self._attempts if a.converged and a.speed > 0.0][-2:]
+        if len(known) < 2 or self._faster() < RUNS_AHEAD:
+            return np.inf
+        (one, before), (two, now) = ((a.speed**-2, a.fraction) for a in known)
+        return now + two * (now - before) / (one - two) if one > two else np.inf
+
+    def _at_limit(self) -> bool:
+        """Whether pressure has come so near to a limit that only volume goes on."""
+        done = self.path[-1].s
+        near = self._limit_ahead() - done < VOLUME_BELOW * self.largest
+        return near and self.may_trace and self.traced_at != done
 
     def _no_equilibrium(self, reason: str) -> str:
         state, attempts = self.stepper.state, self.stepper.progress.attempts

@@ -27,7 +27,7 @@ from softact.sheets.cavity import SheetCavity
 from softact.sheets.membrane import Membrane
 from softact.sheets.mesh import nodes_of as sheet_nodes_of
 from softact.sheets.plane_stress import GreenLaw
-from softact.sheets.tension_field import TensionField
+from softact.sheets.tension_field import KEPT_BONDED, relaxed
 from softact.sheets.triangles import Triangles
 from softact.solid import Solid
 from softact.tensors import determinant
@@ -227,9 +227,9 @@ class Model:
         table = self.assembler.add_table(self.nodes.blocks[nodes])
         triangles = Triangles(nodes, self.nodes.places[nodes], self.nodes.dofs[nodes], table)
         law = GreenLaw(material.youngs_modulus, material.poissons_ratio)
-        relaxed = TensionField(law, material.poissons_ratio)
         frames = triangles.frames(np.array([1.0, 0.0, 0.0]))
-        return Membrane(triangles, frames, [(relaxed, layer.thickness)])
+        relaxed_law = relaxed(law, material.poissons_ratio, KEPT_BONDED)
+        return Membrane(triangles, frames, [(relaxed_law, layer.thickness)])
 
     @property
     def terms(self):

@@ -15,7 +15,7 @@ from softact.nodes import Nodes
 from softact.sheets.membrane import Membrane, SheetInertia, sheet_weight
 from softact.sheets.mesh import SheetMesh, SheetNodes
 from softact.sheets.plane_stress import sheet_law, small_strain_constants
-from softact.sheets.tension_field import TensionField
+from softact.sheets.tension_field import relaxed
 from softact.sheets.triangles import MEMBRANE_RULE, Triangles
 from softact.terms import Weight
 
@@ -95,7 +95,7 @@ class SheetPart:
     def _law(self, ply: Ply):
         law = sheet_law(ply.law, self._fibres(ply))
         if self.sheet.tension_field:
-            law = TensionField(law, small_strain_constants(ply.law)[1])
+            law = relaxed(law, small_strain_constants(ply.law)[1])
         return law, ply.thickness
 
     def _fibres(self, ply: Ply):

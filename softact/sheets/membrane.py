@@ -27,6 +27,7 @@ class Membrane:
         self.triangles, self.laws = triangles, laws
         points, weights = MEMBRANE_RULE
         self.gradients = triangles.gradients(frames, points)
+        self._undeformed = np.swapaxes(frames, 1, 2)[:, None]
         self.weights = triangles.areas[:, None] * weights
         self._kept: dict[bytes, tuple] = {}
 
@@ -37,7 +38,9 @@ class Membrane:
 
     def deformation_gradient(self, x: np.ndarray) -> np.ndarray:
         """F (k, q, 3, 2): what the frame's axes become."""
-        return np.einsum("knc,kqni->kqci", self.triangles.current(x), self.gradients, optimize=True)
+        moved = x[self.triangles.dofs]  # and not where to: small strains would drown in rounding
+        change = np.einsum("knc,kqni->kqci", moved, self.gradients, optimize=True)
+        return self._undeformed + change
 
     def metric(self, x: np.ndarray) -> np.ndarray:
         """C (k q, 2, 2)."""

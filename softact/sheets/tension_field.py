@@ -12,10 +12,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from softact.sheets.plane_stress import Response, SheetLaw
+from softact.sheets.plane_stress import GreenLaw, Response, SheetLaw
 
-# Part of the unrelaxed energy that is kept, so that slack sheets keep a stiffness.
-KEPT = 1e-4
+# Part of the unrelaxed energy that is kept, so that slack sheets keep a stiffness; of layers bonded
+# to solids, where Newton's method does not settle with less (docs/performance.md).
+KEPT, KEPT_BONDED = 1e-4, 1e-3
 MOST_ITERATIONS = 60
 # Of the stress across the folds: part of that along them, part of the moduli; of the energy.
 TOLERANCE, FLOOR, ROUNDING = 1e-10, 1e-14, 1e-7
@@ -25,10 +26,10 @@ PLACE = np.array([[0, 2], [2, 1]])
 
 
 class TensionField:
-    """The relaxed form of a law: (1 − KEPT) W_r + KEPT W."""
+    """The relaxed form of a law: (1 − kept) W_r + kept W."""
 
-    def __init__(self, law: SheetLaw, poisson: float):
-        self.law, self._poisson = law, poisson
+    def __init__(self, law: SheetLaw, poisson: float, kept: float = KEPT):
+        self.law, self._poisson, self._kept = law, poisson, kept
 
     def evaluate(self, c) -> Response:
         whole = self.law.evaluate(c)
@@ -42,14 +43,14 @@ class TensionField:
         for part in (energy, stress, moduli):
             part[slack] = 0.0
         relaxed = energy, stress, moduli
-        return tuple((1 - KEPT) * r + KEPT * w for r, w in zip(relaxed, whole, strict=True))
+        kept = self._kept
+        return tuple((1 - kept) * r + kept * w for r, w in zip(relaxed, whole, strict=True))
 
     def state(self, c) -> np.ndarray:
         """TAUT, WRINKLED or SLACK (n,)."""
         return self._state(c, self.law.evaluate(c)[1])
 
-    @staticmethod
-    def _state(c, stress) -> np.ndarray:
+    def _state(self, c, stress) -> np.ndarray:
         low, _ = _principal(stress)
         _, high = _principal(c[:, [0, 1, 0], [0, 1, 1]])
         return np.where(low >= 0, TAUT, np.where(high <= 1, SLACK, WRINKLED))
@@ -101,6 +102,42 @@ class TensionField:
         fourth = _fourth(moduli)
         out = np.einsum("nij,nj->ni", tensor, a)
         return out, tensor + np.einsum("nijkl,nj,nk->nil", fourth, a, a)
+
+
+class GreenTensionField(TensionField):
+    """The same of ``GreenLaw``, in closed form: with the principal strains e1 ≥ e2 it is wrinkled
+    where e1 > 0 and e2 < −ν e1, and its stress there E e1 along the first direction."""
+
+    law: GreenLaw
+
+    def _state(self, c, stress) -> np.ndarray:
+        low, high = _principal(_green(c))
+        return np.where(low + self._poisson * high >= 0, TAUT, np.where(high > 0, WRINKLED, SLACK))
+
+    def _wrinkled(self, c, chosen) -> Response:
+        strain = _green(c[chosen])
+        low, high = _principal(strain)
+        # Twice the angle of the first principal direction n; m is across it.
+        double = np.arctan2(strain[:, 2], (strain[:, 0] - strain[:, 1]) / 2)
+        cos, sin = np.cos(double), np.sin(double)
+        along = np.stack([(1 + cos) / 2, (1 - cos) / 2, sin / 2], axis=1)  # n ⊗ n
+        turning = np.stack([-sin, sin, cos], axis=1)  # n ⊗ m + m ⊗ n
+        young = self.law.young
+        turned = young * high / (2 * (high - low))
+        moduli = young * along[:, :, None] * along[:, None] + (
+            turned[:, None, None] * turning[:, :, None] * turning[:, None]
+        )
+        return young * high**2 / 2, (young * high)[:, None] * along, moduli
+
+
+def relaxed(law: SheetLaw, poisson: float, kept: float = KEPT) -> TensionField:
+    """The relaxed form of a law; poisson: Poisson's ratio at small strains, a first guess."""
+    return (GreenTensionField if isinstance(law, GreenLaw) else TensionField)(law, poisson, kept)
+
+
+def _green(c):
+    """Green strain (n, 3) of C (n, 2, 2)."""
+    return (c[:, [0, 1, 0], [0, 1, 1]] - [1.0, 1.0, 0.0]) / 2
 
 
 def _part(law, chosen):
