@@ -85,8 +85,15 @@ class SolidLaw:
         _, first, second = self.material.extra_volumetric(jacobian)
         first = first + self.material.bulk_modulus * (jacobian - 1)
         second = second + self.material.bulk_modulus
-        more_stress, more_moduli = volumetric_response(np.linalg.inv(c), jacobian, first, second)
+        more_stress, more_moduli = volumetric_response(_inverse(c), jacobian, first, second)
         return stress + more_stress, moduli + more_moduli
+
+
+def _inverse(c):
+    """Of symmetric (n, 3, 3); not finite where it is singular, as in a triangle that collapsed."""
+    one, two, three = np.moveaxis(c, 1, 0)
+    cofactors = np.cross(two, three), np.cross(three, one), np.cross(one, two)
+    return np.stack(cofactors, axis=1) / determinant(c)[:, None, None]
 
 
 def sheet_law(law, fibres=None) -> SheetLaw:

@@ -18,8 +18,9 @@ from softact.sheets.plane_stress import GreenLaw, Response, SheetLaw
 # to solids, where Newton's method does not settle with less (docs/performance.md).
 KEPT, KEPT_BONDED = 1e-4, 1e-3
 MOST_ITERATIONS = 60
-# Of the stress across the folds: part of that along them, part of the moduli; of the energy.
-TOLERANCE, FLOOR, ROUNDING = 1e-10, 1e-14, 1e-7
+# Of the stress across the folds: part of that along them, part of the moduli. What rounding makes
+# of the energy: part of it, part of the moduli (laws of solids subtract numbers of their order).
+TOLERANCE, FLOOR, ROUNDING, NOISE = 1e-10, 1e-13, 1e-7, 1e-14
 TAUT, WRINKLED, SLACK = 0, 1, 2
 # Component (i, j) of a symmetric tensor in the order 11, 22, 12.
 PLACE = np.array([[0, 2], [2, 1]])
@@ -65,7 +66,7 @@ class TensionField:
         with np.errstate(all="ignore"):
             for _ in range(MOST_ITERATIONS):
                 energy, stress, moduli = law.evaluate(c + a[:, :, None] * a[:, None])
-                worse = ~(energy <= best * (1 + ROUNDING))
+                worse = ~(energy <= best * (1 + ROUNDING) + NOISE * moduli[:, 0, 0])
                 out, curvature = self._balance(a, stress, moduli)
                 length = np.linalg.norm(a, axis=1)
                 left = np.linalg.norm(out, axis=1) / length  # stress across the folds
@@ -84,8 +85,7 @@ class TensionField:
                 a = np.where(worse[:, None], a - step, a + step)
         out, curvature = self._balance(a, stress, moduli)
         coupling = _coupling(a, moduli)
-        inverse = np.linalg.inv(curvature)
-        condensed = moduli - np.einsum("nil,nlm,njm->nij", coupling, inverse, coupling)
+        condensed = moduli - np.einsum("nil,nlm,njm->nij", coupling, _inverse(curvature), coupling)
         return energy, stress, condensed
 
     def _first_guess(self, c):
@@ -144,6 +144,14 @@ def _part(law, chosen):
     """The law at some of its points: fibres belong to points."""
     fibres = getattr(law, "fibres", None)
     return law if fibres is None else type(law)(law.material, fibres[chosen])
+
+
+def _inverse(h):
+    """Of symmetric (n, 2, 2); 0 where it is singular: there a = 0, and nothing is coupled."""
+    a, b, d = h[:, 0, 0], h[:, 0, 1], h[:, 1, 1]
+    det = a * d - b * b
+    adjugate = np.stack([d, -b, -b, a], axis=1).reshape(-1, 2, 2)
+    return np.where(det == 0.0, 0.0, 1 / np.where(det == 0.0, 1.0, det))[:, None, None] * adjugate
 
 
 def _fourth(moduli):

@@ -70,7 +70,7 @@ class Layer(Model):
 class Ply(Model):
     """One layer of a sheet of the geometry."""
 
-    material: LayerMaterial = Field(description="a card or {law: linear, ...}, or a law of solids")
+    material: AnyMaterial = Field(description="a card or {law: ...}; any law, in plane stress")
     thickness: Length = Field(gt=0, description="its own thickness")
     angle: Angle = Field(
         0.0, description="of the axis of its fibres to the sheet's axis, about the sheet's normal"

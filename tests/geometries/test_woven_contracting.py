@@ -111,6 +111,12 @@ def test_faults_of_a_spec(tmp_path):
     assert "sheets.tabs: missing" in lines
 
 
+def test_plies_of_any_law():
+    """A knit as a ply: a card of a law of solids."""
+    spec = load(str(CONFIG), ["sheets.tabs.plies.0.material=knit-fabric-coated-biaxial"])
+    assert spec.sheets["tabs"].plies[0].material.c10 == 1.098
+
+
 def test_an_open_seam_is_told():
     geometry = woven(n_a=1, l_i="60 mm")
     mesh = geometry.sheet_mesh()
