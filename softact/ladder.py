@@ -213,10 +213,10 @@ class Ladder:
         At a limit of the load they grow with the root of the way to it, so that the inverse square
         of their speed is linear in the fraction.
         """
-        known = [a for a in self._attempts if a.converged and a.speed > 0.0][-2:]
-        if len(known) < 2 or self._faster() < RUNS_AHEAD:
+        last = [a for a in self._attempts if a.converged][-2:]
+        if len(last) < 2 or min(a.speed for a in last) <= 0.0 or self._faster() < RUNS_AHEAD:
             return np.inf
-        (one, before), (two, now) = ((a.speed**-2, a.fraction) for a in known)
+        (one, before), (two, now) = ((a.speed**-2, a.fraction) for a in last)
         return now + two * (now - before) / (one - two) if one > two else np.inf
 
     def _at_limit(self) -> bool:

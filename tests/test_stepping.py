@@ -1,12 +1,14 @@
 """The size of increments and their first guesses."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from softact.drive import Point, extrapolate
-from softact.ladder import SMALL, next_size
+from softact.ladder import SMALL, Ladder, next_size
+from softact.stepping import Attempt
 
 
 @pytest.mark.parametrize("iterations", [1, 5, 8, 15, 100])
@@ -60,3 +62,31 @@ def test_a_rate_bears_on_the_newest_part_of_the_path():
     path = path_of(kinked, (0.1, 0.3, 0.4))
     path[-1] = replace(path[-1], rate=np.array([1.0]))
     np.testing.assert_allclose(extrapolate(path, 0.7).x, [0.4], rtol=1e-12)
+
+
+def limit_ahead(*attempts):
+    ladder = Ladder.__new__(Ladder)
+    ladder.step = SimpleNamespace(name="inflate")
+    ladder.stepper = SimpleNamespace(progress=SimpleNamespace(attempts=attempts))
+    return ladder._limit_ahead()
+
+
+def accepted(fraction, speed, converged=True):
+    return Attempt("inflate", fraction, 3, converged, [], "", 0, speed=speed)
+
+
+def test_a_limit_is_seen_coming():
+    """Where the load is t − (x − x₀)², x moves at ½ (t − s)^-½."""
+    fold = [accepted(s, 0.5 * (0.7 - s) ** -0.5) for s in (0.1, 0.4, 0.5)]
+    assert limit_ahead(*fold) == pytest.approx(0.7, rel=1e-12)
+    rejected = accepted(0.75, 0.0, converged=False)
+    assert limit_ahead(*fold, rejected) == pytest.approx(0.7, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "speeds", [(1.0,), (1.0, 1.0, 1.0), (1.0, 1.1, 1.2), (2.0, 4.0, 3.0), (1.0, 3.0, 0.0)]
+)
+def test_no_limit_is_seen(speeds):
+    """A steady way, one that slows down, and one whose last speed is not known."""
+    way = [accepted(0.1 * (n + 1), speed) for n, speed in enumerate(speeds)]
+    assert limit_ahead(*way) == np.inf
