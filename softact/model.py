@@ -24,7 +24,7 @@ from softact.mesh import Mesh
 from softact.nodes import nodes_of
 from softact.sheets.body import Sheet, SheetPart, make_parts, node_numbers
 from softact.sheets.cavity import SheetCavity
-from softact.sheets.membrane import Membrane
+from softact.sheets.membrane import BondedMembrane, Membrane
 from softact.sheets.mesh import nodes_of as sheet_nodes_of
 from softact.sheets.plane_stress import GreenLaw
 from softact.sheets.tension_field import KEPT_BONDED, relaxed
@@ -229,7 +229,7 @@ class Model:
         law = GreenLaw(material.youngs_modulus, material.poissons_ratio)
         frames = triangles.frames(np.array([1.0, 0.0, 0.0]))
         relaxed_law = relaxed(law, material.poissons_ratio, KEPT_BONDED)
-        return Membrane(triangles, frames, [(relaxed_law, layer.thickness)])
+        return BondedMembrane(triangles, frames, [(relaxed_law, layer.thickness)])
 
     @property
     def terms(self):

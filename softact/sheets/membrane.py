@@ -27,7 +27,7 @@ class Membrane:
         self.triangles, self.laws = triangles, laws
         points, weights = MEMBRANE_RULE
         self.gradients = triangles.gradients(frames, points)
-        self._undeformed = np.swapaxes(frames, 1, 2)[:, None]
+        self.undeformed = np.swapaxes(frames, 1, 2)[:, None]
         self.weights = triangles.areas[:, None] * weights
         self._kept: dict[bytes, tuple] = {}
 
@@ -38,9 +38,7 @@ class Membrane:
 
     def deformation_gradient(self, x: np.ndarray) -> np.ndarray:
         """F (k, q, 3, 2): what the frame's axes become."""
-        moved = x[self.triangles.dofs]  # and not where to: small strains would drown in rounding
-        change = np.einsum("knc,kqni->kqci", moved, self.gradients, optimize=True)
-        return self._undeformed + change
+        return np.einsum("knc,kqni->kqci", self.triangles.current(x), self.gradients, optimize=True)
 
     def metric(self, x: np.ndarray) -> np.ndarray:
         """C (k q, 2, 2)."""
@@ -125,6 +123,19 @@ class Membrane:
         if not isinstance(law, TensionField):
             return None
         return law.state(self.metric(x)).reshape(self.weights.shape)
+
+
+class BondedMembrane(Membrane):
+    """A membrane on a solid, which may be so much softer that the membrane's small strains would
+    drown in the rounding of the places: F by the displacements.
+
+    Not for sheets by themselves: with it the inflation of a flat disc (Hencky's) does not settle.
+    """
+
+    def deformation_gradient(self, x):
+        moved = x[self.triangles.dofs]
+        change = np.einsum("knc,kqni->kqci", moved, self.gradients, optimize=True)
+        return self.undeformed + change
 
 
 def sheet_weight(triangles: Triangles, density: float, size: int) -> Weight:
