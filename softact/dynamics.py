@@ -13,6 +13,7 @@ import numpy as np
 from softact.drive import Point
 
 MOST_TIME_STEPS, MOST_ITERATIONS = 100, 200
+MOST_OF_SHEETS = 400  # iterations where sheets without stiffness move far
 SLOWER, QUICKER = 1.6, 0.3
 SHORTEST = 1e-4  # of the first time step
 # Kinetic by internal energy below which the body is taken to rest, and above which the motion is
@@ -55,7 +56,8 @@ class _Motion:
         first = time_step = self._sound_crosses()
         q = self.start.q
         counts = self.stepper.newton.counts
-        last = counts.newton_iterations + MOST_ITERATIONS
+        most = MOST_OF_SHEETS if model.sheets else MOST_ITERATIONS
+        last = counts.newton_iterations + most
         while (
             self.time_steps < MOST_TIME_STEPS
             and time_step > SHORTEST * first
