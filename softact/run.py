@@ -154,13 +154,17 @@ def _solve(
 ) -> Mapping:
     """Start the worker, pass its events on and write its log; returns its last event.
 
-    The worker loads its libraries while ``prepare`` writes the job.
+    The worker loads its libraries while ``prepare`` writes the job, but after it where the run has
+    been given one thread: others run beside it, and it takes no more than one core.
     """
     last: dict = {}
     lines = list(notes)
     for text in notes:
         progress({"stage": "note", "text": text})
     errors = job_file.with_name("stderr")
+    beside = threads != 1
+    if not beside:
+        prepare()
     with errors.open("w") as stderr:
         process = subprocess.Popen(
             _command(job_file, processes),
@@ -171,7 +175,8 @@ def _solve(
             start_new_session=True,
         )
         try:
-            prepare()
+            if beside:
+                prepare()
             for line in process.stdout:
                 try:
                     last = json.loads(line)
