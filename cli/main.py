@@ -149,6 +149,9 @@ def _tell(error: Exception) -> int:
     if isinstance(error, OSError) and error.filename is not None:
         click.echo(f"{error.filename}: {error.strerror}", err=True)
         return WRONG_INPUT
+    if isinstance(error, MemoryError):
+        click.echo("softact: out of memory; what was finished is kept", err=True)
+        return BUG
     what = " ".join(str(error).split())[:200] or "no message"
     click.echo(
         f"softact: this is a fault in softact, not in your input: {type(error).__name__}: {what} "

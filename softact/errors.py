@@ -1,5 +1,7 @@
 """Errors that a user meets, each with the exit code that the command line promises."""
 
+OUT_OF_MEMORY = "the solver ran out of memory; a larger mesh_size needs less"
+
 
 class SoftactError(Exception):
     """Base of every error that is told to the user in plain lines, without a traceback.
@@ -22,6 +24,10 @@ class MeshError(SoftactError):
     """The mesh could not be made: gmsh failed, crashed or ran out of time (exit 3)."""
 
     exit_code = 3
+
+
+class GmshKilledError(MeshError):
+    """Somebody killed gmsh, as the kernel does where memory is short; another try may end well."""
 
 
 class NoEquilibriumError(SoftactError):

@@ -5,6 +5,7 @@ gmsh can hang or crash, so it never runs in the caller's process: ``make_mesh`` 
 start ``softact.gmsh_process`` with a time limit and turn whatever goes wrong into one MeshError.
 """
 
+import errno
 import json
 import os
 import signal
@@ -19,7 +20,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError, field_validator, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from softact.errors import MeshError, SoftactError, SpecError
+from softact.errors import GmshKilledError, MeshError, SoftactError, SpecError
 from softact.orphans import bound
 from softact.units import LENGTH, dimension_of
 
@@ -31,6 +32,7 @@ THINNEST, LONGEST = 1e-4, 1e5  # mm
 SUFFIXES = (".msh", ".vtu", ".stl", ".step")
 PATTERNS = (".dxf", ".svg")  # of sheets
 CORE_SUFFIXES = (".stl", ".step")
+ENDS = {".msh": b"$End", ".step": b"END-"}  # how the last line of a whole file begins
 Part = Literal["solid", "core"]
 
 
@@ -194,7 +196,8 @@ def make_mesh(geometry: Geometry, path: Path, timeout: float = 300.0) -> None:
 
     timeout: seconds after which gmsh is killed. The file appears whole or not at all, and the
     same parameters give the same mesh. Raises MeshError where gmsh fails, crashes or runs out of
-    time, or where the mesh does not have the parts and volumes that the geometry promises.
+    time, or where the mesh does not have the parts and volumes that the geometry promises; OSError
+    where the folder cannot be written or the disk is full.
     """
     _write(geometry, Path(path), timeout, ".msh")
 
@@ -234,10 +237,21 @@ def _write(
         if geometry.layout().sheets:
             geometry.export_sheets(temporary, suffix)
         else:
+            temporary.touch()  # or gmsh would be the one to find that it may not
             _run_gmsh(geometry, temporary.resolve(), timeout, part)
+            _check_whole(temporary)
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _check_whole(path: Path) -> None:
+    """Raises OSError where the disk was full: gmsh cuts the file short and says nothing."""
+    with open(path, "rb") as file:
+        file.seek(max(0, path.stat().st_size - 100))
+        last = file.read().rstrip().rpartition(b"\n")[2]
+    if not last.startswith(ENDS.get(path.suffix, b"")):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
 
 
 def _run_gmsh(geometry: Geometry, path: Path, timeout: float, part: Part) -> None:
@@ -279,6 +293,8 @@ def _run_gmsh(geometry: Geometry, path: Path, timeout: float, part: Part) -> Non
     faults = [line[len(FAULT) :] for line in log.splitlines() if line.startswith(FAULT)]
     if faults:
         raise MeshError(*(f"{_name(geometry)}: {fault}" for fault in faults))
+    if process.returncode == -signal.SIGKILL:
+        raise GmshKilledError(f"{_name(geometry)}: gmsh was killed by signal 9 (out of memory?)")
     how = f"ended with exit code {process.returncode}"
     if process.returncode < 0:
         how = f"crashed ({signal.Signals(-process.returncode).name})"

@@ -56,6 +56,8 @@ def main() -> int:
         faults = write(geometry, Path(job["path"]), job.get("part", "solid"))
     except MeshError as error:
         faults = error.lines
+    except MemoryError:
+        faults = ["gmsh ran out of memory; a larger mesh_size needs less"]
     except Exception as error:
         faults = [f"{type(error).__name__}: {' '.join(str(error).split())}"]
     for fault in faults:

@@ -5,6 +5,7 @@ to tests and to scripts. Every file but ``fields.h5`` is replaced in one step (t
 then rename); ``run.json`` says "incomplete" from the first moment to the last.
 """
 
+import contextlib
 import csv
 import io
 import json
@@ -56,11 +57,16 @@ def write_atomic(path: Path, data: str | bytes) -> None:
     path = Path(path)
     temporary = path.with_name(f".{path.name}.tmp")
     raw = data.encode() if isinstance(data, str) else data
-    with open(temporary, "wb") as file:
-        file.write(raw)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(temporary, path)
+    try:
+        with open(temporary, "wb") as file:
+            file.write(raw)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(temporary, path)
+    except OSError:  # a full disk: what is half written would take the last of it
+        with contextlib.suppress(OSError):
+            temporary.unlink(missing_ok=True)
+        raise
 
 
 def csv_text(rows: Sequence[Mapping[str, float | str]]) -> str:

@@ -6,16 +6,17 @@ import contextlib
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from softact.errors import NoEquilibriumError, SoftactError, SpecError
+from softact.errors import OUT_OF_MEMORY, NoEquilibriumError, SoftactError, SpecError
 from softact.geometry import make_mesh
 from softact.orphans import bound
 from softact.results import RESTART, write_atomic
@@ -79,9 +80,9 @@ def run(
     old = _to_resume(spec, directory) if resume else None
     if old and old.finished_as(spec):
         return Outcome(old.status, directory, None)
-    with tempfile.TemporaryDirectory(prefix="softact-", dir=scratch) as folder:
-        mesh_file, spec_file = Path(folder) / "mesh.msh", Path(folder) / "spec.yaml"
-        job_file = Path(folder) / "job.json"
+    with _scratch(scratch) as folder:
+        mesh_file, spec_file = folder / "mesh.msh", folder / "spec.yaml"
+        job_file = folder / "job.json"
 
         def prepare() -> None:
             """Mesh, and the job that the solver waits for."""
@@ -104,6 +105,17 @@ def run(
 
         write_report(directory, extra)
     return Outcome(last["status"], directory, last.get("message"))
+
+
+@contextlib.contextmanager
+def _scratch(parent: Path | None) -> Iterator[Path]:
+    """A fresh folder, removed afterwards as far as that is allowed; tempfile.TemporaryDirectory of
+    Python 3.11 never comes back from a folder that it may not empty."""
+    folder = Path(tempfile.mkdtemp(prefix="softact-", dir=parent))
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 @dataclass(frozen=True)
@@ -204,6 +216,13 @@ def _solve(
     return last
 
 
+# What Python, C++, the loader of libraries and PETSc's trace say of it. PETSc 3.18's error code is
+# of no use where the matrix is laid out: it is a line number.
+_NO_MEMORY = re.compile(
+    r"MemoryError|bad_alloc|Cannot allocate memory|failed to map segment|\bPetscMalloc"
+)
+
+
 class CannotWriteError(SoftactError):
     """The results could not be written: a full disk, a read-only folder."""
 
@@ -215,7 +234,10 @@ class SolverCrashError(SoftactError):
 
 
 def _crash(code: int, errors: Path) -> str:
-    words = [line for line in errors.read_text(errors="replace").splitlines() if line.strip()]
+    noise = errors.read_text(errors="replace")
+    if _NO_MEMORY.search(noise):
+        return OUT_OF_MEMORY
+    words = [line for line in noise.splitlines() if line.strip()]
     raised = [line for line in words if re.match(r"[\w.]*(Error|Exception)\b", line)]
     words = raised or words  # what mpirun says after it tells little
     cause = f"was killed by signal {-code}" if code < 0 else f"ended with exit code {code}"

@@ -6,7 +6,9 @@ JSON on standard output.
 
 from __future__ import annotations
 
+import errno
 import json
+import mmap
 import os
 import resource
 import sys
@@ -15,14 +17,15 @@ import traceback
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 
-from softact.errors import SoftactError
+from softact.errors import OUT_OF_MEMORY, SoftactError
 
 Tell = Callable[[dict], None]
 PETSC_OUT_OF_MEMORY = 55
-OUT_OF_MEMORY = "the solver ran out of memory; a larger mesh_size needs less"
+_BLAS_BUFFER = 1 << 27  # bytes that OpenBLAS asks for on x86-64
 
 
 def solve(
@@ -337,6 +340,23 @@ def print_event(event: dict) -> None:
     print(json.dumps(event, default=float), flush=True)
 
 
+def _start_blas() -> None:
+    """Let OpenBLAS (numpy's own, and the one of scipy, basix and PETSc) take its buffer as long as
+    there is room: where it gets none, it asks for it for ever.
+
+    Raises MemoryError.
+    """
+    from scipy import linalg
+
+    for solve_with in (np.linalg.solve, linalg.solve):
+        try:
+            private = mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS
+            mmap.mmap(-1, _BLAS_BUFFER, flags=private).close()
+        except OSError:
+            raise MemoryError("no room for the buffer of OpenBLAS") from None
+        solve_with(np.eye(2), np.ones(2))
+
+
 def _await(job_file: Path) -> dict:
     """The job, as soon as it is there; ``softact.run`` ends this process where none will come."""
     while not job_file.exists():
@@ -352,6 +372,11 @@ def main(job_file: str, parent: str | None = None) -> int:
     from softact.orphans import end_with
 
     end_with(int(parent) if parent else os.getppid())
+    try:
+        _start_blas()
+    except MemoryError:
+        print_event({"stage": "error", "exit_code": 70, "lines": [OUT_OF_MEMORY]})
+        os._exit(70)
 
     from mpi4py import MPI
 
@@ -372,24 +397,29 @@ def main(job_file: str, parent: str | None = None) -> int:
         times, old_steps = job["times_s"], job.get("old_steps")
         status = solve(comm, spec, Path(job["mesh"]), directory, times, tell, old_steps)
     except OSError as error:  # a full disk, a folder that has gone
+        if error.errno == errno.ENOMEM:
+            _abort_without_memory(comm)
         lines = [f"cannot write: {error}"]
         print_event({"stage": "error", "exit_code": 2, "lines": lines, "cannot_write": True})
         comm.Abort(2)
     except MemoryError:
-        print_event({"stage": "error", "exit_code": 70, "lines": [OUT_OF_MEMORY]})
-        comm.Abort(70)
+        _abort_without_memory(comm)
     except SoftactError as error:
         tell({"stage": "error", "exit_code": error.exit_code, "lines": error.lines})
         return error.exit_code
     except Exception as error:
         # On one process only, the others would wait for it for ever.
         if getattr(error, "ierr", None) == PETSC_OUT_OF_MEMORY:
-            print_event({"stage": "error", "exit_code": 70, "lines": [OUT_OF_MEMORY]})
-            comm.Abort(70)
+            _abort_without_memory(comm)
         traceback.print_exc()
         sys.stderr.flush()
         comm.Abort(70)
     return 0 if status == "complete" else 4
+
+
+def _abort_without_memory(comm) -> NoReturn:
+    print_event({"stage": "error", "exit_code": 70, "lines": [OUT_OF_MEMORY]})
+    comm.Abort(70)
 
 
 def _leave(code: int) -> None:

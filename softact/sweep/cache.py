@@ -24,6 +24,10 @@ from softact.sweep.record import DamagedError, Record
 
 DEFAULT = Path("results") / ".runs"
 
+#: What no further try mends: the disk is full or broken, the folder is no longer writable.
+UNWRITABLE = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.EIO)
+_FULL = (errno.ENOSPC, errno.EDQUOT)
+
 
 class BusyError(Exception):
     """Somebody else computes this run at the moment."""
@@ -45,7 +49,7 @@ class Cache:
             probe.write_bytes(b"softact")
             probe.unlink()
         except OSError as error:
-            raise SpecError(_cannot(self.directory, error)) from None
+            raise SpecError(self._cannot(error, "")) from None
 
     def folder(self, key: str) -> Path:
         """Where the result folder of a run is, or would be."""
@@ -60,8 +64,11 @@ class Cache:
 
     @contextmanager
     def lock(self, key: str, wait: bool = True) -> Iterator[None]:
-        """Hold the right to compute a run. Raises BusyError where ``wait`` is false."""
-        with open(self.directory / "locks" / key, "a") as file:
+        """Hold the right to compute a run. Raises BusyError where ``wait`` is false, and
+        CannotWriteError."""
+        with self._writing():
+            file = open(self.directory / "locks" / key, "a")
+        with file:
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
             except BlockingIOError:
@@ -70,10 +77,12 @@ class Cache:
 
     @contextmanager
     def workspace(self, key: str) -> Iterator[Path]:
-        """A fresh folder to compute a run in; whoever calls holds its lock."""
-        self._clear(key)
+        """A fresh folder to compute a run in; whoever calls holds its lock. Raises
+        CannotWriteError."""
         folder = self.directory / "tmp" / f"{key}.{os.getpid()}"
-        folder.mkdir()
+        with self._writing():
+            self._clear(key)
+            folder.mkdir()
         try:
             yield folder
         finally:
@@ -95,8 +104,9 @@ class Cache:
         shutil.rmtree(folder)
 
     def keep(self, found: Record, results: Path) -> None:
-        """Move a finished result folder into the cache, all at once; its lock is held."""
-        try:
+        """Move a finished result folder into the cache, all at once; its lock is held. Raises
+        CannotWriteError."""
+        with self._writing():
             record.store(found, results)
             for path in results.iterdir():
                 _sync(path)
@@ -106,8 +116,28 @@ class Cache:
             results.rename(target)
             _sync(target.parent)
             self._journal(found)
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        try:
+            yield
         except OSError as error:
-            raise CannotWriteError(_cannot(self.directory, error)) from None
+            raise self.cannot_write(error) from None
+
+    def cannot_write(self, error: OSError | CannotWriteError) -> CannotWriteError:
+        """What to say of an error, of this process or of its solver's, that ends the sweep."""
+        return CannotWriteError(self._cannot(error, "; what was finished is kept"))
+
+    def _cannot(self, error: OSError | CannotWriteError, kept: str) -> str:
+        # HDF5 gives no number, but always the system's words.
+        words = " ".join(str(error).split())
+        known = [number for number in UNWRITABLE if os.strerror(number) in words]
+        if known and known[0] in _FULL:
+            return f"{self.directory}: the disk is full; what was finished is kept"
+        why = os.strerror(known[0]) if known else getattr(error, "strerror", None) or words
+        return (
+            f"{self.directory}: cannot be written ({why}){kept}; name another folder with --cache"
+        )
 
     def _journal(self, found: Record) -> None:
         when = time.strftime("%Y-%m-%dT%H:%M:%S")
@@ -126,9 +156,3 @@ def _sync(path: Path) -> None:
         os.fsync(handle)
     finally:
         os.close(handle)
-
-
-def _cannot(directory: Path, error: OSError) -> str:
-    if error.errno in (errno.ENOSPC, errno.EDQUOT):
-        return f"{directory}: the disk is full; what was finished is kept"
-    return f"{directory}: cannot be written ({error.strerror}); name another folder with --cache"

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import errno
 import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from softact.errors import SoftactError
+from softact.errors import GmshKilledError, SoftactError
 from softact.results import read
-from softact.run import CannotWriteError, Progress, SolverCrashError, run
+from softact.run import CannotWriteError, Progress, run
 from softact.spec import Spec
 from softact.sweep import record, shape
-from softact.sweep.cache import Cache
+from softact.sweep.cache import UNWRITABLE, Cache
 from softact.sweep.record import Record
 
 FAILED, INVALID = "failed", "invalid_spec"
@@ -56,30 +55,28 @@ def compute(
         try:
             with cache.workspace(key) as folder:
                 return of_record(_solve(spec, key, folder, cache, progress), cached=False)
-        except CannotWriteError as error:
-            raise _full(error, cache) from None
+        except CannotWriteError:
+            raise
         except SoftactError as error:
-            transient = isinstance(error, SolverCrashError) or error.exit_code == 70
+            transient = isinstance(error, GmshKilledError) or error.exit_code == 70
             return Answer(key, None, FAILED, "; ".join(error.lines), transient=transient)
         except OSError as error:
-            if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EROFS):
-                raise _full(CannotWriteError(str(error)), cache) from None
             return Answer(key, None, FAILED, str(error), transient=True)
 
 
 def _solve(spec: Spec, key: str, folder: Path, cache: Cache, progress: Progress | None) -> Record:
     started = time.perf_counter()
     results = folder / "results"
-    run(spec, results, progress=progress, report=False, threads=1, scratch=folder)
-    finished = read(results)
-    shape.store(finished)
+    try:
+        run(spec, results, progress=progress, report=False, threads=1, scratch=folder)
+        finished = read(results)
+        shape.store(finished)
+    except CannotWriteError as error:
+        raise cache.cannot_write(error) from None
+    except OSError as error:
+        if error.errno in UNWRITABLE:
+            raise cache.cannot_write(error) from None
+        raise
     found = record.from_results(key, finished, time.perf_counter() - started)
     cache.keep(found, results)
     return found
-
-
-def _full(error: CannotWriteError, cache: Cache) -> CannotWriteError:
-    words = " ".join(error.lines)
-    if "No space" in words or "quota" in words:
-        words = f"{cache.directory}: the disk is full; what was finished is kept"
-    return CannotWriteError(words)
