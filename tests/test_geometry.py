@@ -45,6 +45,15 @@ class Crashing(Block):
         os.kill(os.getpid(), signal.SIGSEGV)
 
 
+class Killed(Block):
+    """Is what the kernel ends where memory is short."""
+
+    type: Literal["killed"] = "killed"
+
+    def mesh(self, gmsh):
+        os.kill(os.getpid(), signal.SIGKILL)
+
+
 class Failing(Block):
     """Asks gmsh for a volume that is not there."""
 
@@ -124,6 +133,24 @@ def test_crash_of_gmsh_is_told(tmp_path):
     assert (
         line == "crashing: gmsh crashed (SIGSEGV); gmsh's last words: Info    : Meshing surface 17"
     )
+
+
+def test_kill_of_gmsh_is_told(tmp_path):
+    assert refused(Killed(), tmp_path) == "killed: gmsh was killed by signal 9 (out of memory?)"
+
+
+def test_full_disk_leaves_no_part_of_a_mesh(tmp_path):
+    disk = ["mount", "-t", "tmpfs", "-o", "size=40k", "tmpfs", tmp_path]
+    done = subprocess.run(disk, capture_output=True, text=True)
+    if done.returncode:
+        pytest.skip(f"may not mount a disk here: {done.stderr.strip()}")
+    fine = Block.model_validate({"mesh_size": "1 mm"})  # gmsh itself ends well, with a part
+    try:
+        with pytest.raises(OSError, match="No space left on device"):
+            make_mesh(fine, tmp_path / "fine.msh")
+        assert os.listdir(tmp_path) == []
+    finally:
+        subprocess.run(["umount", tmp_path], check=True)
 
 
 def test_error_of_gmsh_is_told(tmp_path):

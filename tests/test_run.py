@@ -5,6 +5,8 @@ The figures must not depend on how they were computed.
 
 import csv
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -165,3 +167,37 @@ def test_says_what_leaves_the_tested_stretch(high, warned, tmp_path):
     assert not (tmp_path / "out/report.html").exists()
     messages = json.loads((tmp_path / "out/run.json").read_text())["messages"]
     assert any("to which elastosil-m4601 was tested" in m for m in messages) == warned
+
+
+SHORT = """
+import re, resource
+from scipy import linalg
+from softact.worker import _start_blas
+now = 1024 * int(re.search(r"VmSize:\\s+(\\d+)", open("/proc/self/status").read())[1])
+resource.setrlimit(resource.RLIMIT_AS, (now + 2**26, now + 2**26))
+try:
+    _start_blas()
+except MemoryError:
+    print("told")
+"""
+
+
+def test_openblas_without_its_buffer_is_told():
+    """OpenBLAS itself asks for its 128 MB for ever."""
+    done = subprocess.run([sys.executable, "-c", SHORT], capture_output=True, text=True, timeout=60)
+    assert (done.stdout, done.stderr) == ("told\n", "")
+
+
+@pytest.mark.parametrize(
+    ("code", "noise", "said"),
+    [
+        (1, "ImportError: libpetsc.so: failed to map segment from shared object", "ran out of"),
+        (-6, "terminate called after throwing an instance of 'std::bad_alloc'", "ran out of"),
+        (70, "PETSc.Error: error code 4627\n[0] PetscMallocA() at mal.c:410", "ran out of"),
+        (-9, "", "was killed by signal 9 (out of memory?); its last words: none"),
+        (-11, "one\ntwo", "was killed by signal 11; its last words: two"),
+    ],
+)
+def test_what_a_solver_died_of_is_told(tmp_path, code, noise, said):
+    (tmp_path / "stderr").write_text(noise)
+    assert said in runs._crash(code, tmp_path / "stderr")
