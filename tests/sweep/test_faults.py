@@ -39,13 +39,9 @@ def end(process):
     return process.returncode, out, err.splitlines()
 
 
-def call(folder, **more):
-    return end(start(folder, **more))
-
-
 def completes(folder, computed, said=()):
     """Another call ends well, and computes so many of the two points."""
-    code, out, lines = call(folder)
+    code, out, lines = end(start(folder))
     assert (code, lines) == (0, [*said])
     assert f"2 points, {2 - computed} of them known" in out
     assert f"2 complete; {computed} computed now" in out
@@ -158,7 +154,7 @@ def test_full_disk_of_the_runs(disk, revoked, tmp_path):
     # Room for the first run, and for half of the second.
     taken = sum(4 * -(-path.stat().st_size // 4096) for path in revoked.folder.glob("runs/??/*/*"))
     disk("runs", 8 + taken * 3 // 4)
-    code, _, lines = call(tmp_path)
+    code, _, lines = end(start(tmp_path))
     assert (code, lines) == (2, [f"{tmp_path}/runs: the disk is full; what was finished is kept"])
     (one,) = finished(tmp_path)
     assert sorted(states(tmp_path).values()) == [("complete", ""), ("missing", "")]
@@ -171,7 +167,7 @@ def test_full_disk_of_the_runs(disk, revoked, tmp_path):
 def test_full_disk_of_the_table_and_page(disk, revoked, tmp_path):
     shutil.copytree(revoked.folder / "runs", tmp_path / "runs")
     disk("out", 200)  # enough for the table, not for the page
-    code, _, lines = call(tmp_path)
+    code, _, lines = end(start(tmp_path))
     cause = "No space left on device; the runs are kept in the cache"
     assert (code, lines) == (2, [f"{tmp_path}/out: {cause}"])
     assert not list((tmp_path / "out").glob("*.tmp")) and len(states(tmp_path)) == 2
@@ -188,7 +184,7 @@ def test_solver_out_of_memory_or_killed(revoked, tmp_path):
     def less_memory():
         resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
 
-    code, _, lines = call(tmp_path, text=BLOCKS, preexec_fn=less_memory)
+    code, _, lines = end(start(tmp_path, text=BLOCKS, preexec_fn=less_memory))
     (one,) = finished(tmp_path)
     (other,) = states(tmp_path).keys() - {one}
     failed = {one: ("complete", ""), other: ("failed", OUT_OF_MEMORY)}
