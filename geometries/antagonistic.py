@@ -9,8 +9,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from softact.boxes import OUTSIDE, Plane
-from softact.geometry import THINNEST, Geometry, Layout, main
+from softact.boxes import OUTSIDE
+from softact.corrugated import Corrugated
+from softact.geometry import THINNEST, main
 from softact.prisms import Prism, Prisms, Shapes, lacking
 from softact.units import Length
 
@@ -18,7 +19,7 @@ CIRCLE_EDGES = 12
 PAIRS = ("upper", "lower")  # upper: at the clamp
 
 
-class Antagonistic(Geometry):
+class Antagonistic(Corrugated):
     """Two pairs of PneuNets in a row along x: the upper pair at the clamp, the lower at the tip.
 
     The cavities of a pair, a and b, lie on both sides of a central wall; the lower pair is turned
@@ -54,21 +55,10 @@ class Antagonistic(Geometry):
     mesh_size: Length = Field(5.0, description="longest edge")
 
     def faults(self):
-        if self.chamber_length < THINNEST:
-            yield (
-                "pitch",
-                f"leaves {self.chamber_length:g} mm for the length of a chamber: the chambers "
-                "would vanish between their walls and the gaps",
-            )
+        yield from super().faults()
         half = self.central_wall / 2
         if self.chamber_radius - half < THINNEST:
             yield "top_wall", "leaves no room above the central wall: the chambers would vanish"
-        if self.midsection_radius >= self.radius:
-            yield (
-                "midsection_radius",
-                f"{self.midsection_radius:g} mm is not less than radius ({self.radius:g} mm): the "
-                "gaps would vanish",
-            )
         if self.channel_radius - half < THINNEST:
             yield (
                 "midsection_radius",
@@ -89,19 +79,8 @@ class Antagonistic(Geometry):
             )
 
     @property
-    def chamber_length(self) -> float:
-        """Length of the air space of a chamber."""
-        return self.pitch - self.gap - 2 * self.side_wall
-
-    @property
-    def chamber_radius(self) -> float:
-        """Radius of the air space in the chambers."""
-        return self.radius - self.top_wall
-
-    @property
-    def channel_radius(self) -> float:
-        """Radius of the air space in the gaps."""
-        return self.midsection_radius - self.side_wall
+    def outside(self) -> tuple[str, float]:
+        return "radius", self.radius
 
     @property
     def length(self) -> float:
@@ -132,18 +111,6 @@ class Antagonistic(Geometry):
             for name, (pair, angle, _) in found.items()
             if cos(angle) > -0.5
         }
-
-    def layout(self) -> Layout:
-        cavities = tuple(self._meshed())
-        surfaces = ("clamp", "tip", "outer", *cavities)
-        return Layout(
-            regions=("body",),
-            surfaces=(*surfaces, "symmetry") if self.symmetry else surfaces,
-            cavities={name: (name,) for name in cavities},
-            bending_axis=(0.0, 1.0, 0.0) if self.symmetry else None,
-            symmetry={"symmetry": 1} if self.symmetry else {},
-            length=self.length,
-        )
 
     def _segment(self, radius: float) -> float:
         """Area of a circle beyond the central wall, on one side."""
@@ -238,23 +205,14 @@ class Antagonistic(Geometry):
             if len(middles) > 1:
                 prisms.append(Prism(name, f"{name} channel", middles[0], middles[-1]))
             prisms += [Prism(name, f"{name} chamber", x - half, x + half) for x in middles]
-        planes = [Plane("clamp", 0, 0.0), Plane("tip", 0, length)]
-        if self.symmetry:
-            planes.append(Plane("symmetry", 1, 0.0))
         return Prisms(
             self._shapes,
             tuple(prisms),
             ("body",),
             tuple(self._meshed()),
-            planes=tuple(planes),
+            planes=self.planes(),
             circle_edges=CIRCLE_EDGES,
         )
-
-    def build(self, gmsh) -> None:
-        self.solid().build(gmsh)
-
-    def mesh(self, gmsh) -> None:
-        self.solid().mesh(gmsh, self.mesh_size)
 
 
 if __name__ == "__main__":

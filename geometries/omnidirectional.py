@@ -9,13 +9,14 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from softact.boxes import OUTSIDE, Plane
-from softact.geometry import THINNEST, Geometry, Layout, main
+from softact.boxes import OUTSIDE
+from softact.corrugated import Corrugated
+from softact.geometry import THINNEST, main
 from softact.prisms import Prism, Prisms, Shapes, lacking
 from softact.units import Length
 
 
-class Omnidirectional(Geometry):
+class Omnidirectional(Corrugated):
     """A corrugated cylinder whose cavities lie around the axis, divided by inner walls.
 
     Each module along x is a wide chamber between two halves of a gap. In the chamber the outside
@@ -56,18 +57,7 @@ class Omnidirectional(Geometry):
     mesh_size: Length = Field(3.5, description="longest edge")
 
     def faults(self):
-        if self.chamber_length < THINNEST:
-            yield (
-                "pitch",
-                f"leaves {self.chamber_length:g} mm for the length of a chamber: the chambers "
-                "would vanish between their walls and the gaps",
-            )
-        if self.midsection_radius >= self.actuator_radius:
-            yield (
-                "midsection_radius",
-                f"{self.midsection_radius:g} mm is not less than actuator_radius "
-                f"({self.actuator_radius:g} mm): the gaps would vanish",
-            )
+        yield from super().faults()
         inside = max(
             self._apex, self.core_radius or 0.0, self.channel_radius if self.channels else 0.0
         )
@@ -87,19 +77,8 @@ class Omnidirectional(Geometry):
             )
 
     @property
-    def chamber_length(self) -> float:
-        """Length of the air space of a chamber."""
-        return self.pitch - self.gap - 2 * self.side_wall
-
-    @property
-    def chamber_radius(self) -> float:
-        """Radius of the air space in the chambers."""
-        return self.actuator_radius - self.top_wall
-
-    @property
-    def channel_radius(self) -> float:
-        """Radius of the air space in the gaps."""
-        return self.midsection_radius - self.side_wall
+    def outside(self) -> tuple[str, float]:
+        return "actuator_radius", self.actuator_radius
 
     @property
     def length(self) -> float:
@@ -125,18 +104,6 @@ class Omnidirectional(Geometry):
             if across > -1e-9:
                 found[f"cavity_{number + 1}"] = angle, 0.5 if across < 1e-9 else 1.0
         return found
-
-    def layout(self) -> Layout:
-        cavities = tuple(self._meshed())
-        surfaces = ("clamp", "tip", "outer", *cavities)
-        return Layout(
-            regions=("body",),
-            surfaces=(*surfaces, "symmetry") if self.symmetry else surfaces,
-            cavities={name: (name,) for name in cavities},
-            bending_axis=(0.0, 1.0, 0.0) if self.symmetry else None,
-            symmetry={"symmetry": 1} if self.symmetry else {},
-            length=self.length,
-        )
 
     def _sector(self, radius: float) -> float:
         """Area of a cavity's section: between two planes half a wall off the axis, in a circle."""
@@ -234,17 +201,8 @@ class Omnidirectional(Geometry):
             for middle in middles:
                 ends = middle - self.chamber_length / 2, middle + self.chamber_length / 2
                 prisms.append(Prism(name, f"chamber of {name}", *ends))
-        planes = [Plane("clamp", 0, 0.0), Plane("tip", 0, length)]
-        if self.symmetry:
-            planes.append(Plane("symmetry", 1, 0.0))
         cavities = tuple(self._meshed())
-        return Prisms(self._shapes, tuple(prisms), ("body",), cavities, planes=tuple(planes))
-
-    def build(self, gmsh) -> None:
-        self.solid().build(gmsh)
-
-    def mesh(self, gmsh) -> None:
-        self.solid().mesh(gmsh, self.mesh_size)
+        return Prisms(self._shapes, tuple(prisms), ("body",), cavities, planes=self.planes())
 
 
 if __name__ == "__main__":
