@@ -1,15 +1,13 @@
 """Every kind of page in headless Chromium: quiet console, phone and desk, dark, paper, CSV."""
 
-import csv
 import json
-import shutil
 import time
 from contextlib import nullcontext
-from pathlib import Path
 
 import bent_beam
 import numpy as np
 import pytest
+from browsing import DESK, PHONE, assert_quiet_and_fits
 
 from softact import spec as specs
 from softact.converge import output
@@ -22,17 +20,6 @@ from softact.report.targets import section
 from softact.results import read
 from softact.sweep.record import from_results
 
-CHROMIUM, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
-pytestmark = pytest.mark.skipif(
-    not (CHROMIUM and DRIVER), reason="needs chromium and chromium-driver (apt)"
-)
-selenium = pytest.importorskip("selenium", reason="needs selenium (pip install softact[dev])")
-
-FLAGS = (
-    "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-    "--disable-background-networking", "--disable-component-update", "--disable-sync",
-    "--enable-unsafe-swiftshader", "--hide-scrollbars",
-)  # fmt: skip
 SIZE = {"nx": 6, "ny": 2, "nz": 7}
 MEASURES = ("bending_angle_deg", "max_principal_stress_MPa", "tip_x_mm", "tip_z_mm")
 PLOT = "#angle .main-svg"
@@ -95,162 +82,64 @@ def files(tmp_path_factory):
     }
 
 
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    from selenium import webdriver
-    from selenium.webdriver.chrome.service import Service
-
-    options = webdriver.ChromeOptions()
-    options.binary_location = CHROMIUM
-    for flag in (*FLAGS, f"--user-data-dir={tmp_path_factory.mktemp('profile')}"):
-        options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    driver = webdriver.Chrome(options=options, service=Service(DRIVER))
-    driver.shown = None
-    driver.downloads = tmp_path_factory.mktemp("downloads")
-    driver.execute_cdp_cmd(
-        "Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(driver.downloads)}
-    )
-    try:
-        yield driver
-    finally:
-        driver.quit()
-
-
-def open_page(driver, file, width):
-    """Open a page that is not open already, in light colours."""
-    if driver.shown == (file, width):
-        return
-    driver.shown = file, width
-    size = {"width": width, "height": 850, "deviceScaleFactor": 1, "mobile": width < 600}
-    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-    scheme = {"name": "prefers-color-scheme", "value": "light"}
-    driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": [scheme]})
-    driver.get(file.as_uri())
-    wait_for(driver, "return document.body.dataset.ready === 'yes'", 60)
-
-
-def wait_for(driver, script, seconds=20):
-    end = time.monotonic() + seconds
-    while not (value := driver.execute_script(script)):
-        assert time.monotonic() < end, f"not within {seconds} s: {script}"
-        time.sleep(0.05)
-    return value
-
-
-def saved(driver, link, name):
-    """Click a link as a reader does; the rows of the CSV that is saved."""
-    target = Path(driver.downloads) / name
-    target.unlink(missing_ok=True)
-    driver.execute_script("arguments[0].click()", link)
-    end = time.monotonic() + 20
-    while not target.is_file():
-        assert time.monotonic() < end, f"{name} was not saved"
-        time.sleep(0.05)
-    with open(target, newline="", encoding="utf-8") as file:
-        return list(csv.reader(file))
-
-
-def csv_of(driver, title):
-    script = (
-        "return [...document.querySelectorAll('figure.chart')].find("
-        "f => f.querySelector('b').textContent === arguments[0]).querySelector('.csv')"
-    )
-    return driver.execute_script(script, title)
-
-
 @pytest.mark.parametrize(
     "name, width",
-    [("comparison", 390), ("base", 390), ("report", 390), ("convergence", 390),
-     ("convergence", 1400), ("base", 1400)],
+    [("comparison", PHONE), ("base", PHONE), ("report", PHONE), ("convergence", PHONE),
+     ("convergence", DESK), ("base", DESK)],
 )  # fmt: skip
 def test_pages_are_quiet_and_fit(browser, files, name, width):
-    open_page(browser, files[name], width)
-    plots, drawn, inner, content = browser.execute_script(
-        "return [document.querySelectorAll('figure.chart').length,"
-        "document.querySelectorAll('figure.chart .js-plotly-plot').length,"
-        "window.innerWidth, document.documentElement.scrollWidth]"
-    )
-    assert drawn == plots >= 4
-    assert content <= inner
-    log = browser.get_log("browser")
-    assert [entry for entry in log if entry["level"] in ("SEVERE", "ERROR")] == []
-    asked = browser.execute_script(
-        "return performance.getEntriesByType('resource').map(e => e.name)"
-        ".filter(n => !n.startsWith('data:') && !n.startsWith('blob:'))"
-    )
-    assert asked == []
+    browser.open(files[name], width)
+    assert_quiet_and_fits(browser, plots=4)
 
 
 def test_the_data_of_a_plot_are_one_click_away(browser, files):
-    open_page(browser, files["base"], 1400)
-    rows = saved(browser, csv_of(browser, "Angle"), "angle.csv")
+    browser.open(files["base"], DESK)
+    rows = browser.csv("Angle")
     assert rows[0] == ["Pressure (kPa)", "Angle (°)"]
     assert np.array(rows[1:], float) == pytest.approx(np.column_stack([PRESSURE, ANGLE]), rel=1e-6)
-    rows = saved(browser, csv_of(browser, "Two curves"), "two_curves.csv")
+    rows = browser.csv("Two curves")
     assert rows[0] == ["curve", "Pressure (kPa)", "Angle (°)"]
     assert rows[-1] == ["two, 'with' \"marks\"", "2", ""]
-    rows = saved(browser, csv_of(browser, "Effects"), "effects.csv")
+    rows = browser.csv("Effects")
     assert rows[1:] == [["wall", "3"], ["roof <b>", "-1.5"]]
-    assert saved(browser, csv_of(browser, "All runs"), "all_runs.csv")[2] == ["2", "40"]
+    assert browser.csv("All runs")[2] == ["2", "40"]
 
 
 def test_a_click_on_a_point_reaches_the_page(browser, files):
-    from selenium.webdriver import ActionChains
-
-    open_page(browser, files["base"], 1400)
-    places = browser.execute_script(
-        "const box = byId('angle'); box.scrollIntoView({block: 'center'});"
-        "const l = box._fullLayout, b = box.getBoundingClientRect();"
-        "return [b.x + l._size.l + l.xaxis.d2p(12.5), b.y + l._size.t + l.yaxis.d2p(1 / 3)];"
-    )
-    actions = ActionChains(browser)
-    actions.w3c_actions.pointer_action.move_to_location(*map(round, places))
-    actions.w3c_actions.pointer_action.click()
-    actions.perform()
-    wait_for(browser, "return document.body.dataset.clicked === 'second'")
-
-
-def luminance(driver, selector, style="background-color"):
-    """Of a colour as drawn: 0 is black, 1 is white."""
-    script = "return getComputedStyle(document.querySelector(arguments[0])).getPropertyValue("
-    colour = driver.execute_script(f"{script}arguments[1])", selector, style)
-    rgb = [float(n) for n in colour[colour.index("(") + 1 : -1].split(",")[:3]]
-    return float(np.dot(rgb, [0.2126, 0.7152, 0.0722]) / 255)
+    browser.open(files["base"], DESK)
+    browser.click_point("angle", trace=0, point=1)
+    browser.wait("return document.body.dataset.clicked === 'second'")
 
 
 def test_dark_light_and_paper(browser, files):
-    open_page(browser, files["base"], 1400)
-    scheme = [{"name": "prefers-color-scheme", "value": "dark"}]
-    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": scheme})
-    wait_for(browser, "return themed('@paper') === '#12181d'")
+    browser.open(files["base"], DESK)
+    browser.colours("dark")
+    browser.wait("return themed('@paper') === '#12181d'")
     time.sleep(0.3)
-    assert luminance(browser, "body") < 0.15
-    assert luminance(browser, PLOT) < 0.15 and luminance(browser, "#angle .xtitle", "fill") > 0.7
-    scheme[0]["value"] = "light"
-    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": scheme})
-    wait_for(browser, "return themed('@paper') === '#ffffff'")
+    assert browser.luminance("body") < 0.15
+    assert browser.luminance(PLOT) < 0.15 and browser.luminance("#angle .xtitle", "fill") > 0.7
+    browser.colours("light")
+    browser.wait("return themed('@paper') === '#ffffff'")
     time.sleep(0.3)
-    assert luminance(browser, PLOT) > 0.95 and luminance(browser, "#angle .xtitle", "fill") < 0.2
-    scheme[0]["value"] = "dark"
-    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print", "features": scheme})
-    browser.execute_script("window.dispatchEvent(new Event('beforeprint'))")
-    assert luminance(browser, PLOT) > 0.95  # paper is white for those who like it dark
-    widths = browser.execute_script(
+    assert browser.luminance(PLOT) > 0.95 and browser.luminance("#angle .xtitle", "fill") < 0.2
+    browser.colours("dark", media="print")
+    browser.run("window.dispatchEvent(new Event('beforeprint'))")
+    assert browser.luminance(PLOT) > 0.95  # paper is white for those who like it dark
+    widths = browser.run(
         "return [...document.querySelectorAll('.main-svg')].map("
         "svg => svg.getBoundingClientRect().width)"
     )
     assert max(widths) <= 660  # of the 700 or so that A4 has between its margins
-    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": scheme})
-    browser.execute_script("window.dispatchEvent(new Event('afterprint'))")
-    wait_for(browser, "return themed('@paper') === '#12181d'")
+    browser.colours("dark")
+    browser.run("window.dispatchEvent(new Event('afterprint'))")
+    browser.wait("return themed('@paper') === '#12181d'")
     time.sleep(0.3)
-    assert luminance(browser, PLOT) < 0.15
+    assert browser.luminance(PLOT) < 0.15
 
 
 def test_curves_of_one_abscissa_are_columns(browser, files):
-    open_page(browser, files["report"], 1400)
-    rows = saved(browser, csv_of(browser, "Largest stress"), "largest_stress.csv")
+    browser.open(files["report"], DESK)
+    rows = browser.csv("Largest stress")
     assert rows[0][0] == "Pressure (kPa)" and len(rows[0]) == 3
     assert rows[0][1] == "Largest von Mises stress: Largest stress (MPa)"
     assert [float(row[0]) for row in rows[1:]] == [0, 12.5, 25, 37.5, 50]
@@ -258,15 +147,15 @@ def test_curves_of_one_abscissa_are_columns(browser, files):
 
 def test_error_bars_of_a_convergence_study(browser, files):
     """1.25 times the distances of 5°, 2.5° and 1.25° to the limit, in the plot and in its CSV."""
-    open_page(browser, files["convergence"], 1400)
-    rows = saved(browser, csv_of(browser, "Bending angle"), "bending_angle.csv")
+    browser.open(files["convergence"], DESK)
+    rows = browser.csv("Bending angle")
     assert rows[0] == [
         "Mean cell size (mm)", "Bending angle (°)", "Error bar of Bending angle (°)",
         "limit (Richardson)",
     ]  # fmt: skip
     expected = [[4, 90, 6.25, 85], [2, 87.5, 3.125, 85], [1, 86.25, 1.5625, 85]]
     assert np.array(rows[1:], float) == pytest.approx(np.array(expected), rel=1e-6)
-    drawn = browser.execute_script(
+    drawn = browser.run(
         "return [...document.querySelectorAll('figure.chart')].map("
         "f => f.querySelectorAll('.errorbar path').length)"
     )

@@ -8,7 +8,7 @@ import sys
 import time
 
 import pytest
-import test_report_browser as browser
+from browsing import DESK, PHONE, assert_quiet_and_fits
 
 from .folders import CUBE
 
@@ -107,58 +107,18 @@ def test_wrong_options_are_one_line(folder, options, said, tmp_path):
     assert said in err
 
 
-@pytest.fixture(params=[390, 1400])
-def page(request, folder, tmp_path):
-    if not (browser.CHROMIUM and browser.DRIVER):
-        pytest.skip("needs chromium and chromium-driver (apt)")
-    from selenium import webdriver
-    from selenium.webdriver.chrome.service import Service
-
-    options = webdriver.ChromeOptions()
-    options.binary_location = browser.CHROMIUM
-    for flag in (*browser.FLAGS, f"--user-data-dir={tmp_path}"):
-        options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    driver = webdriver.Chrome(options=options, service=Service(browser.DRIVER))
-    try:
-        size = {"width": request.param, "height": 850, "deviceScaleFactor": 1}
-        driver.execute_cdp_cmd(
-            "Emulation.setDeviceMetricsOverride", {**size, "mobile": request.param < 600}
-        )
-        driver.get((folder / "results/cube/sweep.html").as_uri())
-        browser.wait_for(driver, "return document.body.dataset.ready !== undefined", 60)
-        yield driver
-    finally:
-        driver.quit()
+@pytest.fixture(params=[PHONE, DESK])
+def page(request, folder, browser):
+    return browser.open(folder / "results/cube/sweep.html", request.param)
 
 
 def test_page_has_no_error_and_a_click_shows_the_shape(page):
-    assert page.execute_script("return document.body.dataset.ready") == "yes"
-    width, content = page.execute_script(
-        "return [window.innerWidth, document.documentElement.scrollWidth]"
-    )
-    assert content <= width
     for box in ("front", "curves", "parallel"):
-        assert page.execute_script(f"return document.getElementById('{box}').data.length") > 0
-    place = page.execute_script(
-        "const box = document.getElementById('front'); box.scrollIntoView({block: 'center'});"
-        "const l = box._fullLayout, t = box.data[0], r = box.getBoundingClientRect();"
-        "return [r.left + l.xaxis._offset + l.xaxis.d2p(t.x[0]),"
-        " r.top + l.yaxis._offset + l.yaxis.d2p(t.y[0]), t.customdata[0]];"
-    )
-    click(page, *place[:2])
-    browser.wait_for(page, "return document.getElementById('oneshape')?.dataset.ready === 'yes'")
-    assert page.execute_script("return document.getElementById('onepoint').dataset.point") == str(
-        place[2]
-    )
-    x = page.execute_script("return Array.from(document.getElementById('oneshape').data[0].x)")
+        assert page.run(f"return document.getElementById('{box}').data.length") > 0
+    number = page.run("return document.getElementById('front').data[0].customdata[0]")
+    page.click_point("front", trace=0, point=0)
+    page.wait("return document.getElementById('oneshape')?.dataset.ready === 'yes'")
+    assert page.run("return document.getElementById('onepoint').dataset.point") == str(number)
+    x = page.run("return Array.from(document.getElementById('oneshape').data[0].x)")
     assert (min(x), max(x)) == (pytest.approx(0, abs=0.01), pytest.approx(4.1, abs=0.1))
-    log = [entry for entry in page.get_log("browser") if entry["level"] in ("SEVERE", "ERROR")]
-    assert log == []
-
-
-def click(page, x, y):
-    for kind in ("mouseMoved", "mousePressed", "mouseReleased"):
-        more = {} if kind == "mouseMoved" else {"button": "left", "clickCount": 1}
-        page.execute_cdp_cmd("Input.dispatchMouseEvent", {"type": kind, "x": x, "y": y, **more})
-        time.sleep(0.1)
+    assert_quiet_and_fits(page)

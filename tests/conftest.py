@@ -1,0 +1,14 @@
+"""One headless Chromium for all tests of pages."""
+
+import browsing
+import pytest
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory):
+    """A ``browsing.Browser``."""
+    started = browsing.start(tmp_path_factory.mktemp("chromium"))
+    try:
+        yield started
+    finally:
+        started.quit()
