@@ -40,7 +40,7 @@ def start(folder: Path) -> "Browser":
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     options.page_load_strategy = "none"  # pages tell by themselves when they are ready
     driver = webdriver.Chrome(options=options, service=Service(DRIVER))
-    driver.set_script_timeout(60)
+    driver.set_script_timeout(READY_S)
     downloads = folder / "downloads"
     downloads.mkdir()
     driver.execute_cdp_cmd(
@@ -124,14 +124,18 @@ class Browser:
         )
 
     def cut(self) -> list[str]:
-        """Texts of plots that stand more than 1 px outside of the plot's drawing."""
+        """Texts of plots that stand more than 1 px outside of the plot's drawing: which plot, the
+        text, and by how much on each side."""
         return self.run(
             "return [...document.querySelectorAll('.js-plotly-plot')].flatMap(box => {"
             " const b = box.getBoundingClientRect();"
             " return [...box.querySelectorAll('svg.main-svg text')].filter(t => {"
             "  const r = t.getBoundingClientRect();"
             "  return r.width * r.height > 0 && (r.left < b.left - 1 || r.right > b.right + 1"
-            "   || r.top < b.top - 1 || r.bottom > b.bottom + 1); }).map(t => t.textContent); })"
+            "   || r.top < b.top - 1 || r.bottom > b.bottom + 1); }).map(t => {"
+            "  const r = t.getBoundingClientRect(), sides = [b.left - r.left, r.right - b.right,"
+            "   b.top - r.top, r.bottom - b.bottom].map(Math.round);"
+            "  return `${box.ariaLabel}: '${t.textContent}' by ${sides}`; }); })"
         )
 
     def luminance(self, selector: str, style: str = "background-color") -> float:
@@ -176,7 +180,7 @@ class Browser:
             "const f = [...document.querySelectorAll('figure.chart')].find("
             "f => f.querySelector('b').textContent === arguments[0]);"
             "return [f.querySelector('.csv'),"
-            " JSON.parse(f.querySelector('script').textContent).file];",
+            " f.plot.file];",
             title,
         )
         target = self.downloads / name

@@ -1,7 +1,10 @@
 """One headless Chromium for all tests of pages."""
 
-import browsing
 import pytest
+
+pytest.register_assert_rewrite("browsing")
+
+import browsing  # noqa: E402
 
 
 @pytest.fixture(scope="session")

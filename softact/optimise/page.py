@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from contextlib import suppress
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,8 @@ from softact.optimise.study import Trials, feasible
 from softact.report import base, labels, write_report
 from softact.report.base import Section
 from softact.results import csv_text, write_atomic
-from softact.sweep.page import lead
+from softact.sweep import point, shape
+from softact.sweep.page import MOST_SHAPES, lead, packed, thinned
 from softact.sweep.record import DamagedError, load
 
 BEST = "best"
@@ -65,7 +67,9 @@ def html(trials: Trials, table: list[dict]) -> str:
     sections.append(Section("history", "History", base.figures(plots)))
     front = _front(trials)
     if front is not None:
-        sections.append(Section("front", "Objectives and constraints", base.figures([front])))
+        sections.append(Section("tradeoff", "Objectives and constraints", base.figures([front])))
+    if any(trial.values is not None for trial in trials.done):
+        sections.append(Section("design", "One design", point.PLACE))
     heads = [name for name in table[0] if name != "run"] if table else []
     body = base.table(heads, [[_cell(row[h]) for h in heads] for row in table], file="trials.csv")
     sections.append(Section("trials", "Trials", body))
@@ -75,7 +79,44 @@ def html(trials: Trials, table: list[dict]) -> str:
         kicker="Optimisation of a soft actuator",
         kind="optimisation",
         lead=lead(wanted.description, wanted.source) + _banner(trials, table),
+        data={"packed": packed(_designs(trials))},
+        style=point.style(),
+        script=point.script() + (files("softact.optimise") / "page.js").read_text("utf-8"),
     )
+
+
+def _designs(trials: Trials) -> dict:
+    """What page.js shows of the trials that have values, by their numbers; ``first``: the one that
+    is shown before any click. Of many trials, some have their shapes on the page."""
+    best, solved = trials.best(), [t for t in trials.done if t.values is not None]
+    some = [solved[n] for n in thinned(range(len(solved)), MOST_SHAPES)]
+    shapes = {
+        trial.number: found
+        for trial in {t.number: t for t in (*best, *solved[:1], *some)}.values()
+        if (found := shape.load(trials.cache.folder(trial.user_attrs["run"])))
+    }
+    first = (best or solved or [None])[-1]
+    return {
+        "first": first and first.number,
+        "of": {t.number: _design(trials, t, shapes.get(t.number)) for t in solved},
+    }
+
+
+def _design(trials: Trials, trial: Any, shown: dict | None) -> dict:
+    """Arguments of ``showRun``."""
+    values = trials.coordinates(trial)
+    parts = (*trials.wanted.objectives, *trials.wanted.constraints)
+    rows = [("constraints", "all hold" if feasible(trial) else "one is broken")]
+    rows += [(title, str(value)) for title, value in values.items()]
+    for part in parts:
+        unit = labels.column(part.measure).unit
+        text = labels.number(_shown(part, trial))
+        rows.append((part.title, f"{text} {unit}".strip()))
+    folder = trials.cache.folder(trial.user_attrs["run"])
+    return {
+        "number": trial.number, "title": f"Trial {trial.number}", "rows": rows, "solved": True,
+        "shape": shown, "command": f"softact report {folder}",
+    }  # fmt: skip
 
 
 def _cell(value: Any) -> str | float:
@@ -127,14 +168,18 @@ def _history(trials: Trials, number: int) -> base.Plot:
         so_far.append(value if not so_far else sign * max(sign * so_far[-1], sign * value))
         steps.append(trial.number)
     traces = [
-        base.xy("holds all constraints", [t.number for t in good], shown(good), mode="markers",
-                colour="@c1"),
-        base.xy("breaks one", [t.number for t in other], shown(other), mode="markers",
-                colour="@c8", marker={"symbol": "x"}),
+        base.xy("holds all constraints", _numbers(good), shown(good), mode="markers",
+                colour="@c1", customdata=_numbers(good)),
+        base.xy("breaks one", _numbers(other), shown(other), mode="markers",
+                colour="@c8", marker={"symbol": "x"}, customdata=_numbers(other)),
         base.xy("best so far", steps, so_far, mode="lines", colour="@c2", line={"shape": "hv"}),
     ]  # fmt: skip
     title = f"{objective.goal} {objective.title}"
     return base.lines(title, "Trial", str(label), traces, wide=True)
+
+
+def _numbers(some: list[Any]) -> list[int]:
+    return [trial.number for trial in some]
 
 
 def _front(trials: Trials) -> base.Plot | None:
@@ -148,7 +193,7 @@ def _front(trials: Trials) -> base.Plot | None:
     def trace(name, some, **more):
         xs, ys = ([_shown(p, t) for t in some] for p in (x, y))
         texts = [f"trial {t.number}" for t in some]
-        return base.xy(name, xs, ys, mode="markers", text=texts, **more,
+        return base.xy(name, xs, ys, mode="markers", text=texts, customdata=_numbers(some), **more,
                        hovertemplate="%{text}: %{x:.4~g}, %{y:.4~g}<extra></extra>")  # fmt: skip
 
     done = [t for t in trials.done if t.values is not None]

@@ -18,7 +18,7 @@ from softact.report import base, labels
 from softact.report.base import Section
 from softact.report.curves import is_place
 from softact.results import COMPLETE
-from softact.sweep import shape
+from softact.sweep import point, shape
 from softact.sweep.study import Study
 from softact.sweep.table import Row, measure_columns
 from softact.sweep.trends import Verdict
@@ -27,7 +27,7 @@ MOST_CURVES = 300
 MOST_SHAPES = 150
 MOST_FAILURES = 200
 
-_PARETO = """
+_PARETO = f"""
 <div class="controls">
 <label>Across <select id="first"></select></label>
 <select id="firstgoal" aria-label="Goal across"><option value="1">more is better</option>
@@ -36,23 +36,23 @@ _PARETO = """
 <select id="secondgoal" aria-label="Goal up"><option value="-1">less is better</option>
 <option value="1">more is better</option></select>
 </div>
-<div class="pair"><div id="front" class="tall"></div>
-<div id="onepoint" aria-live="polite"><p class="note">Click on a point: its values and its shape are
-shown here.</p></div></div>"""
-_CURVES = """
+<div class="pair">{base.frame("", "front")}
+{point.PLACE}</div>"""
+_CURVES = f"""
 <div class="controls">
 <label>Measure <select id="curve"></select></label> <label>over <select id="load"></select></label>
 <label>Colour <select id="colour"></select></label>
 </div>
-<div id="curves" class="tall"></div><p class="note" id="curvenote"></p>"""
-_EFFECTS = """
+{base.frame("", "curves")}<p class="note" id="curvenote"></p>"""
+_EFFECTS = f"""
 <div class="controls"><label>Measure <select id="effect"></select></label></div>
 <p class="note">Line: mean over the complete runs at each value (in up to eight classes of a
 sample); dots: the runs.</p>
-<div id="effects" class="charts"></div>"""
-_PARALLEL = """
+<div id="effects" class="charts"></div>
+<template id="effect-frame">{base.frame("")}</template>"""
+_PARALLEL = f"""
 <p class="note">Drag along an axis to keep only the runs in that range; drag its name to move
-it.</p><div class="scroll"><div id="parallel"></div></div>"""
+it.</p>{base.frame("", "parallel", scroll=True)}"""
 
 
 def html(
@@ -78,8 +78,8 @@ def html(
         kind="sweep",
         lead=lead(sweep.description, sweep.source) + points_banner(table) + f"<p>{link}</p>",
         data={"packed": packed(page_data(study, table))},
-        style=(files("softact.sweep") / "sweep.css").read_text(encoding="utf-8"),
-        script=(files("softact.sweep") / "sweep.js").read_text(encoding="utf-8"),
+        style=point.style() + (files("softact.sweep") / "sweep.css").read_text(encoding="utf-8"),
+        script=point.script() + (files("softact.sweep") / "sweep.js").read_text(encoding="utf-8"),
     )
 
 
@@ -188,10 +188,15 @@ def curve_columns(study: Study, measures: list[str]) -> list[str]:
 def chosen(table: list[Row], most: int) -> list[int]:
     """Points with a run, evenly thinned where there are more than ``most``."""
     there = [n for n, row in enumerate(table) if row["status"] in (COMPLETE, "no_equilibrium")]
-    if len(there) <= most:
-        return there
-    places = np.unique(np.linspace(0, len(there) - 1, most).round().astype(int))
-    return [there[place] for place in places]
+    return thinned(there, most)
+
+
+def thinned(some: Sequence[int], most: int) -> list[int]:
+    """``most`` of the numbers, evenly chosen; all where there are no more."""
+    if len(some) <= most:
+        return list(some)
+    places = np.unique(np.linspace(0, len(some) - 1, most).round().astype(int))
+    return [some[place] for place in places]
 
 
 def _numbers(values) -> list[float | None]:

@@ -1,22 +1,21 @@
 /* Draws a sweep's page from the data that stand in it; see softact/report/base for the rest. */
 
 const BLUE = "@c1", ORANGE = "@c2", GREY = "@strong";
-const TURBO = ["#30123b", "#4662d7", "#36aaf9", "#1ae4b6", "#72fe5e", "#c8ef34", "#faba39",
-  "#f66b19", "#ca2a04"].map((colour, n) => [n / 8, colour]);
-let data;
+let data, sheet = {};  // sheet: what onTheme says of paper
 
-const round = (value) => value === null || value === undefined ? "–"
-  : typeof value === "number" ? String(+value.toPrecision(5)) : value;
-
-function chartLayout(rest) {
+function chartLayout(rest, wide = 2) {
   const { xaxis, yaxis, ...others } = rest;
+  const size = sheet.width ? { width: wide * sheet.width, height: sheet.height } : {};
   return themed({
     font: fonts(), paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
     hovermode: "closest", margin: { l: 60, r: 14, t: 36, b: 48 }, showlegend: false,
     dragmode: false, xaxis: { ...AXIS, ...xaxis }, yaxis: { ...AXIS, ...yaxis }, ...others,
+    ...size,
   });
 }
 
+/* Columns of the axes, for a CSV. */
+const axesOf = (pick) => Object.fromEntries(data.axes.map((a) => [a.label, pick(a.values)]));
 const complete = (n) => data.status[n] === "complete";
 const everyPoint = () => data.status.map((_, n) => n);
 
@@ -64,6 +63,13 @@ function drawFront() {
     xaxis: { title: { text: first.label } }, yaxis: { title: { text: second.label } },
     showlegend: true, legend: { orientation: "h", y: 1.12 },
   }), PLAIN);
+  const shown = [...good, ...early], pick = (values) => shown.map((n) => values[n]);
+  describe(box, {
+    title: `${second.label} and ${first.label}`, file: "pareto_front.csv", table: {
+      point: shown, ...axesOf(pick), status: pick(data.status), [first.label]: pick(x),
+      [second.label]: pick(y), front: shown.map((n) => front.includes(n) ? "yes" : "no"),
+    },
+  });
   box.removeAllListeners("plotly_click");
   box.on("plotly_click", (event) => showPoint(event.points[0].customdata));
 }
@@ -74,68 +80,14 @@ function rowsOf(number) {
   return [["status", data.status[number].replace("_", " ")], ...cells];
 }
 
-async function showPoint(number) {
-  const box = byId("onepoint");
-  box.replaceChildren();
-  const head = document.createElement("h3");
-  head.textContent = `Point ${number}: ${data.texts[number]}`;
-  const shape = document.createElement("div");
-  shape.id = "oneshape";
-  const scroll = document.createElement("div");
-  scroll.className = "scroll";
-  const table = document.createElement("table");
-  for (const [name, value] of rowsOf(number)) {
-    const row = table.insertRow();
-    row.insertCell().textContent = name;
-    row.insertCell().textContent = value;
-  }
-  scroll.append(table);
-  const note = document.createElement("pre");
+/* Point ``number`` beside the front. */
+function showPoint(number) {
   const folder = `${data.cache}/${data.run[number].slice(0, 2)}/${data.run[number]}`;
-  note.textContent = data.run[number] ? `softact report ${folder}` : "";
-  box.append(head, shape, scroll, note);
-  box.dataset.point = number;
-  const packed = data.shapes[number];
-  if (!packed) {
-    shape.style.height = "auto";
-    shape.textContent = data.run[number] && data.status[number] !== "failed"
-      ? "This page holds the shapes of a part of the points; the command below makes the report "
-        + "of this one." : "There is no shape.";
-    return;
-  }
-  await drawShape(shape, packed);
-}
-
-async function drawShape(box, packed) {
-  const raw = await inflated(packed.data), n = packed.vertices, t = packed.triangles;
-  const Kind = packed.wide ? Uint32Array : Uint16Array;
-  const faces = new Kind(raw, 0, 3 * t);
-  const steps = new Uint16Array(raw.slice(faces.byteLength, faces.byteLength + 6 * n));
-  const shade = new Uint8Array(raw, faces.byteLength + 6 * n);
-  const corner = (c) => Int32Array.from({ length: t }, (_, k) => faces[3 * k + c]);
-  const place = (a) => Float32Array.from({ length: n },
-    (_, k) => packed.low[a] + packed.scale * steps[a * n + k]);
-  const [low, high] = packed.range;
-  const trace = {
-    type: "mesh3d", x: place(0), y: place(1), z: place(2), i: corner(0), j: corner(1),
-    k: corner(2), hoverinfo: "skip", lighting: { ambient: 0.6, diffuse: 0.6 },
-    ...(packed.field ? {
-      intensity: Float32Array.from(shade, (s) => low + (high - low) * s / 255),
-      cmin: low, cmax: high, colorscale: TURBO,
-      colorbar: { title: { text: packed.field, side: "right" }, thickness: 10, len: 0.9 },
-    } : { color: "#9fb4c0" }),
-  };
-  const xyz = ([x, y, z]) => ({ x, y, z });
-  const axis = { showbackground: false, nticks: 4, title: { text: "" }, gridcolor: "#8884" };
-  await Plotly.newPlot(box, [trace], chartLayout({
-    margin: { l: 0, r: 0, t: 0, b: 0 }, dragmode: "orbit",
-    scene: {
-      aspectmode: "data", xaxis: axis, yaxis: axis, zaxis: axis,
-      camera: { eye: xyz(packed.eye.map((v) => 1.6 * v)), up: xyz(packed.up),
-        projection: { type: "orthographic" } },
-    },
-  }), PLAIN);
-  box.dataset.ready = "yes";
+  const solved = data.run[number] && data.status[number] !== "failed";
+  return showRun({
+    number, title: `Point ${number}: ${data.texts[number]}`, rows: rowsOf(number),
+    shape: data.shapes[number], solved, command: data.run[number] ? `softact report ${folder}` : "",
+  });
 }
 
 /* Number of each point along an axis, 0 to 1, for its colour. */
@@ -155,6 +107,13 @@ function shadeAt(part) {
   return `rgb(${a.map((v, k) => Math.round(v + (place - n) * (b[k] - v))).join(",")})`;
 }
 
+/* A row for each increment of the curves. */
+function curveTable(traces, x, y) {
+  const pick = (values) => traces.flatMap((t) => t.customdata.map((n) => values[n]));
+  return { point: traces.flatMap((t) => t.customdata), ...axesOf(pick),
+    [x]: traces.flatMap((t) => t.x), [y]: traces.flatMap((t) => t.y) };
+}
+
 function drawCurves() {
   const { columns, of } = data.curves, y = +byId("curve").value, x = +byId("load").value;
   const axis = data.axes[+byId("colour").value], { part } = along(axis);
@@ -168,6 +127,8 @@ function drawCurves() {
   Plotly.react(box, themed(traces), chartLayout({
     xaxis: { title: { text: columns[x] } }, yaxis: { title: { text: columns[y] } },
   }), PLAIN);
+  describe(box, { title: `${columns[y]} over ${columns[x]}`, file: "curves_shown.csv",
+    table: curveTable(traces, columns[x], columns[y]) });
   box.removeAllListeners("plotly_click");
   box.on("plotly_click", (event) => {
     showPoint(event.points[0].customdata);
@@ -204,18 +165,22 @@ function drawEffects() {
   const parent = byId("effects");
   parent.replaceChildren();
   for (const axis of data.axes) {
-    const box = document.createElement("div");
-    parent.append(box);
+    const figure = byId("effect-frame").content.firstElementChild.cloneNode(true);
+    const box = figure.querySelector(".plot");
+    parent.append(figure);
     const { points, keys, means } = classes(axis, measure);
-    Plotly.newPlot(box, themed([
-      { type: "scatter", mode: "markers", x: points.map((n) => axis.values[n]), hoverinfo: "x+y",
+    const traces = [
+      { type: "scatter", mode: "markers", name: "runs", x: points.map((n) => axis.values[n]), hoverinfo: "x+y",
         y: points.map((n) => measure.values[n]), marker: { color: GREY, size: 5, opacity: 0.5 } },
-      { type: "scatter", mode: "lines+markers", x: keys, y: means,
+      { type: "scatter", mode: "lines+markers", name: "mean", x: keys, y: means,
         line: { color: BLUE, width: 2.5 }, hovertemplate: "%{x}: mean %{y:.4~g}<extra></extra>" },
-    ]), chartLayout({
+    ];
+    describe(box, { title: axis.label, file: `effect_of_${axis.name}.csv`, traces,
+      x: axis.label, y: measure.label });
+    Plotly.newPlot(box, themed(traces), chartLayout({
       xaxis: { title: { text: axis.label }, ...(axis.number ? {} : { type: "category" }) },
       yaxis: { title: { text: measure.label } },
-    }), PLAIN);
+    }, 1), PLAIN);
   }
 }
 
@@ -232,12 +197,16 @@ function drawParallel() {
   };
   const measures = data.measures.slice(0, Math.max(2, 8 - data.axes.length));
   const colour = measures[0] ?? data.axes[0];
-  Plotly.newPlot(byId("parallel"), [{
-    type: "parcoords", dimensions: [...data.axes, ...measures].map(dimension),
+  const shown = [...data.axes, ...measures], box = byId("parallel");
+  describe(box, { title: "The complete runs", file: "parallel_coordinates.csv", table: {
+    point: good, ...Object.fromEntries(shown.map((c) => [c.label, good.map((n) => c.values[n])])),
+  } });
+  Plotly.newPlot(box, [{
+    type: "parcoords", dimensions: shown.map(dimension),
     line: { color: good.map((n) => colour.values[n]), colorscale: "Viridis", showscale: true,
       colorbar: { title: { text: colour.label, side: "right" }, thickness: 10 } },
     labelangle: -12,
-  }], chartLayout({ margin: { l: 70, r: 60, t: 90, b: 30 } }), PLAIN);
+  }], chartLayout({ margin: PARALLEL }), PLAIN);
 }
 
 function drawAll() {
@@ -264,5 +233,8 @@ whenReady(async ({ packed }) => {
   for (const id of ["curve", "load", "colour"]) byId(id).addEventListener("change", drawCurves);
   byId("effect").addEventListener("change", drawEffects);
   drawAll();
-  onTheme(drawAll);
+  onTheme((sizes) => {
+    sheet = sizes;
+    drawAll();
+  });
 });

@@ -12,7 +12,8 @@ A page is a list of sections; a section's body is HTML, put together from the pi
     write_atomic(path, page("A sweep", sections, kicker="Sweep"))
 
 - ``lines``, ``bars`` and ``Plot`` (any plotly traces and layout) become figures with their data as
-  CSV beside them. Names of axes carry their unit.
+  CSV beside them. Names of axes carry their unit. A plot that the page's script draws stands in
+  a ``frame``; ``describe(box, plot)`` says what its CSV holds.
 - Colours are tokens, so that they fit light, dark and paper: ``"@c1"`` to ``"@c8"`` (told apart by
   colour-blind readers), ``"@ink"``, ``"@soft"``, ``"@line"``, ``"@paper"``, ``"@good"``,
   ``"@warn"``, ``"@bad"``; the same as ``var(--c1)`` ... in CSS.
@@ -25,7 +26,7 @@ A page is a list of sections; a section's body is HTML, put together from the pi
 
 from softact.report.base.page import Section, page, plotly
 from softact.report.base.parts import banner, card, download, image, table
-from softact.report.base.plots import Plot, bars, figures, lines, xy
+from softact.report.base.plots import Plot, bars, figures, frame, lines, xy
 
 __all__ = [
     "Plot",
@@ -35,6 +36,7 @@ __all__ = [
     "card",
     "download",
     "figures",
+    "frame",
     "image",
     "lines",
     "page",

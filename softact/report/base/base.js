@@ -4,6 +4,7 @@
 const PLAIN = { displaylogo: false, displayModeBar: false, responsive: true };
 const AXIS = { gridcolor: "@line", zerolinecolor: "@strong", linecolor: "@strong",
   automargin: true, exponentformat: "power" };
+const PARALLEL = { l: 70, r: 70, t: 90, b: 30 };  // room for the axes' names above them
 const jobs = [], themeJobs = [];
 
 function byId(id) {
@@ -61,8 +62,10 @@ async function loadPlotly() {
 function layoutOf(plot) {
   const { xaxis, yaxis, ...own } = plot.layout;
   const legend = plot.traces.filter((trace) => trace.showlegend !== false).length > 1;
+  const parallel = plot.traces.some((trace) => trace.type === "parcoords");
   return {
-    font: fonts(), margin: { l: 56, r: 12, t: 12, b: 46 }, hovermode: "closest",
+    font: fonts(), hovermode: "closest",
+    margin: parallel ? PARALLEL : { l: 56, r: 12, t: 12, b: 46 },
     paper_bgcolor: "@paper", plot_bgcolor: "@paper", showlegend: legend, dragmode: false,
     colorway: ["@c1", "@c2", "@c3", "@c4", "@c5", "@c6", "@c7", "@c8"],
     legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom", bgcolor: "rgba(0,0,0,0)",
@@ -70,8 +73,21 @@ function layoutOf(plot) {
     hoverlabel: { bgcolor: "@pale", bordercolor: "@strong", font: { color: "@ink" } },
     ...own,
     xaxis: { ...AXIS, title: { text: plot.x }, ...xaxis },
-    yaxis: { ...AXIS, title: { text: plot.y }, ...yaxis },
+    yaxis: { ...AXIS, title: { text: plot.y }, ...yaxis, ...namesOfBars(plot) },
   };
+}
+
+const LETTERS = 16;
+
+/* Names of lying bars in lines of up to 16 letters where the window is narrow: the bars need room. */
+function namesOfBars(plot) {
+  const bars = plot.traces.find((trace) => trace.orientation === "h");
+  if (!bars || !narrow()) return {};
+  const wrapped = (name) => String(name).split(" ").reduce((lines, word) => {
+    const longer = `${lines.at(-1)} ${word}`.trim();
+    return longer.length > LETTERS ? [...lines, word] : [...lines.slice(0, -1), longer];
+  }, [""]).filter(Boolean).join("<br>");
+  return { tickmode: "array", tickvals: bars.y, ticktext: bars.y.map(wrapped) };
 }
 
 const HOVER = "%{x:.4~g}, %{y:.4~g}";
@@ -95,6 +111,8 @@ function makeRoom(box, plot) {
   if (names.size > 1 && rows > 1) {
     box.style.height = `${box.clientHeight + 20 * (rows - 1)}px`;
   }
+  const ticks = namesOfBars(plot).ticktext?.join("<br>").split("<br>").length ?? 0;
+  if (17 * ticks + 70 > box.clientHeight) box.style.height = `${17 * ticks + 70}px`;
 }
 
 function drawPlot(box, plot) {
@@ -142,14 +160,30 @@ function save(name, text) {
 
 /* ---- all figures ---- */
 
+/* What the plot of a figure shows, as softact/report/base/plots.py has it: {title, x, y, traces,
+   table, file}; for a frame, whose plot the page's own script draws. */
+function describe(box, plot) {
+  const figure = box.closest("figure");
+  figure.querySelector("b").textContent = plot.title;
+  box.setAttribute("aria-label", plot.title);
+  figure.plot = plot;
+}
+
+function watchLinks() {
+  const give = (event) => {
+    const plot = event.target.closest?.(".csv")?.closest("figure").plot;
+    if (plot) save(plot.file, csvOf(plot));
+  };
+  document.addEventListener("click", give);
+  document.addEventListener("keydown", (event) => {
+    if (event.key === "Enter" || event.key === " ") give(event);
+  });
+}
+
 async function drawFigure(figure) {
   const plot = JSON.parse(figure.querySelector("script").textContent);
-  const box = figure.querySelector(".plot"), link = figure.querySelector(".csv");
-  const give = () => save(plot.file, csvOf(plot));
-  link.addEventListener("click", give);
-  link.addEventListener("keydown", (event) => {
-    if (event.key === "Enter" || event.key === " ") give();
-  });
+  const box = figure.querySelector(".plot");
+  figure.plot = plot;
   const wide = figure.classList.contains("wide");
   onTheme(({ width, height }) => drawPlot(box, { ...plot, layout: { ...plot.layout, height,
     width: width && wide ? 2 * width : width } }));
@@ -176,7 +210,10 @@ function watchTheme() {
 
 async function start() {
   await loadPlotly();
-  await Promise.all([...document.querySelectorAll("figure.chart")].map(drawFigure));
+  watchLinks();
+  const stored = [...document.querySelectorAll("figure.chart")].filter(
+    (figure) => figure.querySelector("script"));
+  await Promise.all(stored.map(drawFigure));
   const data = JSON.parse(byId("data").textContent);
   for (const job of jobs) await job(data);
   watchTheme();

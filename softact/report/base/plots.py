@@ -99,13 +99,21 @@ def _figure(plot: Plot) -> str:
         "title": plot.title, "x": plot.x, "y": plot.y, "traces": plot.traces,
         "layout": plot.layout, "table": plot.table, "file": f"{file_stem(plot.title)}.csv",
     }  # fmt: skip
-    mark = f" id='{escape(plot.id, quote=True)}'" if plot.id else ""
     note = f"<p class='note'>{plot.note}</p>" if plot.note else ""
-    kind = f"chart{' wide' if plot.wide else ''}{' scroll' if plot.scroll else ''}"
+    below = f"{note}<script type='application/json'>{script_json(data)}</script>"
+    return frame(plot.title, plot.id, wide=plot.wide, scroll=plot.scroll, below=below)
+
+
+def frame(
+    title: str, id: str = "", *, wide: bool = False, scroll: bool = False, below: str = ""
+) -> str:
+    """HTML of a figure with a link for its CSV. Without a plot in ``below``, the page's script
+    draws into the element ``id`` and tells the link what is there, with ``describe``."""
+    mark = f" id='{escape(id, quote=True)}'" if id else ""
+    kind = f"chart{' wide' if wide else ''}{' scroll' if scroll else ''}"
     return (
         f"<figure class='{kind}'><figcaption>"
-        f"<b>{escape(plot.title)}</b> <a class='csv' role='button' tabindex='0' "
+        f"<b>{escape(title)}</b> <a class='csv' role='button' tabindex='0' "
         f"title='Data of this plot as CSV'>CSV</a></figcaption><div class='plot'{mark} role='img' "
-        f"aria-label='{escape(plot.title, quote=True)}'></div>{note}"
-        f"<script type='application/json'>{script_json(data)}</script></figure>"
+        f"aria-label='{escape(title, quote=True)}'></div>{below}</figure>"
     )
