@@ -97,6 +97,10 @@ def test_quiet_fits_and_follows_the_readers_colours(browser, files, name, width)
     rgb = f"rgb({', '.join(str(int(ink[k : k + 2], 16)) for k in (1, 3, 5))})"
     browser.wait(f"{colour.replace('arguments[0]', repr(texts))} === '{rgb}'")
     assert browser.luminance("body") < 0.15
+    if name == "sweep":
+        drawn = "#curves .scatterlayer .trace path.js-line"
+        browser.wait(f"return document.querySelectorAll('{drawn}').length >= 6")
+        assert browser.luminance(drawn, "stroke") > 0.35  # the darkest comes first
     assert_quiet_and_fits(browser, PLOTS[name])
 
 

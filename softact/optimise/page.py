@@ -80,7 +80,7 @@ def html(trials: Trials, table: list[dict]) -> str:
         kind="optimisation",
         lead=lead(wanted.description, wanted.source) + _banner(trials, table),
         data={"packed": packed(_designs(trials))},
-        style=point.style(),
+        style=point.style() + (files("softact.optimise") / "page.css").read_text("utf-8"),
         script=point.script() + (files("softact.optimise") / "page.js").read_text("utf-8"),
     )
 

@@ -110,21 +110,10 @@ class Shape {
     };
   }
 
-  /* Sides of the axes' box such that it fills the view: with a parallel projection plotly shows
-     a height of two, however far the eye is. */
   sides() {
-    const { box, camera: { eye, up } } = this.view, area = byId("shape").getBoundingClientRect();
-    const cross = (a, b) => [0, 1, 2].map((n) =>
-      a[(n + 1) % 3] * b[(n + 2) % 3] - a[(n + 2) % 3] * b[(n + 1) % 3]);
-    const unit = (a) => a.map((part) => part / Math.hypot(...a));
-    const right = unit(cross(up, eye)), above = cross(eye, right);
-    const sides = box.map(([low, high]) => high - low);
-    const seen = (direction) => sides.reduce((sum, side, n) =>
-      sum + side * Math.abs(direction[n]), 0);
     const [across, high] = narrow() ? [0.9, 0.7] : [0.75, 0.85];
-    const zoom = Math.min(2 * high / seen(above),
-      2 * across * area.width / area.height / seen(right));
-    return sides.map((side) => side * zoom);
+    const area = byId("shape").getBoundingClientRect();
+    return fittedSides(this.view.box, this.view.camera, area, across, high);
   }
 
   /* Corners of a cube about the axes' box, not drawn: plotly scales each axis by the extent of

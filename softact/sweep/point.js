@@ -45,11 +45,14 @@ async function drawShape(box, packed) {
   };
   const xyz = ([x, y, z]) => ({ x, y, z });
   const axis = { showbackground: false, nticks: 4, title: { text: "" }, gridcolor: "#8884" };
+  const extents = [trace.x, trace.y, trace.z].map((values) =>
+    [values.reduce((a, b) => Math.min(a, b)), values.reduce((a, b) => Math.max(a, b))]);
+  const sides = fittedSides(extents, packed, box.getBoundingClientRect(), 0.7, 0.85);
   await Plotly.newPlot(box, [trace], themed({
     font: fonts(), paper_bgcolor: "rgba(0,0,0,0)", margin: { l: 0, r: 0, t: 0, b: 0 },
     dragmode: "orbit",
     scene: {
-      aspectmode: "data", xaxis: axis, yaxis: axis, zaxis: axis,
+      aspectmode: "manual", aspectratio: xyz(sides), xaxis: axis, yaxis: axis, zaxis: axis,
       camera: { eye: xyz(packed.eye.map((v) => 1.6 * v)), up: xyz(packed.up),
         projection: { type: "orthographic" } },
     },

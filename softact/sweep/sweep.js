@@ -8,7 +8,7 @@ function chartLayout(rest, wide = 2) {
   const size = sheet.width ? { width: wide * sheet.width, height: sheet.height } : {};
   return themed({
     font: fonts(), paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
-    hovermode: "closest", margin: { l: 60, r: 14, t: 36, b: 48 }, showlegend: false,
+    hovermode: "closest", hoverlabel: HOVERLABEL, margin: { l: 60, r: 14, t: 36, b: 48 }, showlegend: false,
     dragmode: false, xaxis: { ...AXIS, ...xaxis }, yaxis: { ...AXIS, ...yaxis }, ...others,
     ...size,
   });
@@ -16,6 +16,8 @@ function chartLayout(rest, wide = 2) {
 
 /* Columns of the axes, for a CSV. */
 const axesOf = (pick) => Object.fromEntries(data.axes.map((a) => [a.label, pick(a.values)]));
+/* A point's name and coordinates, a line each: a phone is narrow. */
+const told = (n) => `point ${n}: ${data.texts[n]}`.replaceAll(", ", "<br>");
 const complete = (n) => data.status[n] === "complete";
 const everyPoint = () => data.status.map((_, n) => n);
 
@@ -47,7 +49,7 @@ function drawFront() {
   const some = (points, marker, name) => ({
     type: points.length > 2000 ? "scattergl" : "scatter", mode: "markers", name, customdata: points,
     x: points.map((n) => x[n]), y: points.map((n) => y[n]), marker,
-    text: points.map((n) => `point ${n}: ${data.texts[n]}`),
+    text: points.map((n) => told(n)),
     hovertemplate: "%{text}<br>%{x:.4~g}, %{y:.4~g}<extra></extra>",
   });
   const good = everyPoint().filter(complete);
@@ -100,7 +102,9 @@ function along(axis) {
 }
 
 function shadeAt(part) {
-  const stops = ["#440154", "#3b528b", "#21918c", "#5ec962", "#e0b400"];
+  const dark = themed("@paper") !== "#ffffff";
+  const stops = dark ? ["#8a6fd6", "#5b92dd", "#2fb3a6", "#84d96f", "#ffe66b"]
+    : ["#440154", "#3b528b", "#21918c", "#5ec962", "#e0b400"];
   const place = part * (stops.length - 1), n = Math.min(Math.floor(place), stops.length - 2);
   const rgb = (hex) => [1, 3, 5].map((k) => parseInt(hex.slice(k, k + 2), 16));
   const [a, b] = [rgb(stops[n]), rgb(stops[n + 1])];
@@ -120,7 +124,7 @@ function drawCurves() {
   const traces = Object.entries(of).filter(([, line]) => line[x] && line[y]).map(([n, line]) => ({
     type: "scatter", mode: "lines", x: line[x], y: line[y], customdata: line[x].map(() => +n),
     line: { color: shadeAt(part[n]), width: 1.6, dash: complete(n) ? "solid" : "dot" },
-    name: `point ${n}: ${data.texts[n]}`,
+    name: told(n),
     hovertemplate: "%{fullData.name}<br>%{x:.4~g}, %{y:.4~g}<extra></extra>",
   }));
   const box = byId("curves");

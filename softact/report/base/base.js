@@ -5,6 +5,7 @@ const PLAIN = { displaylogo: false, displayModeBar: false, responsive: true };
 const AXIS = { gridcolor: "@line", zerolinecolor: "@strong", linecolor: "@strong",
   automargin: true, exponentformat: "power" };
 const PARALLEL = { l: 70, r: 70, t: 90, b: 30 };  // room for the axes' names above them
+const HOVERLABEL = { bgcolor: "@pale", bordercolor: "@strong", font: { color: "@ink" } };
 const jobs = [], themeJobs = [];
 
 function byId(id) {
@@ -44,6 +45,22 @@ function fonts() {
     color: "@ink", size: 12 };
 }
 
+/* Sides of a 3-D plot's axes, for aspectmode "manual", such that what is drawn fills the given parts
+   of the view: with a parallel projection plotly shows a height of two, however far the eye is.
+   box: [low, high] of the three axes; camera: {eye, up}; area: of the plot, {width, height}. */
+function fittedSides(box, { eye, up }, area, across, high) {
+  const cross = (a, b) => [0, 1, 2].map((n) =>
+    a[(n + 1) % 3] * b[(n + 2) % 3] - a[(n + 2) % 3] * b[(n + 1) % 3]);
+  const unit = (a) => a.map((part) => part / Math.hypot(...a));
+  const right = unit(cross(up, eye)), above = unit(cross(eye, right));
+  const sides = box.map(([low, high]) => high - low);
+  const seen = (direction) => sides.reduce((sum, side, n) =>
+    sum + side * Math.abs(direction[n]), 0);
+  const zoom = Math.min(2 * high / seen(above),
+    2 * across * area.width / area.height / seen(right));
+  return sides.map((side) => side * zoom);
+}
+
 async function inflated(base64) {
   const packed = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
@@ -70,7 +87,7 @@ function layoutOf(plot) {
     colorway: ["@c1", "@c2", "@c3", "@c4", "@c5", "@c6", "@c7", "@c8"],
     legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom", bgcolor: "rgba(0,0,0,0)",
       maxheight: 0.95 },
-    hoverlabel: { bgcolor: "@pale", bordercolor: "@strong", font: { color: "@ink" } },
+    hoverlabel: HOVERLABEL,
     ...own,
     xaxis: { ...AXIS, title: { text: plot.x }, ...xaxis },
     yaxis: { ...AXIS, title: { text: plot.y }, ...yaxis, ...namesOfBars(plot) },
