@@ -14,7 +14,7 @@ import time
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
-import browsing  # noqa: E402
+import browsing
 
 DESK = 900
 
