@@ -85,6 +85,7 @@ def files(tmp_path_factory):
 @pytest.mark.parametrize(
     "name, width",
     [("comparison", PHONE), ("base", PHONE), ("report", PHONE), ("convergence", PHONE),
+     ("comparison", DESK), ("report", DESK),
      ("convergence", DESK), ("base", DESK)],
 )  # fmt: skip
 def test_pages_are_quiet_and_fit(browser, files, name, width):
