@@ -219,6 +219,11 @@ class Model:
         """Whether fine wrinkles take the compression of one of ``bonded_layers``."""
         return not self.bends(layer) if layer.relaxed is None else layer.relaxed
 
+    @property
+    def has_kinks(self) -> bool:
+        """Whether forces have kinks: where bodies touch, and where bonded layers slacken."""
+        return len(self.contacts) > 0 or any(map(self.wrinkles, self.bonded_layers))
+
     def _layer(self, layer: BondedLayer) -> Layer | Membrane:
         facets, material = self.facets(layer.surface), layer.material
         if not self.wrinkles(layer):

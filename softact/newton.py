@@ -86,8 +86,6 @@ class Newton:
         self.model, self.tolerance = model, tolerance
         self.counts = Counts()
         self.line_search = False
-        # Where bodies touch forces have kinks, beyond which Newton's step overshoots.
-        self._kinks = len(model.contacts) > 0
         # Seconds of this process so far: values of the matrix, its factors and their solves.
         self.times = {"assembly": 0.0, "linear_solves": 0.0}
         u = model.unknowns
@@ -274,7 +272,7 @@ class Newton:
         factor = self._admissible_part(self.model.to_local(x), self.model.to_local(step))
         if change is not None:
             self._border.add(self._state, factor * change)
-        elif self.line_search or self._kinks:
+        elif self.line_search or self.model.has_kinks:
             factor = self._searched_part(self.model.to_local(x), self.model.to_local(step), factor)
         if factor < 1.0:
             step.scale(factor)
