@@ -1,10 +1,11 @@
 """What a sweep costs beside its runs.
 
-``python -m benchmarks.sweep_figures throughput [4]`` (needs two idle cores): six runs with -j 1 and
-with -j 2, each from an empty cache, on a mesh of so many mm. ``python -m benchmarks.sweep_figures
-many``: 10,000 points whose runs are in the cache (copies of one run under other keys), listed and
-reported. ``python -m benchmarks.sweep_figures fixed``: processor seconds of four runs of a cube,
-and of the same command once more, when all of them are known; a busy machine changes them little.
+``python -m benchmarks.sweep_figures throughput [4 [3]]`` (needs two idle cores): six runs with -j 1
+and with -j 2, each from an empty cache, on a mesh of so many mm; so many times, alternating, and
+the medians. ``python -m benchmarks.sweep_figures many``: 10,000 points whose runs are in the cache
+(copies of one run under other keys), listed and reported. ``python -m benchmarks.sweep_figures
+fixed``: processor seconds of four runs of a cube, and of the same command once more, when all of
+them are known; a busy machine changes them little.
 """
 
 import csv
@@ -13,6 +14,7 @@ import json
 import os
 import resource
 import shutil
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -48,20 +50,27 @@ def sweep(folder: Path, *options: str) -> float:
     return time.perf_counter() - started
 
 
-def throughput(mesh: str = "4") -> None:
-    seconds = {}
-    for jobs in (1, 2):
-        with tempfile.TemporaryDirectory() as name:
-            folder = Path(name)
-            (folder / "study.yaml").write_text(FINGER.replace("MESH", mesh))
-            seconds[jobs] = sweep(folder, "-j", str(jobs))
-            with open(folder / "results/study/sweep.csv") as file:
-                runs = [float(row["seconds"]) for row in csv.DictReader(file)]
-        outside = 1 - sum(runs) / (jobs * seconds[jobs])
-        mean = sum(runs) / len(runs)
-        print(f"-j {jobs}: {seconds[jobs]:.1f} s for {len(runs)} runs of {mean:.2f} s; "
-              f"{outside:.1%} of the time outside the runs")  # fmt: skip
-    print(f"-j 2 does {seconds[1] / seconds[2]:.2f} times as many runs as -j 1")
+def throughput(mesh: str = "4", pairs: str = "3") -> None:
+    walls, outside = {1: [], 2: []}, {1: [], 2: []}
+    for jobs in (1, 2) * int(pairs):
+        wall, run = six_runs(mesh, jobs)
+        walls[jobs].append(wall)
+        outside[jobs].append(1 - 6 * run / (jobs * wall))
+        print(f"-j {jobs}: {wall:.1f} s for 6 runs of {run:.2f} s", flush=True)
+    for jobs, parts in outside.items():
+        print(f"ratio sweep_outside_runs_j{jobs} {statistics.median(parts):.4f}")
+    print(f"ratio sweep_j2_vs_j1 {statistics.median(walls[1]) / statistics.median(walls[2]):.2f}")
+
+
+def six_runs(mesh: str, jobs: int) -> tuple[float, float]:
+    """Seconds of a sweep of six runs from an empty cache, and of one of its runs."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "study.yaml").write_text(FINGER.replace("MESH", mesh))
+        wall = sweep(folder, "-j", str(jobs))
+        with open(folder / "results/study/sweep.csv") as file:
+            runs = [float(row["seconds"]) for row in csv.DictReader(file)]
+    return wall, statistics.mean(runs)
 
 
 def many() -> None:

@@ -90,7 +90,7 @@ class Border:
         for row, direction in zip(rows, self._control.directions, strict=True):
             for name, weight in direction.items():
                 self._model.cavities[name].add_volume_gradient(state.x, weight, row)
-        rows = np.array([self._model.sum_shared(row) for row in rows])
+        rows = np.array([self._model.unknowns.sum_shared(row) for row in rows])
         rows[:, self._fixed] = 0.0
         return rows
 

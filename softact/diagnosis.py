@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from softact.model import BondedLayer, Model
+from softact.bonded import BondedLayer
+from softact.model import Model
 from softact.tensors import determinant
 from softact.terms import State
 
@@ -67,8 +68,8 @@ def _flat_cavities(model: Model, state: State) -> Iterator[str]:
 
 
 def _wrinkled_layers(model: Model, state: State) -> Iterator[str]:
-    for layer in model.bonded_layers:
-        if model.wrinkles(layer) or model.bends(layer):
+    for layer in model.layers:
+        if model.layers.wrinkles(layer) or model.layers.bends(layer):
             continue
         areas, stress = _membrane(model, state, layer)
         parts = zip(*model.comm.allgather((areas, stress)), strict=True)
@@ -85,7 +86,7 @@ def _wrinkled_layers(model: Model, state: State) -> Iterator[str]:
 def _membrane(model: Model, state: State, layer: BondedLayer):
     """Undeformed areas (k,) mm² and smallest principal stresses (k,) MPa of a layer's triangles
     with straight edges."""
-    nodes = model.facet_nodes(model.mesh.facets[layer.surface])[:, :3]
+    nodes = model.surfaces.facet_nodes(model.mesh.facets[layer.surface])[:, :3]
     before = model.nodes.places[nodes]
     after = before + state.x[model.displacement_dofs[nodes]]
     edges, moved = before[:, 1:] - before[:, :1], after[:, 1:] - after[:, :1]

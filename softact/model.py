@@ -12,24 +12,22 @@ from petsc4py import PETSc
 
 from softact import compat
 from softact.assembly import Assembler
-from softact.bending import LayerBending, is_flat
+from softact.bending import LayerBending
+from softact.bonded import BondedLayer, BondedLayers
 from softact.contact.contacts import Contacts
 from softact.contact.facets import ContactFacets
 from softact.contact.rigid import Obstacle, RigidContact
 from softact.contact.surfaces import SurfaceContact, Touching
-from softact.elements import facet_tables
 from softact.errors import SpecError
 from softact.fibres import fibre_field
 from softact.mesh import Mesh
 from softact.nodes import nodes_of
 from softact.sheets.body import Sheet, SheetPart, make_parts, node_numbers
 from softact.sheets.cavity import SheetCavity
-from softact.sheets.membrane import BondedMembrane, Membrane
+from softact.sheets.membrane import Membrane
 from softact.sheets.mesh import nodes_of as sheet_nodes_of
-from softact.sheets.plane_stress import GreenLaw
-from softact.sheets.tension_field import KEPT_BONDED, relaxed
-from softact.sheets.triangles import Triangles
 from softact.solid import Solid
+from softact.surfaces import Surfaces
 from softact.tensors import determinant
 from softact.terms import (
     CavityPressure,
@@ -41,13 +39,11 @@ from softact.terms import (
     SurfaceForce,
     SurfacePressure,
     Weight,
-    shared_forces,
     unit_forces,
 )
 from softact.unknowns import Unknowns
 
 UP = (0.0, 0.0, 1.0)
-SIMPSON, TRAPEZIUM = (1 / 6, 1 / 6, 2 / 3), (1 / 2, 1 / 2)
 # name in the spec -> displacement degree, pressure degree (None: no pressure unknown)
 ELEMENTS: dict[str, tuple[int, int | None]] = {
     "P2/P1": (2, 1),
@@ -55,22 +51,6 @@ ELEMENTS: dict[str, tuple[int, int | None]] = {
     "P2": (2, None),
     "P1": (1, None),
 }
-
-
-@dataclass(frozen=True)
-class BondedLayer:
-    """A thin layer on a surface: its material (see ``softact.terms.Layer``), thickness in mm.
-
-    bending: part of a plate's bending stiffness E t³/12(1 − ν²); a woven fabric has little of it.
-    relaxed: whether fine wrinkles take its compression (``softact.sheets.tension_field``); None:
-    where it has no bending stiffness.
-    """
-
-    surface: str
-    material: object
-    thickness: float
-    bending: float = 1.0
-    relaxed: bool | None = None
 
 
 @dataclass(frozen=True)
@@ -127,32 +107,17 @@ class Model:
             for number, name in enumerate(mesh.layout.regions)
         }
         self.cavities = {
-            name: CavityPressure(self.assembler, name, self.facets(*walls), self.degree)
-            for name, walls in mesh.layout.cavities.items()
-            if not set(walls) & set(self.sheets)
-        } | {
-            name: SheetCavity(
-                name, [self.sheets[wall].triangles for wall in walls], mesh.layout.flux
-            )
-            for name, walls in mesh.layout.cavities.items()
-            if set(walls) & set(self.sheets)
+            name: self._cavity(name, walls) for name, walls in mesh.layout.cavities.items()
         }
-        self.bonded_layers = tuple(layers)
-        bending = [(la, b) for la in layers if (b := self._bending(la)) is not None]
-        self.bending = [LayerBending(*b) for _, b in bending]
-        self._bent = [la for la, _ in bending]
-        self.layers = [self._layer(la) for la in layers]
+        self.layers = BondedLayers(self, layers)
         planes = tuple(mesh.layout.symmetry.values())
         for part in self.sheets.values():
             part.add_bending(self.assembler, self.nodes, planes)
         self.weights = [
             Weight(s.material.density * unit_forces(self.assembler, s.cells, self.degree))
             for s in self.solids.values()
-        ] + [
-            Weight(la.material.density * la.thickness * self._unit_forces(la.surface))
-            for la in layers
-            if la.material.density
         ]
+        self.weights += self.layers.weights()
         self.weights += [part.weight(self.unknowns.local) for part in self.sheets.values()]
         self.inertia: list[Inertia] = []
         self.surface_loads: dict[tuple[type, str], SurfaceForce | SurfacePressure] = {}
@@ -161,7 +126,6 @@ class Model:
             [*map(self._against, obstacles), *(SurfaceContact(t, self) for t in touching)],
         )
         self.assembler.symmetric = self.contacts.symmetric
-        self._ghosted = self.unknowns.create_vector()
         self.pressure_weights = self._pressure_weights()
         self.force_floor = self._force_floor()
 
@@ -183,58 +147,32 @@ class Model:
         self.unknowns = Unknowns(self.comm, spaces, len(loose))
         self.nodes = nodes_of(self.unknowns, loose)
         self.sheets: dict[str, SheetPart] = {}
-        self.curves: dict[str, np.ndarray] = {}
+        curves: dict[str, np.ndarray] = {}
         if mesh.sheets:
             self.sheets = make_parts(mesh.sheets, number[sheet_nodes.elements], sheets, self.nodes)
-            self.curves = {name: number[edges] for name, edges in sheet_nodes.curves.items()}
+            curves = {name: number[edges] for name, edges in sheet_nodes.curves.items()}
             tables = [part.triangles.table for part in self.sheets.values()]
         self.assembler = Assembler(mesh, self.unknowns, tables)
         self.displacement_dofs = self.nodes.dofs
         self.cell_nodes = compat.cell_dofs(spaces[0]) if spaces else np.empty((0, 0), np.int32)
+        self.surfaces = Surfaces(
+            mesh, self.unknowns, self.nodes, self.cell_nodes, self.degree, self.sheets, curves
+        )
 
-    def facets(self, *surfaces: str) -> np.ndarray:
-        """Cells and local facets of the named surfaces together."""
-        return np.vstack([self.mesh.facets[name] for name in surfaces])
+    def _cavity(self, name: str, walls: Sequence[str]) -> CavityPressure | SheetCavity:
+        if set(walls) & set(self.sheets):
+            triangles = [self.sheets[wall].triangles for wall in walls]
+            return SheetCavity(name, triangles, self.mesh.layout.flux)
+        return CavityPressure(self.assembler, name, self.surfaces.facets(*walls), self.degree)
 
     def _against(self, obstacle: Obstacle) -> RigidContact:
         surfaces = obstacle.surfaces or self.mesh.layout.outside
         return RigidContact(obstacle, ContactFacets(self, surfaces))
 
-    def _bending(self, layer: BondedLayer):
-        """Arguments of the layer's bending term, None where it has none (see the docs)."""
-        nodes = self.facet_nodes(self.mesh.facets[layer.surface])
-        everywhere = np.concatenate(self.comm.allgather(self.nodes.places[nodes].reshape(-1, 3)))
-        if not layer.bending or self.degree != 2 or not is_flat(everywhere):
-            return None
-        young, poisson = layer.material.youngs_modulus, layer.material.poissons_ratio
-        rigidity = layer.bending * young * layer.thickness**3 / (12 * (1 - poisson**2))
-        planes = tuple(self.mesh.layout.symmetry.values())
-        return self.assembler, self.nodes, nodes, rigidity, poisson, planes
-
-    def bends(self, layer: BondedLayer) -> bool:
-        """Whether one of ``bonded_layers`` has bending stiffness."""
-        return layer in self._bent
-
-    def wrinkles(self, layer: BondedLayer) -> bool:
-        """Whether fine wrinkles take the compression of one of ``bonded_layers``."""
-        return not self.bends(layer) if layer.relaxed is None else layer.relaxed
-
     @property
     def has_kinks(self) -> bool:
         """Whether forces have kinks: where bodies touch, and where bonded layers slacken."""
-        return len(self.contacts) > 0 or any(map(self.wrinkles, self.bonded_layers))
-
-    def _layer(self, layer: BondedLayer) -> Layer | Membrane:
-        facets, material = self.facets(layer.surface), layer.material
-        if not self.wrinkles(layer):
-            return Layer(self.assembler, facets, material, layer.thickness, self.degree)
-        nodes = self.facet_nodes(facets)
-        table = self.assembler.add_table(self.nodes.blocks[nodes])
-        triangles = Triangles(nodes, self.nodes.places[nodes], self.nodes.dofs[nodes], table)
-        law = GreenLaw(material.youngs_modulus, material.poissons_ratio)
-        frames = triangles.frames(np.array([1.0, 0.0, 0.0]))
-        relaxed_law = relaxed(law, material.poissons_ratio, KEPT_BONDED)
-        return BondedMembrane(triangles, frames, [(relaxed_law, layer.thickness)])
+        return len(self.contacts) > 0 or self.layers.slacken
 
     @property
     def terms(self):
@@ -242,8 +180,7 @@ class Model:
         return [
             *self.solids.values(),
             *self.cavities.values(),
-            *self.layers,
-            *self.bending,
+            *self.layers.elastic,
             *(term for part in self.sheets.values() for term in part.elastic),
             *self.weights,
             *self.surface_loads.values(),
@@ -253,22 +190,21 @@ class Model:
 
     def add_surface_load(self, kind: type[SurfaceForce | SurfacePressure], surface: str) -> None:
         """Make room for a load on a surface; its value is part of the state."""
-        if surface in self.sheets or surface in self.curves:
+        if self.surfaces.is_sheet(surface):
             if kind is not SurfaceForce:
                 raise SpecError(f"surface_pressure: '{surface}' is a sheet; only cavities press it")
         if (kind, surface) not in self.surface_loads:
             self.surface_loads[kind, surface] = (
-                SurfaceForce(surface, self._unit_forces(surface))
+                SurfaceForce(surface, self.unit_forces(surface))
                 if kind is SurfaceForce
-                else SurfacePressure(self.assembler, surface, self.facets(surface), self.degree)
+                else SurfacePressure(
+                    self.assembler, surface, self.surfaces.facets(surface), self.degree
+                )
             )
 
-    def _unit_forces(self, surface: str) -> np.ndarray:
+    def unit_forces(self, surface: str) -> np.ndarray:
         """Forces (3, local) of 1 N/mm² on a surface or a sheet, or 1 N/mm along a curve."""
-        if surface in self.sheets or surface in self.curves:
-            nodes, shares = self.surface_points(surface)
-            return shared_forces(self.nodes.dofs[nodes], shares, self.unknowns.local)
-        return unit_forces(self.assembler, self.facets(surface), self.degree)
+        return self.surfaces.unit_forces(self.assembler, surface)
 
     def add_inertia(self) -> None:
         """Give the regions their inertia, for motions; it acts while it has a time step."""
@@ -286,24 +222,6 @@ class Model:
             shift={obstacle.name: np.zeros(3) for obstacle in rigid},
             presence={obstacle.name: float(obstacle.active) for obstacle in rigid},
         )
-
-    # --- parallel vectors -------------------------------------------------------------------
-
-    def to_local(self, vector: PETSc.Vec) -> np.ndarray:
-        """Values of a PETSc vector with ghosts, as a new local array."""
-        vector.copy(self._ghosted)
-        self._ghosted.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
-        with self._ghosted.localForm() as local:
-            return local.getArray(readonly=True).copy()
-
-    def sum_shared(self, local: np.ndarray) -> np.ndarray:
-        """Add up what all processes hold of each unknown; returns the sums, ghosts included."""
-        with self._ghosted.localForm() as form:
-            form.setArray(local)
-        self._ghosted.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
-        self._ghosted.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
-        with self._ghosted.localForm() as form:
-            return form.getArray(readonly=True).copy()
 
     def sum(self, value):
         """Sum over processes of a number or an array."""
@@ -325,8 +243,8 @@ class Model:
             except InvertedElementError:
                 # On this process alone, perhaps: the others wait for it in the terms that follow.
                 both[:] = np.nan
-        internal = self.sum_shared(both[1])
-        return internal + self.sum_shared(both[0]), internal
+        internal = self.unknowns.sum_shared(both[1])
+        return internal + self.unknowns.sum_shared(both[0]), internal
 
     def smallest_jacobian(self, x: np.ndarray) -> float:
         """Smallest J at a quadrature point over all processes; −inf where it is not a number."""
@@ -354,7 +272,7 @@ class Model:
     def strain_energy(self, state: State) -> float:
         """Elastic energy stored in the solids, layers and sheets of the meshed part, mJ."""
         sheets = [term for part in self.sheets.values() for term in part.elastic]
-        return self.energy(state, [*self.solids.values(), *self.layers, *self.bending, *sheets])
+        return self.energy(state, [*self.solids.values(), *self.layers.elastic, *sheets])
 
     @property
     def diagonal(self) -> float:
@@ -376,7 +294,7 @@ class Model:
                 continue
             dofs = self.unknowns.cell_dofs[solid.cells, 3 * self.cell_nodes.shape[1] :]
             np.add.at(out, dofs, solid.volumes @ np.abs(solid.pressure_values))
-        return self.sum_shared(out)
+        return self.unknowns.sum_shared(out)
 
     def _force_floor(self) -> float:
         """Force (N) below which nothing is out of balance: a strain of 1e-12 over the body."""
@@ -384,53 +302,6 @@ class Model:
         stiffest = max((s.material.shear_modulus for s in self.solids.values()), default=0.0)
         sheets = [p.sheet.stiffness * p.triangles.areas.sum() ** 0.5 for p in self.sheets.values()]
         return 1e-12 * max([stiffest * volume ** (2 / 3), *sheets])
-
-    # --- supports ---------------------------------------------------------------------------
-
-    def facet_nodes(self, facets: np.ndarray) -> np.ndarray:
-        """Displacement nodes (k, n) of each facet in VTK's order, turned so that the normal
-        points out of the facet's cell."""
-        tables = facet_tables(compat.reference_nodes(self.degree))
-        nodes = self.cell_nodes[facets[:, :1], tables[facets[:, 1]]]
-        x = self.nodes.places
-        a, b, c = (x[nodes[:, i]] for i in range(3))
-        inside = x[self.cell_nodes[facets[:, 0], facets[:, 1]]]  # the vertex opposite the facet
-        inward = np.einsum("ki,ki->k", np.cross(b - a, c - a), inside - a) > 0
-        swap = [0, 2, 1, 5, 4, 3] if nodes.shape[1] == 6 else [0, 2, 1]
-        nodes[inward] = nodes[inward][:, swap]
-        return nodes
-
-    def area(self, surface: str) -> float:
-        """Undeformed area of a surface of the meshed part, mm²; length of a curve, mm."""
-        return self.sum(float(self.surface_points(surface)[1].sum()))
-
-    def surface_points(self, name: str) -> tuple[np.ndarray, np.ndarray]:
-        """Nodes (k,) of this process's facets, sheets or edges of that name, and their shares of
-        its area (mm²) or length (mm); a node counts once for each element."""
-        if name in self.curves:
-            nodes = self.curves[name]
-            ends = self.nodes.places[nodes[:, 1]] - self.nodes.places[nodes[:, 0]]
-            rule = SIMPSON if nodes.shape[1] == 3 else TRAPEZIUM
-            return nodes.ravel(), (np.linalg.norm(ends, axis=1)[:, None] * rule).ravel()
-        if name in self.sheets:
-            nodes = self.sheets[name].triangles.nodes
-        else:
-            nodes = self.facet_nodes(self.mesh.facets[name])
-        a, b, c = np.moveaxis(self.nodes.places[nodes[:, :3]], 1, 0)
-        area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
-        # The middles of the edges integrate a quadratic exactly; linear facets have corners only.
-        return nodes[:, -3:].ravel(), np.repeat(area / 3, 3)
-
-    def surface_nodes(self, surface: str) -> np.ndarray:
-        """Displacement nodes on a surface or curve that this process holds, also where the facet
-        itself belongs to another process."""
-        if surface in self.curves:
-            return np.unique(self.curves[surface])
-        if surface in self.sheets:
-            return np.unique(self.sheets[surface].triangles.nodes)
-        mark = np.zeros(self.unknowns.local)
-        mark[self.displacement_dofs[self.facet_nodes(self.mesh.facets[surface]), 0]] = 1.0
-        return np.flatnonzero(self.sum_shared(mark)[self.displacement_dofs[:, 0]])
 
     def set_supports(self, supports: Sequence[Support], state: State):
         """Fix the given components and those normal to symmetry planes.
@@ -441,7 +312,7 @@ class Model:
         values = np.full(self.unknowns.local, np.nan)
         planes = [Support(name, {c: 0.0}) for name, c in self.mesh.layout.symmetry.items()]
         for support in (*planes, *supports):
-            nodes = self.surface_nodes(support.surface)
+            nodes = self.surfaces.nodes(support.surface)
             for component, prescribed in support.values.items():
                 dofs = self.displacement_dofs[nodes, component]
                 value = state.x[dofs] if prescribed is None else prescribed

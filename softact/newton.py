@@ -180,7 +180,7 @@ class Newton:
         self._x.setArray(state.x[: self.model.unknowns.owned])
         with np.errstate(all="ignore"):
             self._snes.solve(None, self._x)
-        state.x = self.model.to_local(self._x)
+        state.x = self.model.unknowns.to_local(self._x)
         converged = self._snes.getConvergedReason() > 0
         iterations = self._snes.getIterationNumber()
         self.counts.newton_iterations += iterations
@@ -213,7 +213,7 @@ class Newton:
         vector, answer = self.model.unknowns.create_vector(), self.model.unknowns.create_vector()
         vector.setArray(right)
         self._snes.getKSP().getPC().apply(vector, answer)
-        return self.model.to_local(answer)
+        return self.model.unknowns.to_local(answer)
 
     def imbalance(self, guess: Loaded) -> float:
         """Out-of-balance by internal force of a guess; inf: inverted."""
@@ -225,7 +225,7 @@ class Newton:
 
     def _function(self, _snes, x, f) -> None:
         owned = self.model.unknowns.owned
-        self._state.x = self.model.to_local(x)
+        self._state.x = self.model.unknowns.to_local(x)
         self.counts.residual_evaluations += 1
         force, internal = self.model.force(self._state)
         force[self._fixed_dofs] = self._state.x[self._fixed_dofs] - self._held
@@ -269,11 +269,12 @@ class Newton:
             array = step.getArray().copy()
             change = self._border.correct(self._state, array, self._response)
             step.setArray(array)
-        factor = self._admissible_part(self.model.to_local(x), self.model.to_local(step))
+        here, change_of_x = map(self.model.unknowns.to_local, (x, step))
+        factor = self._admissible_part(here, change_of_x)
         if change is not None:
             self._border.add(self._state, factor * change)
         elif self.line_search or self.model.has_kinks:
-            factor = self._searched_part(self.model.to_local(x), self.model.to_local(step), factor)
+            factor = self._searched_part(here, change_of_x, factor)
         if factor < 1.0:
             step.scale(factor)
         return factor < 1.0 or change is not None

@@ -75,7 +75,7 @@ class Snapshot:
 
         Halves are completed by their mirror images.
         """
-        here, weights = self.model.surface_points(surface)
+        here, weights = self.model.surfaces.points(surface)
         mine = self.positions[here], self.displacement[here], weights
         parts = zip(*self.model.comm.allgather(mine), strict=True)
         before, moved, weights = (np.concatenate(part) for part in parts)
@@ -130,7 +130,7 @@ class Snapshot:
             columns = sums[:, start : start + 3]
             local = np.zeros(self.model.unknowns.local)
             local[dofs[:, : columns.shape[1]]] = columns
-            summed = self.model.sum_shared(local)
+            summed = self.model.unknowns.sum_shared(local)
             whole[:, start : start + 3] = summed[dofs[:, : columns.shape[1]]]
         return whole[:, :size] / whole[:, size:]
 
@@ -217,7 +217,7 @@ class Snapshot:
         actuator; both are zero where it is free."""
         force, _ = self.model.force(self.state)
         owned = self.model.nodes.owned
-        nodes = self.model.surface_nodes(surface)
+        nodes = self.model.surfaces.nodes(surface)
         nodes = nodes[nodes < owned]
         forces = force[self.model.displacement_dofs[nodes]]
         arms = self.positions[nodes] + self.displacement[nodes] - about
@@ -233,7 +233,7 @@ class Snapshot:
 
     def held(self, surface: str) -> bool:
         """Whether a support holds a surface in some direction (symmetry planes do not count)."""
-        nodes = self.model.surface_nodes(surface)
+        nodes = self.model.surfaces.nodes(surface)
         fixed = self.model.assembler.fixed[self.model.displacement_dofs[nodes]].astype(bool)
         fixed[:, list(self.layout.symmetry.values())] = False
         return bool(self.model.sum(int(fixed.any())))
@@ -280,7 +280,7 @@ def gather_mesh(model: Model):
     reference = compat.reference_nodes(model.degree)
     cells = number[model.cell_nodes][:, vtk_order(reference)]
     surfaces = {
-        name: _stack(model.comm.gather(number[model.facet_nodes(facets)]))
+        name: _stack(model.comm.gather(number[model.surfaces.facet_nodes(facets)]))
         for name, facets in model.mesh.facets.items()
     }
     gathered = _stack(model.comm.gather(cells)), _stack(model.comm.gather(model.mesh.region))

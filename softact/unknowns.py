@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 from petsc4py import PETSc
 
@@ -98,3 +100,23 @@ class Unknowns:
         return PETSc.Vec().createGhost(
             self.number[self.owned :], size=(self.owned, None), comm=self.comm
         )
+
+    @functools.cached_property
+    def _ghosted(self) -> PETSc.Vec:
+        return self.create_vector()
+
+    def to_local(self, vector: PETSc.Vec) -> np.ndarray:
+        """Values of a PETSc vector of all unknowns, ghosts included, as a new array (local,)."""
+        vector.copy(self._ghosted)
+        self._ghosted.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
+        with self._ghosted.localForm() as local:
+            return local.getArray(readonly=True).copy()
+
+    def sum_shared(self, local: np.ndarray) -> np.ndarray:
+        """Add up what all processes hold of each unknown; returns the sums, ghosts included."""
+        with self._ghosted.localForm() as form:
+            form.setArray(local)
+        self._ghosted.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
+        self._ghosted.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
+        with self._ghosted.localForm() as form:
+            return form.getArray(readonly=True).copy()

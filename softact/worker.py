@@ -91,7 +91,7 @@ def build_model(comm, spec, mesh_file: Path):
 
 
 def _layer(layer):
-    from softact.model import BondedLayer
+    from softact.bonded import BondedLayer
 
     relaxed = layer.wrinkling and layer.wrinkling == "tension_field"
     return BondedLayer(layer.surface, layer.material, layer.thickness, layer.bending, relaxed)
@@ -283,7 +283,7 @@ def _dead_loads(spec, model) -> list[dict | None]:
             changed.add(step.traction.surface)
         if step.payload:
             surface = step.payload.surface or model.mesh.layout.tip
-            area = model.mesh.layout.copies * model.area(surface)
+            area = model.mesh.layout.copies * model.surfaces.area(surface)
             payloads[surface] = np.asarray(step.payload.force) / area
             changed.add(surface)
         now = {name: tractions.get(name, 0.0) + payloads.get(name, 0.0) for name in changed}

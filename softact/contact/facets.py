@@ -36,9 +36,9 @@ class ContactFacets:
 
     def __init__(self, model, surfaces):
         self._model = model
-        facets = outside(model.mesh, np.unique(model.facets(*surfaces), axis=0))
+        facets = outside(model.mesh, np.unique(model.surfaces.facets(*surfaces), axis=0))
         self.cells = facets[:, 0]
-        self.nodes = model.facet_nodes(facets)
+        self.nodes = model.surfaces.facet_nodes(facets)
         self.dofs = model.displacement_dofs[self.nodes]
         self.points = model.nodes.places[self.nodes]
         self.values = shape_functions(POINTS, self.nodes.shape[1])

@@ -68,7 +68,7 @@ class Solution:
     def reaction(self, surface: str, state: State | None = None) -> np.ndarray:
         """Force (3,) in N that holds the nodes of a surface, in the last state or another."""
         force, _ = self.model.force(state or self.state)
-        return force[self.model.displacement_dofs[self.model.surface_nodes(surface)]].sum(axis=0)
+        return force[self.model.displacement_dofs[self.model.surfaces.nodes(surface)]].sum(axis=0)
 
 
 def displacement(model: Model, state: State, point) -> np.ndarray:

@@ -48,7 +48,7 @@ def test_elastica():
     steps = [LoadStep("pull", traction={"x_max": (0.0, 0.0, -load)}) for load in loads]
     solution = solve(model, steps, [CLAMP], 0.25)
     assert len(solution.ends) == len(ELASTICA)
-    node = model.surface_nodes("x_max")
+    node = model.surfaces.nodes("x_max")
     found = [-state.x[model.displacement_dofs[node, 2]].mean() / length for state in solution.ends]
     np.testing.assert_allclose(found, [w for _, w in ELASTICA], rtol=0.01)
 

@@ -73,7 +73,7 @@ def test_torsion_at_fixed_length():
     model = build(tets, law)
     state = twisted(model, 1.0)
     force, _ = model.force(state)
-    nodes = model.surface_nodes("z_max")
+    nodes = model.surfaces.nodes("z_max")
     dofs = model.displacement_dofs[nodes]
     place = model.unknowns.spaces[0].tabulate_dof_coordinates()[nodes] + state.x[dofs]
     moment = np.cross(place, force[dofs]).sum(axis=0)[2]

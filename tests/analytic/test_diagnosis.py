@@ -7,9 +7,9 @@ import pytest
 from meshes import block
 from solving import ROLLERS, build, solve
 
+from softact.bonded import BondedLayer
 from softact.diagnosis import causes
 from softact.materials import LAWS
-from softact.model import BondedLayer
 from softact.stepping import LoadStep
 
 SOFT = LAWS["neo_hookean"].of(c10=0.1, bulk_modulus=100.0)

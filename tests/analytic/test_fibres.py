@@ -63,7 +63,7 @@ def test_block_pulled(name, normal):
         solution = solve(model, steps, ROLLERS, 0.25)
         for state in solution.ends:
             stresses.append(solution.reaction("x_max", state)[0])
-            corner = model.surface_nodes("x_max")
+            corner = model.surfaces.nodes("x_max")
             moved = state.x[model.displacement_dofs[corner]].max(axis=0, initial=-1)
             low = state.x[model.displacement_dofs[corner]].min(axis=0)
             widest = np.where(np.abs(low) > np.abs(moved), low, moved)
@@ -215,7 +215,7 @@ def test_neutral_angle_of_helices(tmp_path):
             "inflate", surface_pressure={"bore": pressure}, traction={"tip": (pull, 0.0, 0.0)}
         )
         solution = solve(model, load, [Support("clamp", {0: 0.0})], 1.0)
-        moved = solution.state.x[model.displacement_dofs[model.surface_nodes("tip"), 0]]
+        moved = solution.state.x[model.displacement_dofs[model.surfaces.nodes("tip"), 0]]
         strain[angle] = moved.mean() / 4.0
     below, at, above = (strain[angle] / pressure for angle in strain)
     assert below < 0 < above

@@ -101,7 +101,7 @@ def test_wrinkling_and_collapse():
         down = Support("tip", {2: -deflection(moment)})
         steps.append(LoadStep(f"bend {i}", supports=[root, down]))
     solution = solve(model, steps, [root, Support("tip", {2: 0.0})], increment=0.5)
-    tip, wall = np.unique(model.curves["tip"]), model.sheets["wall"]
+    tip, wall = np.unique(model.surfaces.curves["tip"]), model.sheets["wall"]
     # The root keeps its width and its corners.
     free = wall.triangles.places.mean(axis=1)[:, 0] > R / 2
     for moment, state in zip(moments, solution.ends[1:], strict=True):

@@ -69,7 +69,7 @@ def test_mylar_balloon():
     solution = inflated(model, 0.005)
     state = solution.state
     places = model.nodes.places + state.x[model.nodes.dofs]
-    rim = np.linalg.norm(places[np.unique(model.curves["rim"])], axis=1).mean()
+    rim = np.linalg.norm(places[np.unique(model.surfaces.curves["rim"])], axis=1).mean()
     top = solution.displacement((0, 0, 0))[2]
     assert rim / a == pytest.approx(0.7627, rel=0.02)
     assert top / rim == pytest.approx(0.599, rel=0.02)

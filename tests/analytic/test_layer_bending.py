@@ -9,9 +9,9 @@ from meshes import block
 from solving import build
 
 from softact.bending import bending_matrices
+from softact.bonded import BondedLayer
 from softact.materials import LAWS
 from softact.measures.base import rotation_about
-from softact.model import BondedLayer
 from softact.terms import State
 
 RIGIDITY = 3.0  # N·mm
@@ -163,7 +163,7 @@ def test_rigid_rotation_costs_nothing(degrees):
     places = model.unknowns.spaces[0].tabulate_dof_coordinates()
     turn = rotation_about(AXIS, degrees)
     state.x[model.displacement_dofs] = places @ (turn - np.eye(3)).T + [1.0, 2.0, 3.0]
-    assert len(model.bending) == 1
+    assert len(model.layers.bending) == 1
     assert abs(model.energy(state)) < 1e-11
     assert np.abs(model.force(state)[0]).max() < 1e-9
 
@@ -182,7 +182,7 @@ def test_energy_of_a_rolled_layer():
     for way in (np.eye(3), turn):
         state = State(np.zeros(model.unknowns.local))
         state.x[model.displacement_dofs] = rolled @ way.T - places
-        energy = model.energy(state, model.bending)
+        energy = model.energy(state, model.layers.bending)
         assert energy == pytest.approx(rigidity * 8.0 / radius**2 / 2, rel=0.001)
 
 

@@ -5,8 +5,9 @@ import pytest
 from meshes import block
 from solving import ROLLERS, build, solve
 
+from softact.bonded import BondedLayer
 from softact.materials import LAWS
-from softact.model import BondedLayer, Support
+from softact.model import Support
 from softact.sheets.plane_stress import GreenLaw
 from softact.sheets.tension_field import KEPT_BONDED, GreenTensionField, TensionField
 from softact.stepping import LoadStep

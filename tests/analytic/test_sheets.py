@@ -10,9 +10,10 @@ from sheet_meshes import build, edges_of, grid, quarter_disc, rectangle
 from solving import build as build_solid
 from solving import solve
 
+from softact.bonded import BondedLayer
 from softact.materials import LAWS
 from softact.mesh import distribute
-from softact.model import BondedLayer, Model, Support
+from softact.model import Model, Support
 from softact.newton import Newton
 from softact.sheets.body import Ply, Sheet
 from softact.sheets.mesh import SheetMesh

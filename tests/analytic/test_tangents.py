@@ -12,8 +12,9 @@ from meshes import block
 from petsc4py import PETSc
 from solving import build
 
+from softact.bonded import BondedLayer
 from softact.materials import LAWS
-from softact.model import ELEMENTS, BondedLayer
+from softact.model import ELEMENTS
 from softact.solid import Solid
 from softact.terms import (
     InvertedElementError,
@@ -255,7 +256,7 @@ def test_no_term_is_left_out_where_an_element_is_inverted(monkeypatch):
     model = hollow_block(LAWS["neo_hookean"].of(c10=0.1, bulk_modulus=10.0))
     state = model.initial_state()
     state.x[model.displacement_dofs] -= 2.0 * model.unknowns.spaces[0].tabulate_dof_coordinates()
-    (bending,) = model.bending
+    (bending,) = model.layers.bending
     asked = []
     monkeypatch.setattr(bending, "add_force", lambda state, out: asked.append(state))
     assert np.isnan(model.force(state)[0]).all()
@@ -267,7 +268,7 @@ def test_stress_that_is_carried_on(part):
     """The tangent with the stress of the states before is the tangent itself, but for what the
     stress does not carry: nothing at the same state, and the second order of the way to it."""
     model = hollow_block(LAWS["yeoh"].of(c10=0.1, c20=0.03, bulk_modulus=10.0))
-    term = model.solids["body"] if part == "solid" else model.layers[0]
+    term = model.solids["body"] if part == "solid" else model.layers.membranes[0]
     draw = np.random.default_rng(5)
     state, way = model.initial_state(), np.zeros(model.unknowns.local)
     places = model.unknowns.spaces[0].tabulate_dof_coordinates()
