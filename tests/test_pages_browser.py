@@ -138,6 +138,19 @@ def test_dark_light_and_paper(browser, files):
     assert browser.luminance(PLOT) < 0.15
 
 
+@pytest.mark.parametrize("name", ["comparison", "report", "convergence"])
+def test_every_page_follows_the_readers_colours(browser, files, name):
+    browser.open(files[name], DESK)
+    browser.colours("dark")
+    browser.wait("return themed('@paper') === '#12181d'")
+    ink = browser.run("return themed('@ink')")
+    rgb = f"rgb({', '.join(str(int(ink[k : k + 2], 16)) for k in (1, 3, 5))})"
+    titles = "[...document.querySelectorAll('figure.chart .xtitle')]"
+    browser.wait(f"return {titles}.every(t => getComputedStyle(t).fill === '{rgb}')")
+    assert browser.luminance("body") < 0.15
+    assert_quiet_and_fits(browser, plots=4)
+
+
 def test_curves_of_one_abscissa_are_columns(browser, files):
     browser.open(files["report"], DESK)
     rows = browser.csv("Largest stress")

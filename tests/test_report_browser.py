@@ -138,3 +138,24 @@ def test_the_field_can_be_chosen(page):
     assert page.run(top) > 1  # a stretch
     title = "return document.getElementById('shape')._fullData[0].colorbar.title.text"
     assert "stretch" in page.run(title)
+
+
+def test_play_runs_through_the_states_and_can_be_stopped(page):
+    slide(page, INCREMENTS)
+    play = page.driver.find_element("id", "play")
+    state = "return Number(document.getElementById('load').value)"
+    page.run("arguments[0].click()", play)  # from the last state on: from the first
+    page.wait(f"{state} === 1")
+    page.run("arguments[0].click()", play)
+    page.wait("return document.getElementById('play').textContent === '\u25b6'")
+    stopped = page.run(state)
+    assert 1 <= stopped < INCREMENTS
+    page.run("arguments[0].click()", play)
+    page.wait(f"{state} === {INCREMENTS}")
+    page.wait("return document.getElementById('play').textContent === '\u25b6'")
+    said = page.driver.find_element("id", "caption").text
+    assert f"{bent_beam.PRESSURE:g} kPa" in said and f"{ANGLE:g}°" in said
+    z = page.run(PLACES)[2]
+    length = bent_beam.LENGTH
+    roof = length / np.pi + 2 * bent_beam.HEIGHT
+    assert max(z) == pytest.approx(np.sqrt(roof * length / np.pi) - length / np.pi, abs=0.01)

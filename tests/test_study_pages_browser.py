@@ -200,3 +200,64 @@ def test_plots_of_an_optimisation_and_of_a_fit_give_their_data(browser, files):
     assert {row[0] for row in browser.csv("Uniaxial")[1:]} == {"uniaxial", "yeoh", "ecoflex-00-30"}
     heads, *rows = browser.csv("Residuals of yeoh")
     assert np.abs(np.array([row[-1] for row in rows], float)).max() < 1e-2
+
+
+def test_load_and_colour_of_the_curves_can_be_chosen(browser, files):
+    browser.open(files["sweep"], DESK, anew=True)
+    curves = "const b = document.getElementById('curves');"
+    choose = (
+        "const s = document.getElementById(arguments[0]); s.selectedIndex = arguments[1];"
+        "s.dispatchEvent(new Event('change')); return s.options[s.selectedIndex].text"
+    )
+    colours = f"{curves} return b.data.map(t => t.line.color)"
+    by_length = browser.run(colours)
+    assert len(set(by_length)) == len(LENGTHS)
+    assert browser.run(choose, "colour", 1) == "side (mm)"
+    assert len(set(browser.run(colours))) == len(SIDES)
+    assert "side (mm)" in browser.run("return document.getElementById('curvenote').textContent")
+    wanted = browser.run(choose, "load", 2)
+    assert browser.run(f"{curves} return b.layout.xaxis.title.text") == wanted
+    heads, *_ = browser.csv(f"{browser.run(f'{curves} return b.layout.yaxis.title.text')}"
+                            f" over {wanted}")  # fmt: skip
+    assert heads[-2] == wanted
+    assert browser.errors() == []
+
+
+def test_a_range_of_parallel_coordinates_can_be_dragged(browser, files):
+    """Pressing and drawing along an axis keeps the runs of that range."""
+    browser.open(files["sweep"], DESK, anew=True)
+    x, top, bottom = browser.run(
+        "const p = document.getElementById('parallel'); p.scrollIntoView({block: 'center'});"
+        "const r = p.querySelector('.axis-brush .background').getBoundingClientRect();"
+        "return [r.left + r.width / 2, r.top, r.bottom]"
+    )
+
+    def at(part):
+        return {"x": x, "y": bottom - part * (bottom - top)}
+
+    browser.tell("Input.dispatchMouseEvent", {"type": "mouseMoved", **at(0.3)})
+    left = {"button": "left", "buttons": 1, "clickCount": 1}
+    browser.tell("Input.dispatchMouseEvent", {"type": "mousePressed", **at(0.3), **left})
+    for part in (0.4, 0.5, 0.6, 0.7):
+        browser.tell("Input.dispatchMouseEvent", {"type": "mouseMoved", **at(part), **left})
+    browser.tell("Input.dispatchMouseEvent", {"type": "mouseReleased", **at(0.7), **left})
+    kept = "return document.getElementById('parallel').data[0].dimensions[0].constraintrange"
+    low, high = browser.wait(kept)
+    assert LENGTHS[0] < low < LENGTHS[1] < high < LENGTHS[2]
+    assert browser.errors() == []
+
+
+def test_a_sweep_on_paper_is_white_and_fits(browser, files):
+    browser.open(files["sweep"], DESK, anew=True)
+    browser.colours("dark", media="print")
+    browser.run("window.dispatchEvent(new Event('beforeprint'))")
+    browser.wait("return themed('@paper') === '#ffffff'")
+    widths = browser.run(
+        "return [...document.querySelectorAll('.main-svg')].map("
+        "svg => svg.getBoundingClientRect().width)"
+    )
+    assert 0 < max(widths) <= 660
+    assert browser.luminance("#front .xtitle", "fill") < 0.2
+    browser.run("window.dispatchEvent(new Event('afterprint'))")
+    browser.colours("light")
+    assert browser.errors() == []
