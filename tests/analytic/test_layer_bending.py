@@ -192,4 +192,4 @@ def test_curved_layer_has_no_bending_term():
     def bulge(points):
         return points + np.column_stack([*np.zeros((2, len(points))), 0.1 * points[:, 0] ** 2])
 
-    assert layered_block(bulge).bending == []
+    assert layered_block(bulge).layers.bending == []
