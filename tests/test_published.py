@@ -45,6 +45,8 @@ def test_a_reading_is_linear_between_equilibria():
     assert reading(at={"pressure_kPa": 15}) == {"value": 30.0}
     assert reading(at={"pressure_kPa": 20}, scale=0.5) == {"value": 20.0}
     assert reading() == {"value": 40.0}
+    both = figures.Reading(column="angle_deg + pressure_kPa", at={"pressure_kPa": 15}, scale=2.0)
+    assert both.of(COLUMNS, CURVE) == {"value": 90.0}
     vacuum = figures.Reading(column="angle_deg", at={"pressure_kPa": -15})
     assert vacuum.of(COLUMNS, CURVE * [-1, 1]) == {"value": 30.0}
 
@@ -62,7 +64,7 @@ def test_every_run_has_a_right_spec_and_all_columns_that_are_read(sources):
             assert used, f"{name} gives no figure"
             columns = set(run_columns(spec_at(run.base(), run.changes)))
             for entry in used:
-                assert {entry.read.column, *entry.read.at} <= columns, entry.id
+                assert {*entry.read.summands, *entry.read.at} <= columns, entry.id
 
 
 def test_no_figure_is_left_out_whatever_became_of_its_run(sources):

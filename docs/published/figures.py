@@ -78,12 +78,18 @@ class Run(Strict):
 class Reading(Strict):
     """The value of a column where another one first has the value in ``at``; else the last one.
 
-    scale: factor on the column, for other units.
+    column: a name, or several with " + " between them for their sum. scale: factor on it, for other
+    units.
     """
 
     column: str
     at: dict[str, float] = Field({}, max_length=1)
     scale: float = 1.0
+
+    @property
+    def summands(self) -> list[str]:
+        """Names of the columns that are added up."""
+        return self.column.split(" + ")
 
     def of(self, columns: Sequence[str], table: np.ndarray) -> dict[str, Any]:
         """Read it off a curve. columns: (c,) names, table: (n, c), a row per equilibrium.
@@ -91,10 +97,10 @@ class Reading(Strict):
         ``value``: linear between equilibria, None where the run ended before; then ``last`` says
         what both columns had at the end. Raises KeyError where a column is not there.
         """
-        missing = [name for name in (self.column, *self.at) if name not in columns]
+        missing = [name for name in (*self.summands, *self.at) if name not in columns]
         if missing:
             raise KeyError(f"no column {missing[0]}")
-        curve = table[:, list(columns).index(self.column)] * self.scale
+        curve = sum(table[:, list(columns).index(name)] for name in self.summands) * self.scale
         if not self.at:
             return {"value": _plain(curve[-1])}
         ((name, wanted),) = self.at.items()
