@@ -53,21 +53,27 @@ class BlockTable:
         """Learn where the values of each pair of nodes begin."""
         self._assembler = assembler
         self._dofs = assembler.unknowns.first[self.blocks][..., None] + np.arange(3)
-        base = place[assembler.find_pairs(self.blocks)].astype(np.int64)
-        length = row_length[self.blocks]
-        c = np.arange(3)
-        self._places = (
-            base[:, :, None, :, None]
-            + (c * length[..., None])[:, :, :, None, None]
-            + c[None, None, None, None]
-        ).ravel()
+        self._base = place[assembler.find_pairs(self.blocks)].astype(np.int64)
+        self._length = row_length[self.blocks]
 
-    def add(self, matrices: np.ndarray) -> None:
-        """Add matrices (k, n, 3, n, 3); supported unknowns are left out."""
+    def _places_of(self, on) -> np.ndarray:
+        """Places in the assembler's values of the matrices of the elements ``on``."""
+        c = np.arange(3)
+        rows = c * self._length[on][..., None]
+        return (self._base[on][:, :, None, :, None] + rows[:, :, :, None, None] + c).ravel()
+
+    @functools.cached_property
+    def _places(self) -> np.ndarray:
+        return self._places_of(slice(None))
+
+    def add(self, matrices: np.ndarray, on: np.ndarray | None = None) -> None:
+        """Add matrices (k, n, 3, n, 3) of all elements, or of those ``on``; supported unknowns are
+        left out."""
         values = self._assembler.values
-        free = self._assembler.fixed[self._dofs] == 0
+        free = self._assembler.fixed[self._dofs if on is None else self._dofs[on]] == 0
         kept = matrices * free[:, :, :, None, None] * free[:, None, None]
-        values += np.bincount(self._places, kept.ravel(), len(values))
+        places = self._places if on is None else self._places_of(on)
+        values += np.bincount(places, kept.ravel(), len(values))
 
 
 class Assembler:
@@ -234,25 +240,6 @@ class Assembler:
             pointer(self.fixed),
             pointer(self.values),
         )
-
-    def add_block_matrix(self, cells: np.ndarray, local: np.ndarray, matrices: np.ndarray) -> None:
-        """Add matrices (k, n, 3, n, 3) of the displacements of some nodes of each cell.
-
-        local: (k, n) which nodes of its cell. Supported unknowns are left out.
-        """
-        rows, columns = local[:, :, None], local[:, None, :]
-        start = self._base[cells[:, None, None], rows, columns].astype(np.int64)
-        length = self._row_length[cells[:, None], local]
-        c = np.arange(3)
-        place = (
-            start[:, :, None, :, None]
-            + (c * length[..., None])[:, :, :, None, None]
-            + c[None, None, None, None]
-        )
-        dofs = self.unknowns.cell_dofs[cells[:, None, None], 3 * local[..., None] + c]
-        free = self.fixed[dofs] == 0
-        kept = matrices * free[:, :, :, None, None] * free[:, None, None]
-        self.values += np.bincount(place.ravel(), kept.ravel(), len(self.values))
 
     def clear(self) -> None:
         """Start a new matrix."""

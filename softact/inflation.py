@@ -17,6 +17,7 @@ from dataclasses import replace
 import numpy as np
 
 from softact.balance import EnergyBalance
+from softact.contact.contacts import OUT_OF_SIGHT
 from softact.drive import Point
 
 QUASI_STATIC = 0.05  # kinetic by internal energy; damping by the pressure's force
@@ -28,6 +29,7 @@ AT_REST = 1e-6  # kinetic by internal energy
 FIRST, SHORTEST = 1e-2, 1e-10  # time steps, of T
 SHORTER = 0.4  # after a time step that failed
 LONGER = ((6, 2.0), (12, 1.5), (20, 1.1))  # Newton iterations up to which one grows, and how much
+IN_SIGHT = 0.8  # of the way that contact looks ahead, for the next time step
 LOOSE = 1e-4  # tolerance of a time step, also by the full pressure's force; statics: the solver's
 TRIES_APART = 4  # time steps between tries of statics, doubling
 SETTLING = 200  # time steps at most after the loads have reached their value
@@ -101,8 +103,9 @@ class _Inflation:
             self._move_from(x, velocity, time_step)
             state.x = x.copy()
             outcome = self._solve(s, q, search=True)
-            if not outcome.converged:
-                self.stepper.reject(self.step, self.drive, self.path, s, outcome)
+            strayed = model.contacts.strayed(state)
+            if not outcome.converged or strayed > 1.0:
+                self.stepper.reject(self.step, self.drive, self.path, s, _seen(outcome, strayed))
                 time_step *= SHORTER
                 continue
             time, steps = time + time_step, steps + 1
@@ -122,7 +125,8 @@ class _Inflation:
                         "tolerance: which of their folds are slack is not decided further"
                     )
                     return self._end(None)
-            time_step *= next((f for n, f in LONGER if outcome.iterations <= n), SHORTER)
+            factor = next((f for n, f in LONGER if outcome.iterations <= n), SHORTER)
+            time_step *= min(factor, IN_SIGHT / max(strayed, 1e-300))
         return self._end("the sheets do not come to rest under the full load")
 
     def _load(self, begun: float, time: float) -> float:
@@ -162,6 +166,7 @@ class _Inflation:
             drag = self.damping * float(np.linalg.norm(balance.momentum(velocity)))
             self.held_back = max(self.held_back, drag / (s * self.pressure_force))
         outcome = replace(outcome, unstable_modes=0)  # of no equilibrium, but of a motion
+        self.model.contacts.stiffen(self.stepper.state)  # for the next time step
         told = {"control": "dynamics", "kinetic_ratio": ratio}
         self.path = self.stepper.accept(self.step, self.drive, self.path, s, outcome, **told)
         return ratio
@@ -170,6 +175,10 @@ class _Inflation:
         """Whether there is an equilibrium nearby; then it is the last point of the path."""
         self._without_inertia()
         outcome = self._solve(s, q, tolerance=0.0, search=True)
+        while outcome.converged and self.model.contacts.stiffen(self.stepper.state):
+            again = self._solve(s, q, tolerance=0.0, search=True)
+            outcome = replace(again, iterations=outcome.iterations + again.iterations)
+        outcome = _seen(outcome, self.model.contacts.strayed(self.stepper.state))
         if outcome.converged:
             self.balance.move(s, q)
             self.path = self.stepper.accept(self.step, self.drive, self.path[-1:], s, outcome)
@@ -210,3 +219,10 @@ class _Inflation:
             f"damping took {damped} and the time steps {lost}; {balance.unexplained:.2%} are "
             "unexplained"
         )
+
+
+def _seen(outcome, strayed: float):
+    """The outcome; failed where sheets went farther than contact looked, see ``Contacts``."""
+    if outcome.converged and strayed > 1.0:
+        return replace(outcome, converged=False, reason=OUT_OF_SIGHT)
+    return outcome

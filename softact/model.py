@@ -166,8 +166,14 @@ class Model:
         return CavityPressure(self.assembler, name, self.surfaces.facets(*walls), self.degree)
 
     def _against(self, obstacle: Obstacle) -> RigidContact:
-        surfaces = obstacle.surfaces or self.mesh.layout.outside
-        return RigidContact(obstacle, ContactFacets(self, surfaces))
+        return RigidContact(obstacle, ContactFacets(self, obstacle.surfaces or self.outside))
+
+    @property
+    def outside(self) -> tuple[str, ...]:
+        """Surfaces and sheets that may touch something; a solid's facets stand for what is bonded
+        to them."""
+        bonded = self.mesh.sheets.bonded if self.mesh.sheets else ()
+        return (*self.mesh.layout.outside, *(name for name in self.sheets if name not in bonded))
 
     @property
     def has_kinks(self) -> bool:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from softact.checkpoint import Checkpoint
+from softact.contact.contacts import OUT_OF_SIGHT
 from softact.drive import Drive, Point, extrapolate
 from softact.ladder import Ladder
 from softact.model import Model, Support
@@ -175,6 +176,8 @@ class Stepper:
         while outcome.converged and self.model.contacts.stiffen(self.state):
             again = self.newton.solve(self.state, held, control)
             outcome = replace(again, iterations=outcome.iterations + again.iterations)
+        if outcome.converged and self.model.contacts.strayed(self.state) > 1.0:
+            return replace(outcome, converged=False, reason=OUT_OF_SIGHT)
         return outcome
 
     def accept(self, step, drive, path, s, outcome, **motion) -> list[Point]:

@@ -64,6 +64,38 @@ WRONG = {
 }
 
 
+SHEETS = """\
+geometry: {type: woven_elongating}
+sheets:
+  pouches: &nylon
+    plies: [{material: {law: linear, youngs_modulus: 498 MPa, poissons_ratio: 0.35},
+             thickness: 0.2 mm}]
+  ends: *nylon
+obstacles:
+  plate: {type: plane, point: [60 mm, 0 mm, 0 mm], normal: [-1, 0, 0], surfaces: [ends]}
+contact:
+  - {self: pouches, friction: 0.3}
+  - {between: [pouches, ends]}
+steps:
+  - {pressure: 100 kPa}
+"""
+
+
+def test_sheets_may_touch():
+    """Obstacles and contact take names of sheets; a curve has no area that could touch."""
+    read = spec.loads(SHEETS, "stack.yaml")
+    assert read.obstacles["plate"].surfaces == ("ends",)
+    assert [c.groups for c in read.contact] == [(("pouches",),), (("pouches",), ("ends",))]
+    for old, new, place in (
+        ("[ends]", "[tip]", "obstacles.plate.surfaces.0"),
+        ("self: pouches", "self: seams", "contact.0.self"),
+    ):
+        with pytest.raises(SpecError) as caught:
+            spec.loads(SHEETS.replace(old, new), "stack.yaml")
+        (line,) = caught.value.lines
+        assert place in line and "is a curve, which touches nothing; write one of: pouches" in line
+
+
 @pytest.mark.parametrize("part", WRONG)
 def test_a_fault_is_one_line(part):
     """Each says where it is and what is wrong."""

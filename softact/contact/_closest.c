@@ -85,9 +85,10 @@ typedef struct {
     const double *nodes; /* (facets, nodes, 3) */
 } surface_t;
 
-/* Whether x faces a facet: foot st within its edges (by slack), gap below reach, normals opposed. */
+/* Whether x faces a facet: foot st within its edges (by slack), gap below reach and not deeper than
+   depth, normals opposed. */
 static int faces(const surface_t *on, int32_t facet, const double *x, const double *own, double reach,
-                 double slack, double st[2], double *gap)
+                 double depth, double slack, double st[2], double *gap)
 {
     const double *y = on->nodes + (int64_t)facet * on->count * 3;
     double e0[3], e1[3], r[3], n[3];
@@ -99,7 +100,7 @@ static int faces(const surface_t *on, int32_t facet, const double *x, const doub
     const double far = on->count == 6 ? 0.4 : slack; /* on the flat triangle of the corners */
     if (st[0] < -far || st[1] < -far || st[0] + st[1] > 1 + far)
         return 0;
-    if (!foot(on->count, y, x, st, gap, n) || !(fabs(*gap) < reach))
+    if (!foot(on->count, y, x, st, gap, n) || !(*gap < reach && *gap > -depth))
         return 0;
     if (st[0] < -slack || st[1] < -slack || st[0] + st[1] > 1 + slack)
         return 0;
@@ -109,12 +110,13 @@ static int faces(const surface_t *on, int32_t facet, const double *x, const doub
 /* For each point the facet that it faces: partner (-1: none), place on it, signed gap.
 
    places: (facets, points, 3); own: (facets, 3) normals of their facets; nodes: (facets, nodes, 3)
-   of the facets; start, candidate: facets that each facet may touch; reach: (facets) how far away,
-   or deep inside, the other may be; slack, keep: how far beyond the edge of a facet, barycentric,
+   of the facets; start, candidate: facets that each facet may touch; reach, depth: (facets) how far
+   away, and how deep inside, the other may be; slack, keep: how far beyond the edge of a facet, barycentric,
    for a new partner and for the one that stands in partner on entry. */
 void closest(int64_t facets, int32_t points, int32_t count, const double *places, const double *own,
              const double *nodes, const int64_t *start, const int32_t *candidate,
-             const double *reach, double slack, double keep, int32_t *partner, double *place, double *gap)
+             const double *reach, const double *depth, double slack, double keep, int32_t *partner,
+             double *place, double *gap)
 {
     const surface_t on = {count, nodes};
     for (int64_t f = 0; f < facets; ++f)
@@ -124,12 +126,12 @@ void closest(int64_t facets, int32_t points, int32_t count, const double *places
             double best = reach[f], st[2], g;
             const int32_t before = partner[p];
             partner[p] = -1, gap[p] = INFINITY, place[2 * p] = place[2 * p + 1] = 0;
-            if (before >= 0 && faces(&on, before, x, own + 3 * f, best, keep, st, &g)) {
+            if (before >= 0 && faces(&on, before, x, own + 3 * f, best, depth[f], keep, st, &g)) {
                 partner[p] = before, gap[p] = g, place[2 * p] = st[0], place[2 * p + 1] = st[1];
                 continue;
             }
             for (int64_t k = start[f]; k < start[f + 1]; ++k) {
-                if (!faces(&on, candidate[k], x, own + 3 * f, best, slack, st, &g))
+                if (!faces(&on, candidate[k], x, own + 3 * f, best, fmin(best, depth[f]), slack, st, &g))
                     continue;
                 best = fabs(g);
                 partner[p] = candidate[k], gap[p] = g;

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from softact import jit
+from softact.contact.backs import Backs
 
 # How far beyond its edge a facet still counts, barycentric: it closes the wedges between facets.
 SLACK = 0.01
@@ -42,12 +43,14 @@ def facet_normals(nodes: np.ndarray) -> np.ndarray:
     return n / np.linalg.norm(n, axis=1, keepdims=True)
 
 
-def candidates(nodes: np.ndarray, numbers: np.ndarray, side: np.ndarray, reach: np.ndarray):
+def candidates(
+    nodes: np.ndarray, numbers: np.ndarray, side: np.ndarray, reach: np.ndarray, backs: Backs
+):
     """Facets that each facet may touch before the next search, as (start (k + 1,), facet).
 
     nodes: (k, n, 3) places, numbers: (k, n) which nodes they are (facets with a common node are
     neighbours, not contact), side: (k,) of which body (facets of one side do not touch; −1: any
-    other), reach: (k,) mm.
+    other), reach: (k,) mm, backs: pairs that never touch.
     """
     centre = nodes[:, :3].mean(axis=1)
     radius = np.linalg.norm(nodes - centre[:, None], axis=2).max(axis=1)
@@ -62,6 +65,7 @@ def candidates(nodes: np.ndarray, numbers: np.ndarray, side: np.ndarray, reach: 
     near &= (side[i] != side[j]) | (side[i] < 0)
     i, j = i[near], j[near]
     apart = ~(numbers[i][:, :, None] == numbers[j][:, None]).any(axis=(1, 2))
+    apart &= ~backs(i, j)
     i, j = np.concatenate([i[apart], j[apart]]), np.concatenate([j[apart], i[apart]])
     order = np.lexsort((j, i))
     start = np.searchsorted(i[order], np.arange(len(nodes) + 1))
@@ -75,23 +79,25 @@ class Closest:
         source = Path(__file__).with_name("_closest.c")
         self._function = jit.load_library(comm, source).closest
 
-    def __call__(self, places, nodes, start, candidate, reach, before=None):
+    def __call__(self, places, nodes, start, candidate, reach, depth, before=None):
         """Partner (k, q) (−1: none), place on it (k, q, 2) and signed gap (k, q) mm of points
-        (k, q, 3) on facets (k, n, 3). before: partners that are kept where they still are."""
-        places, nodes = (np.ascontiguousarray(array) for array in (places, nodes))
-        own, reach = np.ascontiguousarray(facet_normals(nodes)), np.ascontiguousarray(reach)
+        (k, q, 3) on facets (k, n, 3). reach, depth: (k,) largest gap and overlap, mm. before:
+        partners that are kept where they still are."""
+        arrays = places, nodes, reach, depth
+        places, nodes, reach, depth = (np.ascontiguousarray(array) for array in arrays)
+        own = np.ascontiguousarray(facet_normals(nodes))
         shape = places.shape[:2]
         partner = np.full(shape, -1, np.int32) if before is None else before.astype(np.int32)
         place, gap = np.empty((*shape, 2)), np.empty(shape)
-        arrays = (places, own, nodes, start, candidate, reach)
+        arrays = (places, own, nodes, start, candidate, reach, depth)
         pointers = [ctypes.c_void_p(a.ctypes.data) for a in (*arrays, partner, place, gap)]
         self._function(
             ctypes.c_int64(shape[0]),
             ctypes.c_int32(shape[1]),
             ctypes.c_int32(nodes.shape[1]),
-            *pointers[:6],
+            *pointers[:7],
             ctypes.c_double(SLACK),
             ctypes.c_double(KEEP),
-            *pointers[6:],
+            *pointers[7:],
         )
         return partner, place, gap

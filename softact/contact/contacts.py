@@ -10,6 +10,7 @@ from softact.errors import SpecError
 LIMIT = 0.02
 ENOUGH = 0.75
 STIFFER, STIFFEST = 4.0, 1e4
+OUT_OF_SIGHT = "sheets moved farther than contact looks ahead"
 
 
 class Contacts:
@@ -52,6 +53,11 @@ class Contacts:
                 state.memory = state.memory | {key: STIFFER * factor}
                 raised = True
         return raised
+
+    def strayed(self, state) -> float:
+        """How far sheets have moved since contact looked about, by how far they may; above 1 they
+        may have passed something unseen."""
+        return max((contact.strayed(state) for contact in self._all), default=0.0)
 
     def smallest_gap(self, contact, state) -> tuple[float, float]:
         """Smallest gap (mm) and smallest gap by element size over all processes; inf: none."""

@@ -1,10 +1,10 @@
-"""Facets of the body that may touch something, with quadrature points on the curved facets."""
+"""Facets of bodies that may touch something, with quadrature points on the curved facets."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from softact.contact.pressure import ONSET, STIFFNESS
+from softact.contact.pressure import ONSET, SHEET_STIFFNESS, STIFFNESS
 
 # A quadratic facet is split into four triangles on its own nodes; each has the three points of
 # the rule that integrates quadratics exactly. A uniform pressure then gives exact nodal forces.
@@ -26,19 +26,21 @@ def shape_functions(barycentric: np.ndarray, nodes: int) -> np.ndarray:
 
 
 class ContactFacets:
-    """The facets of some surfaces of a model, as one process holds them.
+    """Facets of solids and triangles of sheets that may touch something, as one process holds them.
 
-    nodes: (k, n) displacement nodes, corners then middles of the edges, normals outward.
-    dofs: (k, n, 3) local unknowns. points: (k, n, 3) undeformed places, mm. areas: (k, 12) mm² of
-    each quadrature point. size: (k,) mean edge length, mm. stiffness: (k,) MPa/mm of the penalty.
-    onset: (k,) mm.
+    nodes: (k, n) displacement nodes, corners then middles of the edges, normals outward (of a
+    sheet: out of its cavity). dofs: (k, n, 3) local unknowns. points: (k, n, 3) undeformed places,
+    mm. areas: (k, 12) mm² of each quadrature point. size: (k,) mean edge length, mm. stiffness:
+    (k,) MPa/mm of the penalty. onset: (k,) mm. of_sheet: (k,) whether a facet is one of a sheet.
     """
 
     def __init__(self, model, surfaces):
-        self._model = model
-        facets = outside(model.mesh, np.unique(model.surfaces.facets(*surfaces), axis=0))
-        self.cells = facets[:, 0]
-        self.nodes = model.surfaces.facet_nodes(facets)
+        sheets = [model.sheets[name] for name in surfaces if name in model.sheets]
+        others = [name for name in surfaces if name not in model.sheets]
+        groups = [_of_sheet(sheet) for sheet in sheets]
+        if others or not sheets:
+            groups.insert(0, _of_solids(model, others))
+        self.nodes, modulus, self.of_sheet = map(np.concatenate, zip(*groups, strict=True))
         self.dofs = model.displacement_dofs[self.nodes]
         self.points = model.nodes.places[self.nodes]
         self.values = shape_functions(POINTS, self.nodes.shape[1])
@@ -46,14 +48,12 @@ class ContactFacets:
         area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
         self.areas = np.repeat(area[:, None] / len(POINTS), len(POINTS), axis=1)
         self.size = sum(np.linalg.norm(e, axis=1) for e in (b - a, c - b, a - c)) / 3
-        shear = np.array([s.material.shear_modulus for s in model.solids.values()])
-        self.stiffness = STIFFNESS * shear[model.mesh.region[self.cells]] / self.size
+        self.stiffness = modulus / np.where(self.of_sheet, self.size**2, self.size)
         self.onset = ONSET * self.size
-        inside = model.cell_nodes[self.cells]
-        self._local = np.argmax(inside[:, None] == self.nodes[:, :, None], axis=2)
+        self._table = model.assembler.add_table(model.nodes.blocks[self.nodes])
 
     def __len__(self):
-        return len(self.cells)
+        return len(self.nodes)
 
     def node_places(self, x: np.ndarray) -> np.ndarray:
         """Deformed places (k, n, 3) of the nodes, mm. x: (local,) unknowns."""
@@ -72,7 +72,22 @@ class ContactFacets:
         """Add the tangent of moduli (k', 12, 3, 3), d traction / d place, of the facets ``on``."""
         weighted = moduli * self.areas[on][..., None, None]
         matrices = np.einsum("qi,qj,kqab->kiajb", self.values, self.values, weighted, optimize=True)
-        self._model.assembler.add_block_matrix(self.cells[on], self._local[on], matrices)
+        self._table.add(matrices, on)
+
+
+def _of_solids(model, names):
+    """Nodes (k, n), stiffness of the penalty times size (k,) MPa, and that they are no sheets."""
+    facets = outside(model.mesh, np.unique(model.surfaces.facets(*names), axis=0))
+    shear = np.array([s.material.shear_modulus for s in model.solids.values()])
+    stiffness = STIFFNESS * shear[model.mesh.region[facets[:, 0]]]
+    return model.surfaces.facet_nodes(facets), stiffness, np.zeros(len(facets), dtype=bool)
+
+
+def _of_sheet(part):
+    """Nodes (k, n), stiffness of the penalty times size² (k,) N/mm, and that they are a sheet."""
+    nodes = part.triangles.nodes
+    stiffness = np.full(len(nodes), SHEET_STIFFNESS * part.sheet.stiffness)
+    return nodes, stiffness, np.ones(len(nodes), dtype=bool)
 
 
 def outside(mesh, facets: np.ndarray) -> np.ndarray:

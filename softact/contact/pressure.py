@@ -7,6 +7,11 @@ import numpy as np
 # Stiffness by shear modulus over element size: a pressure of one shear modulus presses 1 % of an
 # element in. It is raised where that is not enough (see ``limits``).
 STIFFNESS = 100.0
+# Of sheets: by Young's modulus times thickness over the element size squared. A pressure p then
+# presses p h/(E t) of an element h in: the strain of a cylinder of the radius h under it, less than
+# that of the sheet itself, whose radius is larger. The forces on a node change with its place as
+# those of the membrane do, by E t.
+SHEET_STIFFNESS = 4.0
 # Overlap over which the pressure sets in, of the element size.
 ONSET = 0.005
 

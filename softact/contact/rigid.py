@@ -156,6 +156,10 @@ class RigidContact:
         now, then = self.gaps(state, x)[0], self.gaps(state, to)[0]
         return bool((then >= np.minimum(DEEPER * now, -deepest)).all())
 
+    def strayed(self, state) -> float:
+        """See ``SurfaceContact.strayed``: an obstacle is always seen."""
+        return 0.0
+
     def smallest_gap(self, state) -> tuple[float, float]:
         """Smallest gap, and its smallest ratio to the element size (both below zero: overlap)."""
         if self.presence(state) != 1.0 or not len(self.facets):

@@ -12,16 +12,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from softact.contact.backs import Backs
 from softact.contact.closest import Closest, candidates, derivatives
 from softact.contact.coupling import Coupling
 from softact.contact.facets import ContactFacets
 from softact.contact.friction import STICK, slide
+from softact.contact.gap_hessian import gap_hessian
 from softact.contact.pressure import pressure
 from softact.errors import SpecError
 
 # How far away or deep inside a partner is looked for, and from which gap on room in the matrix is
 # kept for it; of the element size.
 REACH, ROOM = 1.0, 0.5
+# How deep inside a partner of a sheet is looked for, of the element size: sheets have no thickness,
+# and what is deeper may be on its other side.
+SHEET_DEPTH = 0.25
+# How far the facets of sheets may move until they look for partners again, of their reach.
+SIGHT = 0.5
 # What a step of Newton's method may press in on its way, of the element size.
 DEEPEST = 0.05
 # ... and by how much what overlaps may overlap more.
@@ -65,7 +72,10 @@ class SurfaceContact:
             self._side = np.isin(self.facets.nodes, second).all(axis=1).astype(int)
         self._closest = Closest(model.comm)
         self.coupling = Coupling(model.assembler, self.facets)
+        self._backs = Backs(model, self.facets)
         self._reach = REACH * self.facets.size + touching.distance
+        thin = SHEET_DEPTH * self.facets.size - touching.distance
+        self._depth = np.where(self.facets.of_sheet, thin, self._reach)
         self._search(np.zeros(model.unknowns.local))
         self._last = (None, None)
 
@@ -76,7 +86,8 @@ class SurfaceContact:
         """Which facets may come to touch before the next equilibrium."""
         nodes = self.facets.node_places(x)
         numbers = self.facets.nodes
-        self._candidates = candidates(nodes, numbers, self._side, self._reach)
+        self._candidates = candidates(nodes, numbers, self._side, self._reach, self._backs)
+        self._looked_from = nodes
 
     def gaps(self, x):
         """Partner, place on it and gap (k, 12) of each quadrature point; see ``Closest``."""
@@ -84,7 +95,8 @@ class SurfaceContact:
         if self._last[0] != key:
             places, nodes = self.facets.places(x), self.facets.node_places(x)
             before = None if self._last[1] is None else self._last[1][0]
-            found = self._closest(places, nodes, *self._candidates, self._reach, before)
+            reach, depth = self._reach, self._depth
+            found = self._closest(places, nodes, *self._candidates, reach, depth, before)
             partner, place, gap = found
             self._last = (key, (partner, place, gap - self.touching.distance))
         return self._last[1]
@@ -262,6 +274,14 @@ class SurfaceContact:
         lowest = np.minimum(DEEPER * now[facet, point], -DEEPEST * self.facets.size[facet])
         return bool((then - self.touching.distance >= lowest).all())
 
+    def strayed(self, state) -> float:
+        """How far sheets have moved since they looked for what they may touch, by how far they may
+        without passing it unseen."""
+        thin = self.facets.of_sheet
+        way = self.facets.node_places(state.x)[thin] - self._looked_from[thin]
+        moved = np.linalg.norm(way, axis=2) / (SIGHT * self._reach[thin, None])
+        return float(moved.max(initial=0.0))
+
     def smallest_gap(self, state) -> tuple[float, float]:
         """Smallest gap, and its smallest ratio to the element size (both below zero: overlap)."""
         _, _, gap = self.gaps(state.x)
@@ -282,34 +302,3 @@ class Slipping:
     modulus: np.ndarray
     by_gap: np.ndarray
     elastic: np.ndarray
-
-
-def gap_hessian(gap, across, tangents, normal, first, bend, outer, inner):
-    """outer ∇g ∇gᵀ + inner ∇∇g by the nodes of both facets: (m, 2 n, 3, 2 n, 3).
-
-    With v = δx − δy at the fixed place, t_α = y,α·v, s_α = n·δy,α, a the metric, b the curvature
-    and A = a − g b: δg = n·v and δ²g = −(t a⁻¹ b A⁻¹ t + t A⁻¹ s + s A⁻¹ t + g s A⁻¹ s). It
-    follows from g² = min |x − y|² over the facet, and holds at g = 0 too.
-    """
-    count = across.shape[1]
-    metric = np.einsum("mac,mbc->mab", tangents, tangents)
-    curvature = bend[:, [0, 1, 1, 2]].reshape(-1, 2, 2)
-    whole = np.linalg.inv(metric - gap[:, None, None] * curvature)
-    first_part = np.linalg.solve(metric, curvature @ whole)
-    turning = np.concatenate([np.zeros_like(first), first], axis=2)
-    t = (across[:, None, :, None] * tangents[:, :, None]).reshape(len(gap), 2, -1)
-    s = (turning[..., None] * normal[:, None, None]).reshape(len(gap), 2, -1)
-    g = (across[:, :, None] * normal[:, None]).reshape(len(gap), -1)
-    # Two rank-two products: t (X t + A⁻¹ s) + s (A⁻¹ t + g A⁻¹ s).
-    right_t = first_part @ t + whole @ s
-    right_s = whole @ (t + gap[:, None, None] * s)
-    left = np.concatenate([g[:, None], t, s], axis=1)
-    right = np.concatenate(
-        [
-            outer[:, None, None] * g[:, None],
-            -inner[:, None, None] * right_t,
-            -inner[:, None, None] * right_s,
-        ],
-        axis=1,
-    )
-    return np.matmul(left.transpose(0, 2, 1), right).reshape(-1, count, 3, count, 3)

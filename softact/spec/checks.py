@@ -129,8 +129,7 @@ def _obstacles(value: Any, layout: Layout) -> Iterator[Fault]:
     for name, obstacle in value.items():
         surfaces = obstacle.get("surfaces") if isinstance(obstacle, dict) else None
         for index, surface in enumerate(surfaces if isinstance(surfaces, list) else ()):
-            place = ("obstacles", name, "surfaces", index)
-            yield from _known_surface(surface, place, layout)
+            yield from _touchable(surface, ("obstacles", name, "surfaces", index), layout)
 
 
 def _contact(contact: dict, place: Place, layout: Layout) -> Iterator[Fault]:
@@ -138,13 +137,21 @@ def _contact(contact: dict, place: Place, layout: Layout) -> Iterator[Fault]:
 
     def names(value: Any, at: Place) -> Iterator[Fault]:
         if isinstance(value, str):
-            yield from _known_surface(value, at, layout)
+            yield from _touchable(value, at, layout)
         elif isinstance(value, list):
             for index, entry in enumerate(value):
                 yield from names(entry, (*at, index))
 
     for key in ("self", "between"):
         yield from names(contact.get(key), (*place, key))
+
+
+def _touchable(name: str, place: Place, layout: Layout) -> Iterator[Fault]:
+    if name in layout.curves:
+        known = ", ".join((*layout.surfaces, *layout.sheets))
+        yield place, f"{show(name)} is a curve, which touches nothing; write one of: {known}"
+    else:
+        yield from _known_surface(name, place, layout)
 
 
 def _known_obstacles(step: dict, place: Place, known: Any) -> Iterator[Fault]:

@@ -56,7 +56,9 @@ class Obstacle(_Part):
     active: bool = Field(True, description="false: a step puts it there later")
     load_cell: bool = Field(False, description="its force is the column blocked_force_N")
     surfaces: tuple[str, ...] | None = Field(
-        None, strict=False, description="surfaces that may touch it; default: the whole outside"
+        None,
+        strict=False,
+        description="surfaces and sheets that may touch it; default: the whole outside",
     )
 
     def shape(self):
@@ -207,10 +209,10 @@ class SurfaceContact(_Part):
 
     name: Name = Field("", description="default: contact_1, contact_2, ...")
     self: Surfaces | None = Field(
-        None, description="a surface, or several, that may touch itself: outer"
+        None, description="a surface or sheet, or several, that may touch itself: outer"
     )
     between: tuple[Surfaces, Surfaces] | None = Field(
-        None, strict=False, description="two surfaces that may touch each other: [upper, lower]"
+        None, strict=False, description="two surfaces or sheets that may touch: [upper, lower]"
     )
     friction: Friction = Field(0.0, description="Coulomb coefficient")
     distance: Length = Field(0.0, ge=0, description="gap below which they press on each other")

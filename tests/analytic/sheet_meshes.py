@@ -81,7 +81,16 @@ def quarter_disc(n, radius, parts=("sheet",), z=0.0) -> SheetMesh:
     return SheetMesh(points, triangles, {"sheet": np.arange(len(triangles))}, curves)
 
 
-def build(mesh: SheetMesh, sheets, cavities=None, symmetry=None, element="P2", **layout) -> Model:
+def build(
+    mesh: SheetMesh,
+    sheets,
+    cavities=None,
+    symmetry=None,
+    element="P2",
+    obstacles=(),
+    touching=(),
+    **layout,
+) -> Model:
     """A model of sheets alone. sheets: one for all parts, or part -> Sheet."""
     if not isinstance(sheets, dict):
         sheets = dict.fromkeys(mesh.parts, sheets)
@@ -89,4 +98,6 @@ def build(mesh: SheetMesh, sheets, cavities=None, symmetry=None, element="P2", *
     whole = Layout(
         regions=(), surfaces=(), cavities=cavities or {}, symmetry=symmetry or {}, **names
     )
-    return Model(of_sheets(MPI.COMM_SELF, mesh, whole), {}, element=element, sheets=sheets)
+    mesh = of_sheets(MPI.COMM_SELF, mesh, whole)
+    contacts = {"obstacles": obstacles, "touching": touching}
+    return Model(mesh, {}, element=element, sheets=sheets, **contacts)

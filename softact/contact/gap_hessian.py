@@ -1,0 +1,36 @@
+"""Second derivative of the gap between a point of one facet and the facet that it faces."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def gap_hessian(gap, across, tangents, normal, first, bend, outer, inner):
+    """outer ∇g ∇gᵀ + inner ∇∇g by the nodes of both facets: (m, 2 n, 3, 2 n, 3).
+
+    With v = δx − δy at the fixed place, t_α = y,α·v, s_α = n·δy,α, a the metric, b the curvature
+    and A = a − g b: δg = n·v and δ²g = −(t a⁻¹ b A⁻¹ t + t A⁻¹ s + s A⁻¹ t + g s A⁻¹ s). It
+    follows from g² = min |x − y|² over the facet, and holds at g = 0 too.
+    """
+    count = across.shape[1]
+    metric = np.einsum("mac,mbc->mab", tangents, tangents)
+    curvature = bend[:, [0, 1, 1, 2]].reshape(-1, 2, 2)
+    whole = np.linalg.inv(metric - gap[:, None, None] * curvature)
+    first_part = np.linalg.solve(metric, curvature @ whole)
+    turning = np.concatenate([np.zeros_like(first), first], axis=2)
+    t = (across[:, None, :, None] * tangents[:, :, None]).reshape(len(gap), 2, -1)
+    s = (turning[..., None] * normal[:, None, None]).reshape(len(gap), 2, -1)
+    g = (across[:, :, None] * normal[:, None]).reshape(len(gap), -1)
+    # Two rank-two products: t (X t + A⁻¹ s) + s (A⁻¹ t + g A⁻¹ s).
+    right_t = first_part @ t + whole @ s
+    right_s = whole @ (t + gap[:, None, None] * s)
+    left = np.concatenate([g[:, None], t, s], axis=1)
+    right = np.concatenate(
+        [
+            outer[:, None, None] * g[:, None],
+            -inner[:, None, None] * right_t,
+            -inner[:, None, None] * right_s,
+        ],
+        axis=1,
+    )
+    return np.matmul(left.transpose(0, 2, 1), right).reshape(-1, count, 3, count, 3)
