@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from mpi4py import MPI
@@ -175,10 +175,12 @@ class Model:
         bonded = self.mesh.sheets.bonded if self.mesh.sheets else ()
         return (*self.mesh.layout.outside, *(name for name in self.sheets if name not in bonded))
 
-    @property
-    def has_kinks(self) -> bool:
-        """Whether forces have kinks: where bodies touch, and where bonded layers slacken."""
-        return len(self.contacts) > 0 or self.layers.slacken
+    def kinks_between(self, state: State, here: np.ndarray, there: np.ndarray) -> bool:
+        """Whether forces have kinks on the way between two arrays of unknowns (local,) at the loads
+        of ``state``: where bodies touch at one end of it, and where bonded layers slacken."""
+        return self.layers.slacken or any(
+            self.contacts.touch(replace(state, x=x)) for x in (here, there)
+        )
 
     @property
     def terms(self):

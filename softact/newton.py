@@ -273,7 +273,9 @@ class Newton:
         factor = self._admissible_part(here, change_of_x)
         if change is not None:
             self._border.add(self._state, factor * change)
-        elif self.line_search or self.model.has_kinks:
+        elif self.line_search or self.model.kinks_between(
+            self._state, here, here - factor * change_of_x
+        ):
             factor = self._searched_part(here, change_of_x, factor)
         if factor < 1.0:
             step.scale(factor)

@@ -63,6 +63,10 @@ class Contacts:
         """Smallest gap (mm) and smallest gap by element size over all processes; inf: none."""
         return tuple(self._comm.allreduce(v, op=MPI.MIN) for v in contact.smallest_gap(state))
 
+    def touch(self, state) -> bool:
+        """Whether anything is in touch."""
+        return any(self.smallest_gap(contact, state)[0] < 0.0 for contact in self._all)
+
     def force(self, contact, state):
         """Force (3,) N on the meshed part of the body."""
         return self._comm.allreduce(contact.force(state))
