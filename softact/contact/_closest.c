@@ -104,7 +104,9 @@ static int faces(const surface_t *on, int32_t facet, const double *x, const doub
         return 0;
     if (st[0] < -slack || st[1] < -slack || st[0] + st[1] > 1 + slack)
         return 0;
-    return dot(n, own) < -0.1; /* not the far side of the same wall, nor a neighbour */
+    /* Not the far side of the same wall, nor the next face around an edge: bent, that one may lean
+       over by some degrees, and all points near the edge are inside of it. */
+    return dot(n, own) < (*gap < 0 ? -0.5 : -0.1);
 }
 
 /* For each point the facet that it faces: partner (-1: none), place on it, signed gap.

@@ -21,12 +21,12 @@ from softact.contact.gap_hessian import gap_hessian
 from softact.contact.pressure import pressure
 from softact.errors import SpecError
 
-# How far away or deep inside a partner is looked for, and from which gap on room in the matrix is
+# How far away a partner is looked for, and from which gap on room in the matrix is
 # kept for it; of the element size.
 REACH, ROOM = 1.0, 0.5
-# How deep inside a partner of a sheet is looked for, of the element size: sheets have no thickness,
-# and what is deeper may be on its other side.
-SHEET_DEPTH = 0.25
+# How deep inside a partner is looked for, of the element size: what is deeper may be on the other
+# side of a sheet or of a thin wall.
+DEPTH = 0.25
 # How far the facets of sheets may move until they look for partners again, of their reach.
 SIGHT = 0.5
 # What a step of Newton's method may press in on its way, of the element size.
@@ -74,8 +74,7 @@ class SurfaceContact:
         self.coupling = Coupling(model.assembler, self.facets)
         self._backs = Backs(model, self.facets)
         self._reach = REACH * self.facets.size + touching.distance
-        thin = SHEET_DEPTH * self.facets.size - touching.distance
-        self._depth = np.where(self.facets.of_sheet, thin, self._reach)
+        self._depth = DEPTH * self.facets.size - touching.distance
         self._search(np.zeros(model.unknowns.local))
         self._last = (None, None)
 

@@ -162,3 +162,17 @@ def test_friction():
     # The blocks resist the drag: the interface tilts a little as they shear.
     force = solution.reaction("z_max")
     assert force[0] == pytest.approx(0.3 * -force[2], rel=0.1)
+
+
+@pytest.mark.parametrize("shear", [0.25, 0.5])
+def test_a_sheared_corner_does_not_touch_itself(shear):
+    """Faces that meet at 76° or 63° instead of 90°: points near the edge are inside of the other
+    face's plane, and do not touch it."""
+    sides = ("x_min", "x_max", "z_min", "z_max")
+    touching = Touching("self", (sides,))
+    model = build(block((4, 2, 4), (2.0, 1.0, 2.0)), SOFT, touching=[touching])
+    state = model.initial_state()
+    state.x[model.displacement_dofs[:, 0]] = shear * model.nodes.places[:, 2]
+    (contact,) = model.contacts
+    contact.resume(state)
+    assert not model.contacts.touch(state)
