@@ -5,6 +5,7 @@ from softact.geometries.block import Block
 from softact.geometries.fiber_reinforced import FiberReinforced
 from softact.geometries.from_script import FromScript
 from softact.geometries.from_step import FromStep
+from softact.geometries.knit_strips import KnitStrips
 from softact.geometries.omnidirectional import Omnidirectional
 from softact.geometries.pneunet import Pneunet
 from softact.geometries.shell_reinforced import ShellReinforced
@@ -20,6 +21,7 @@ GEOMETRIES = {
     "fiber_reinforced": FiberReinforced,
     "from_script": FromScript,
     "from_step": FromStep,
+    "knit_strips": KnitStrips,
     "omnidirectional": Omnidirectional,
     "pneunet": Pneunet,
     "shell_reinforced": ShellReinforced,

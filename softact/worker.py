@@ -100,7 +100,7 @@ def _layer(layer):
 def _sheet(sheet):
     from softact.sheets.body import Ply, Sheet
 
-    plies = [Ply(ply.material, ply.thickness, ply.angle) for ply in sheet.plies]
+    plies = [Ply(ply.material, ply.thickness, ply.angle, ply.incompressible) for ply in sheet.plies]
     relaxed = sheet.wrinkling == "tension_field"
     return Sheet(plies, relaxed, sheet.bending, tuple(sheet.axis))
 

@@ -24,12 +24,14 @@ COINCIDENT = 1e-6  # of the sheet's size
 
 @dataclass(frozen=True)
 class Ply:
-    """One layer of a sheet: law of the library, thickness (mm), and the angle (degrees) by which
-    its own axis is turned from the sheet's about the normal."""
+    """One layer of a sheet: law of the library, thickness (mm), the angle (degrees) by which its
+    own axis is turned from the sheet's about the normal, and whether its volume is constant (then
+    the law's bulk modulus does not count)."""
 
     law: object
     thickness: float
     angle: float = 0.0
+    incompressible: bool = False
 
 
 @dataclass(frozen=True)
@@ -93,7 +95,7 @@ class SheetPart:
         self.bend: list[LayerBending] = []
 
     def _law(self, ply: Ply):
-        law = sheet_law(ply.law, self._fibres(ply))
+        law = sheet_law(ply.law, self._fibres(ply), ply.incompressible)
         if self.sheet.tension_field:
             law = relaxed(law, small_strain_constants(ply.law)[1])
         return law, ply.thickness

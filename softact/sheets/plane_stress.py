@@ -89,6 +89,48 @@ class SolidLaw:
         return stress + more_stress, moduli + more_moduli
 
 
+class IncompressibleLaw:
+    """A law of solids at constant volume, C33 = 1/det C in the plane, and S33 = 0.
+
+    With g(C) = C33 the energy is W̄(C, g(C)), and stress and moduli follow by the chain rule: no
+    bulk modulus, no iterations and no rounding of its size. fibres: as of ``SolidLaw``.
+    """
+
+    def __init__(self, material, fibres=None):
+        self.material, self.fibres = material, fibres
+
+    def evaluate(self, c):
+        """Not finite where det C ≤ 0."""
+        full = np.zeros((len(c), 3, 3))
+        full[:, :2, :2] = c
+        with np.errstate(all="ignore"):
+            area = c[:, 0, 0] * c[:, 1, 1] - c[:, 0, 1] ** 2
+            full[:, 2, 2] = g = np.where(area > 0, 1 / area, np.nan)
+            stress, moduli = self.material.stress_tangent(full, self.fibres)
+            energy = self.material.energy(full, self.fibres)
+            one, two, twelve = b = np.stack([c[:, 1, 1], c[:, 0, 0], -c[:, 0, 1]]) * g  # C⁻¹
+            square = np.array(
+                [
+                    [one * one, twelve * twelve, one * twelve],
+                    [twelve * twelve, two * two, two * twelve],
+                    [one * twelve, two * twelve, (one * two + twelve * twelve) / 2],
+                ]
+            ).transpose(2, 0, 1)
+            b = b.T
+            rate = -g[:, None] * b  # ∂g/∂C
+            curving = g[:, None, None] * (b[:, :, None] * b[:, None] + square)  # ∂²g/∂C∂C
+            out = stress[:, THICKNESS]
+            mixed = moduli[:, IN_PLANE, THICKNESS][:, :, None] * rate[:, None]
+            condensed = (
+                moduli[:, IN_PLANE][:, :, IN_PLANE]
+                + mixed
+                + mixed.transpose(0, 2, 1)
+                + moduli[:, THICKNESS, THICKNESS][:, None, None] * rate[:, :, None] * rate[:, None]
+                + 2 * out[:, None, None] * curving
+            )
+        return energy, stress[:, IN_PLANE] + out[:, None] * rate, condensed
+
+
 def _inverse(c):
     """Of symmetric (n, 3, 3); not finite where it is singular, as in a triangle that collapsed."""
     one, two, three = np.moveaxis(c, 1, 0)
@@ -96,11 +138,14 @@ def _inverse(c):
     return np.stack(cofactors, axis=1) / determinant(c)[:, None, None]
 
 
-def sheet_law(law, fibres=None) -> SheetLaw:
-    """The plane-stress form of a law of the library; see ``SolidLaw`` for ``fibres``."""
+def sheet_law(law, fibres=None, incompressible: bool = False) -> SheetLaw:
+    """The plane-stress form of a law of the library; see ``SolidLaw`` for ``fibres``.
+
+    incompressible: volume is constant, and the law's own bulk modulus does not count.
+    """
     if isinstance(law, Linear):
         return GreenLaw(law.youngs_modulus, law.poissons_ratio)
-    return SolidLaw(law.material(), fibres)
+    return (IncompressibleLaw if incompressible else SolidLaw)(law.material(), fibres)
 
 
 def small_strain_constants(law) -> tuple[float, float]:

@@ -75,6 +75,17 @@ class Ply(Model):
     angle: Angle = Field(
         0.0, description="of the axis of its fibres to the sheet's axis, about the sheet's normal"
     )
+    incompressible: bool = Field(
+        False,
+        description="its volume is constant, and the compressibility of its material does not "
+        "count; not for law linear, which has a Poisson's ratio",
+    )
+
+    @model_validator(mode="after")
+    def _can_keep_its_volume(self) -> Self:
+        if self.incompressible and self.material.law == "linear":
+            raise ValueError("law linear has a Poisson's ratio: leave incompressible out")
+        return self
 
 
 class SheetOfLayers(Model):
@@ -332,6 +343,9 @@ class Spec(Model):
             data["geometry"]["file"] = self.geometry.content()
         if not data["sheets"]:
             del data["sheets"]  # as before there were any
+        for ply in plies:
+            if not ply["incompressible"]:
+                del ply["incompressible"]  # as before there was a choice
         canonical = json.dumps(data, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(canonical.encode()).hexdigest()[:16]
 

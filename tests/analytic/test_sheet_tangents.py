@@ -36,9 +36,11 @@ def laws():
         "nylon": sheet_law(NYLON),
         "rubber": sheet_law(RUBBER),
         "knit": sheet_law(KNIT, fibres),
+        "knit of constant volume": sheet_law(KNIT, fibres, incompressible=True),
         "nylon relaxed": TensionField(sheet_law(NYLON), 0.35),
         "rubber relaxed": TensionField(sheet_law(RUBBER), 0.49),
         "knit relaxed": TensionField(sheet_law(KNIT, fibres), 0.49),
+        "knit of constant volume relaxed": TensionField(sheet_law(KNIT, fibres, True), 0.5),
     }
 
 
@@ -64,6 +66,20 @@ def test_thickness_stretch_is_eliminated():
     _, stress, _ = law.evaluate(np.diag([l1**2, l2**2])[None])
     expected = [0.6 * (1 - l1**-4 * l2**-2), 0.6 * (1 - l1**-2 * l2**-4)]
     np.testing.assert_allclose(stress[0, :2], expected, rtol=1e-5)
+
+
+def test_constant_volume_is_the_limit_of_a_large_bulk_modulus():
+    """Energy, stress and moduli of the knit differ from it as 1/K."""
+    fibres = laws()["knit"].fibres
+    limit = sheet_law(KNIT, fibres, incompressible=True).evaluate(metrics())
+    off = []
+    for bulk in (2e3, 2e4):
+        near = sheet_law(KNIT.model_copy(update={"bulk_modulus": bulk}), fibres)
+        parts = zip(near.evaluate(metrics()), limit, strict=True)
+        off.append([np.abs(one - other).max() / np.abs(other).max() for one, other in parts])
+    rates = np.log10(np.array(off[0]) / off[1])
+    np.testing.assert_allclose(rates, 1.0, atol=0.1)
+    assert max(off[1]) < 0.02
 
 
 def test_relaxed_states():

@@ -1,0 +1,125 @@
+"""The knit actuators with woven strips: their sheets and pattern, and runs of short ones."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from softact.errors import SoftactError
+from softact.geometry import GEOMETRIES, export
+from softact.results import read
+from softact.run import run
+from softact.sheets.oblique import Oblique
+from softact.spec import load
+
+CONFIGS = Path(__file__).resolve().parents[2] / "configs"
+
+
+def knit(**values):
+    return GEOMETRIES["knit_strips"].model_validate(values)
+
+
+TWISTING = {"kind": "twisting", "w_i": "46 mm", "w_r": "5 mm", "n_r": 16, "alpha": "-30 deg"}
+
+
+def areas_of(mesh):
+    a, b, c = (mesh.points[mesh.triangles[:, i]] for i in range(3))
+    return np.cross(b - a, c - a)[:, 2] / 2
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {},
+        {"n_r": 4, "w_r": "3 mm", "mesh_size": "3 mm"},
+        {"kind": "elongating", "w_i": "46 mm", "w_r": "6 mm", "n_r": 15},
+        TWISTING,
+        TWISTING | {"mesh_size": "4 mm", "n_r": 9, "alpha": "60 deg"},
+        TWISTING | {"alpha": "0 deg"},
+        TWISTING | {"n_r": 7, "alpha": "-80 deg"},
+    ],
+)
+def test_areas(values):
+    """Areas of the closed form; of two joined sheets one looks up and one down."""
+    geometry = knit(**values)
+    mesh = geometry.checked_mesh()
+    areas = areas_of(mesh)
+    assert set(mesh.parts) == set(geometry.volumes())
+    for name, members in mesh.parts.items():
+        assert np.abs(areas[members]).sum() == pytest.approx(geometry.volumes()[name], rel=1e-12)
+    if geometry.kind == "elongating":
+        assert areas.min() > 0
+    else:
+        assert areas.sum() == pytest.approx(0.0, abs=1e-9)
+        assert np.abs(mesh.points[np.unique(mesh.curves["rim"])][:, 1]).max() == geometry.w_i / 2
+
+
+def test_areas_by_hand():
+    """A strip of 1 mm at 45° in the middle of 30 × 10 mm is 10 √2 mm long; and of a corner."""
+    values = {"kind": "twisting", "l_i": "30 mm", "w_i": "10 mm", "w_r": "1 mm", "held": "1 mm"}
+    found = knit(**values, n_r=1, alpha="45 deg").volumes()
+    assert found["strips"] == pytest.approx(2 * 10 * np.sqrt(2))
+    assert found["knit"] == pytest.approx(2 * (300 - 10 * np.sqrt(2)))
+    # A corner's triangle of height c = 2 mm: c²/2 (tan α + cot α).
+    sheet = Oblique(30.0, 10.0, 30.0)
+    assert sheet.area_below(np.array([2.0]))[0] == pytest.approx(
+        2 * (np.tan(np.radians(30)) + np.tan(np.radians(60)))
+    )
+    assert sheet.area_below(np.array([sheet.extent]))[0] == pytest.approx(300.0)
+
+
+def test_strips_follow_the_edges_of_triangles():
+    """The boundary between knit and strips consists of the strips' straight edges, all of them at
+    the angle that a helix round the tube has: −30° on the upper sheet, +30° on the lower."""
+    geometry = knit(**TWISTING)
+    mesh = geometry.checked_mesh()
+    upward = areas_of(mesh) > 0
+    for up in (True, False):
+        edges = []
+        for part in mesh.parts.values():
+            triangles = mesh.triangles[part[upward[part] == up]]
+            sides = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+            edges.append({tuple(side) for side in sides.tolist()})
+        between = mesh.points[np.array(sorted(edges[0] & edges[1]))]
+        along = between[:, 1] - between[:, 0]
+        slope = np.degrees(np.arctan(along[:, 0] / along[:, 1]))
+        np.testing.assert_allclose(slope, -30.0 if up else 30.0, atol=1e-6)
+        lengths = np.linalg.norm(along, axis=1).sum()
+        sheet = Oblique(155.0, 46.0, -30.0)
+        ends = np.array([sheet.ends(level) for level in geometry._strip_edges()])
+        assert lengths == pytest.approx(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum())
+
+
+@pytest.mark.parametrize("suffix", ["svg", "dxf"])
+def test_the_pattern(tmp_path, suffix):
+    """Cut: the outline; bonded: two edges of each of 35 strips."""
+    path = tmp_path / f"pattern.{suffix}"
+    export(knit(), path)
+    text = path.read_text()
+    assert len(re.findall('class="cut"' if suffix == "svg" else "8\nCUT\n", text)) == 4
+    assert len(re.findall('class="seam"' if suffix == "svg" else "8\nSEAM\n", text)) == 70
+
+
+@pytest.mark.parametrize(
+    ("values", "field"),
+    [
+        ({"n_r": 120}, "w_r"),
+        ({"w_z": "40 mm"}, "w_z"),
+        ({"alpha": "10 deg"}, "alpha"),
+        ({"held": "40 mm"}, "held"),
+        (TWISTING | {"alpha": "85 deg"}, "alpha"),
+        (TWISTING | {"n_r": 40}, "w_r"),
+    ],
+)
+def test_faults(values, field):
+    with pytest.raises(ValueError, match=field):
+        knit(**values)
+
+
+def test_incompressible_is_not_for_the_linear_law(tmp_path):
+    text = (CONFIGS / "knit_bending.yaml").read_text()
+    text = text.replace("woven-tpu-nylon,", "woven-tpu-nylon, incompressible: true,")
+    (tmp_path / "bad.yaml").write_text(text)
+    with pytest.raises(SoftactError, match="Poisson's ratio: leave incompressible out"):
+        load(str(tmp_path / "bad.yaml"))
