@@ -18,6 +18,7 @@ from softact.units import Angle, Length
 
 SHARED = {"elongating": 4, "bending": 2, "twisting": 1}  # parts of the whole to one that is meshed
 STEEPEST = 80.0  # degrees
+SMALL = 1e-6  # mm
 
 
 class KnitStrips(SheetGeometry):
@@ -46,8 +47,8 @@ class KnitStrips(SheetGeometry):
     held: Length = Field(
         15.0,
         description="length that the clamp holds: of the seam where it bends (up to the next edge "
-        "of a strip), of both sides where it twists; where it bends the tip's angle is that of as "
-        "much of the seam before as much at its end, which curls up",
+        "of a strip), of both sides where it twists; the bending angle is that between as much of "
+        "the seam next to it and the same at the other end",
     )
     mesh_size: Length = Field(8.0, description="longest side of the triangles along the lines")
 
@@ -85,12 +86,13 @@ class KnitStrips(SheetGeometry):
     def layout(self) -> Layout:
         sheets = ("knit", "strips", "seam") if self._bends else ("knit", "strips")
         planes = {"elongating": {"middle": 1, "rim": 2}, "bending": {"middle": 1}, "twisting": {}}
-        symmetry = planes[self.kind]
+        symmetry, bending = planes[self.kind], ("base",) if self._bends else ()
         return Layout(
             regions=(),
             surfaces=(),
             sheets=sheets,
-            curves=tuple(dict.fromkeys(("clamp", "tip", "rim", *symmetry))),
+            curves=tuple(dict.fromkeys(("clamp", "tip", "rim", *symmetry, *bending))),
+            base="base" if self._bends else None,
             cavities={"air": sheets},
             bending_axis=(0.0, 1.0, 0.0) if self._bends else None,
             symmetry=symmetry,
@@ -175,9 +177,10 @@ class KnitStrips(SheetGeometry):
             one, two = (self._next_edge(k * self.held) for k in (1, 2))
             x, end = points[seam][:, :, 0], self.l_i
             held = seam[(x < one).all(axis=1)]
-            curves["tip"] = seam[((x > end - two) & (x < end - one + 1e-6)).all(axis=1)]
+            curves["base"] = seam[((x > one - SMALL) & (x < two)).all(axis=1)]
+            curves["tip"] = seam[((x > end - two) & (x < end - one + SMALL)).all(axis=1)]
         elif self.kind == "twisting":
-            held = far[(points[far][:, :, 0] < self.held + 1e-6).all(axis=1)]
+            held = far[(points[far][:, :, 0] < self.held + SMALL).all(axis=1)]
         else:
             return curves
         both = np.sort(np.vstack([curves["clamp"], held]), axis=1)
@@ -187,7 +190,7 @@ class KnitStrips(SheetGeometry):
     def _next_edge(self, x: float) -> float:
         """Where the next edge of a strip lies, and a little more, mm; alike from both ends."""
         edges = self._strip_edges()
-        return float(edges[min(np.searchsorted(edges, x), len(edges) - 1)]) + 1e-6
+        return float(edges[min(np.searchsorted(edges, x), len(edges) - 1)]) + SMALL / 2
 
     def pattern(self) -> Pattern:
         """The two sheets of knit with the outlines of the strips that are bonded to them."""

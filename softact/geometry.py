@@ -45,6 +45,8 @@ class Layout:
     cavities: cavity name -> names of the surface groups that wall it. Together with the symmetry
         planes they close the cavity.
     clamp, tip: names of the surface groups at the two ends.
+    base: name of the surface or curve from whose rotation the tip's is counted, as between two
+        markers; None: from the undeformed state, where the clamp is held.
     axis: unit vector from clamp to tip in the undeformed state.
     bending_axis: unit vector about which a positive bending angle turns ``axis`` (right-hand
         rule), or None where the actuator can bend in any plane.
@@ -63,6 +65,7 @@ class Layout:
     cavities: dict[str, tuple[str, ...]]
     clamp: str = "clamp"
     tip: str = "tip"
+    base: str | None = None
     axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
     bending_axis: tuple[float, float, float] | None = None
     symmetry: dict[str, int] = field(default_factory=dict)

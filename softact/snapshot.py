@@ -94,17 +94,11 @@ class Snapshot:
 
     @functools.cached_property
     def tip_rotation(self) -> np.ndarray:
-        """Rotation matrix that best maps the tip's end face onto its deformed self.
-
-        Least squares over its area (Kabsch 1976, Acta Cryst. A32:922).
-        """
-        tip = self.tip
-        arms = (tip.before - tip.centre_before) * tip.weights[:, None]
-        u, values, vt = np.linalg.svd(arms.T @ (tip.after - tip.centre_after))
-        if values[1] < STRAIGHT * values[0]:
-            return _least_rotation(u[:, 0], vt[0])
-        sign = np.sign(np.linalg.det(vt.T @ u.T))
-        return vt.T @ np.diag([1.0, 1.0, sign]) @ u.T
+        """Rotation matrix of the tip's end face, counted from that of the layout's base."""
+        turned = best_rotation(self.tip)
+        if self.layout.base is None:
+            return turned
+        return best_rotation(self.motion(self.layout.base)).T @ turned
 
     # --- fields -----------------------------------------------------------------------------
 
@@ -237,6 +231,19 @@ class Snapshot:
         fixed = self.model.assembler.fixed[self.model.displacement_dofs[nodes]].astype(bool)
         fixed[:, list(self.layout.symmetry.values())] = False
         return bool(self.model.sum(int(fixed.any())))
+
+
+def best_rotation(motion: Motion) -> np.ndarray:
+    """Rotation matrix that best maps a surface onto its deformed self.
+
+    Least squares over its area (Kabsch 1976, Acta Cryst. A32:922).
+    """
+    arms = (motion.before - motion.centre_before) * motion.weights[:, None]
+    u, values, vt = np.linalg.svd(arms.T @ (motion.after - motion.centre_after))
+    if values[1] < STRAIGHT * values[0]:
+        return _least_rotation(u[:, 0], vt[0])
+    sign = np.sign(np.linalg.det(vt.T @ u.T))
+    return vt.T @ np.diag([1.0, 1.0, sign]) @ u.T
 
 
 def _least_rotation(one: np.ndarray, other: np.ndarray) -> np.ndarray:

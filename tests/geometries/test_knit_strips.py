@@ -5,12 +5,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import fsolve
 
 from softact.errors import SoftactError
 from softact.geometry import GEOMETRIES, export
+from softact.measures.bending import BENDING
 from softact.results import read
 from softact.run import run
 from softact.sheets.oblique import Oblique
+from softact.sheets.plane_stress import sheet_law
+from softact.snapshot import Motion, Snapshot
 from softact.spec import load
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
@@ -123,3 +127,76 @@ def test_incompressible_is_not_for_the_linear_law(tmp_path):
     (tmp_path / "bad.yaml").write_text(text)
     with pytest.raises(SoftactError, match="Poisson's ratio: leave incompressible out"):
         load(str(tmp_path / "bad.yaml"))
+
+
+def test_a_rotation_is_counted_from_the_base():
+    """Base and tip turned by 20° and 50° about y: 30° between them."""
+
+    def turned(degrees):
+        c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+        rotation = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
+        places = np.array([[0, 0, 0], [5, 0, 0], [5, 7, 0], [0, 7, 0.0]])
+        return Motion(places, places @ rotation.T + [1, 2, 3], np.full(4, 0.25))
+
+    motions = {"clamp": turned(0.0), "base": turned(20.0), "tip": turned(50.0)}
+
+    class Markers(Snapshot):
+        layout = knit().layout()
+
+        def motion(self, surface):
+            return motions[surface]
+
+    found = BENDING.evaluate(Markers(model=None, state=None))
+    assert found["bending_angle_deg"] == pytest.approx(30.0)
+
+
+def test_a_tube_that_lengthens(tmp_path):
+    """The middle of a tube is that of an endless one, a cylinder by hand: the stretches of knit
+    and strips along it and round it balance the pressure on its section and on its wall. Between
+    the strips the knit bulges, which this leaves out: 3 % of the elongation."""
+    overrides = ["geometry.l_i=70 mm", "geometry.n_r=7", "geometry.mesh_size=8 mm"]
+    spec = load(str(CONFIGS / "knit_elongating.yaml"), overrides)
+    assert run(spec, tmp_path / "r", report=False).status == "complete"
+    results, geometry = read(tmp_path / "r"), spec.geometry
+    last = len(results.curve["step"]) - 1
+    assert abs(results.curve["reaction_x_N"][-1]) < 1e-6
+    mesh = geometry.sheet_mesh()
+    places = mesh.points + results.field(last, "displacement")[: len(mesh.points)]
+    along = np.flatnonzero(mesh.points[:, 1] == 0)
+    edges = geometry._strip_edges()
+    first, second = (
+        places[along[np.argmin(np.abs(mesh.points[along, 0] - x))]] for x in (edges[6], edges[8])
+    )
+    knit_ply, woven_ply = spec.sheets["strips"].plies
+    axes = np.array([[1.0, 0, 0]]), np.array([[0, 0, 1.0]])
+    knit_law = sheet_law(knit_ply.material, knit_ply.material.fibre_directions(*axes), True)
+    woven_law, pressure = sheet_law(woven_ply.material), 0.206
+    gap = geometry.l_i / geometry.n_r - geometry.w_r
+
+    def tensions(stretch, hoop, *plies):
+        """Nominal forces per length along the tube and round it, N/mm."""
+        c = np.diag([stretch**2, hoop**2])[None]
+        stress = sum(t * law.evaluate(c)[1][0, :2] for law, t in plies)
+        return stress * [stretch, hoop]
+
+    def unbalanced(stretches):
+        of_gap, of_strip, hoop = stretches
+        radius = hoop * geometry.w_i / np.pi
+        free = tensions(of_gap, hoop, (knit_law, knit_ply.thickness))
+        bonded = tensions(
+            of_strip, hoop, (knit_law, knit_ply.thickness), (woven_law, woven_ply.thickness)
+        )
+        section = pressure * np.pi * radius**2 / (2 * geometry.w_i)
+        wall = pressure * radius * (gap * of_gap + geometry.w_r * of_strip)
+        return [
+            free[0] - section,
+            bonded[0] - section,
+            gap * free[1] + geometry.w_r * bonded[1] - wall,
+        ]
+
+    of_gap, of_strip, hoop = fsolve(unbalanced, [1.3, 1.0, 1.05])
+    pitch = gap * of_gap + geometry.w_r * of_strip
+    undeformed = gap + geometry.w_r
+    assert pitch / undeformed > 1.1
+    assert second[0] - first[0] - undeformed == pytest.approx(pitch - undeformed, rel=0.03)
+    assert first[2] == pytest.approx(hoop * geometry.w_i / np.pi, rel=0.02)
