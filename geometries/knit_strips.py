@@ -47,8 +47,8 @@ class KnitStrips(SheetGeometry):
     held: Length = Field(
         15.0,
         description="length that the clamp holds: of the seam where it bends (up to the next edge "
-        "of a strip), of both sides where it twists; the bending angle is that between as much of "
-        "the seam next to it and the same at the other end",
+        "of a strip), of both sides where it twists; the bending angle is that between the third "
+        "such length of the seam from one end and from the other",
     )
     mesh_size: Length = Field(8.0, description="longest side of the triangles along the lines")
 
@@ -80,8 +80,8 @@ class KnitStrips(SheetGeometry):
             )
         if self._seam >= self.w_i:
             yield "w_z", f"{self.w_z:g} mm leave no knit beside the seam on {self.w_i:g} mm"
-        if self.kind != "elongating" and self.held > self.l_i / 4:
-            yield "held", f"{self.held:g} mm are more than a quarter of {self.l_i:g} mm"
+        if self.kind != "elongating" and self.held > self.l_i / 8:
+            yield "held", f"{self.held:g} mm are more than an eighth of {self.l_i:g} mm"
 
     def layout(self) -> Layout:
         sheets = ("knit", "strips", "seam") if self._bends else ("knit", "strips")
@@ -174,11 +174,11 @@ class KnitStrips(SheetGeometry):
         far = np.vstack(far)
         curves["rim"] = np.vstack([far, curves["clamp"], curves["tip"]])
         if self._bends:
-            one, two = (self._next_edge(k * self.held) for k in (1, 2))
+            one, two, three = (self._next_edge(k * self.held) for k in (1, 2, 3))
             x, end = points[seam][:, :, 0], self.l_i
             held = seam[(x < one).all(axis=1)]
-            curves["base"] = seam[((x > one - SMALL) & (x < two)).all(axis=1)]
-            curves["tip"] = seam[((x > end - two) & (x < end - one + SMALL)).all(axis=1)]
+            curves["base"] = seam[((x > two - SMALL) & (x < three)).all(axis=1)]
+            curves["tip"] = seam[((x > end - three) & (x < end - two + SMALL)).all(axis=1)]
         elif self.kind == "twisting":
             held = far[(points[far][:, :, 0] < self.held + SMALL).all(axis=1)]
         else:
