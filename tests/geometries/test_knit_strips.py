@@ -153,8 +153,11 @@ def test_a_rotation_is_counted_from_the_base():
 def test_a_tube_that_lengthens(tmp_path):
     """The middle of a tube is that of an endless one, a cylinder by hand: the stretches of knit
     and strips along it and round it balance the pressure on its section and on its wall. Between
-    the strips the knit bulges, which this leaves out: 3 % of the elongation."""
-    overrides = ["geometry.l_i=70 mm", "geometry.n_r=7", "geometry.mesh_size=8 mm"]
+    the strips the knit bulges, which this leaves out: 5 % of the elongation."""
+    values = {"l_i": "84 mm", "w_i": "24 mm", "n_r": 12, "w_r": "4.5 mm", "mesh_size": "12 mm"}
+    overrides = [f"geometry.{name}={value}" for name, value in values.items()]
+    overrides += ["sheets.knit.plies.0.thickness=0.25 mm"]
+    overrides += [f"sheets.strips.plies.{i}.thickness={t} mm" for i, t in ((0, 0.25), (1, 0.1))]
     spec = load(str(CONFIGS / "knit_elongating.yaml"), overrides)
     assert run(spec, tmp_path / "r", report=False).status == "complete"
     results, geometry = read(tmp_path / "r"), spec.geometry
@@ -165,7 +168,7 @@ def test_a_tube_that_lengthens(tmp_path):
     along = np.flatnonzero(mesh.points[:, 1] == 0)
     edges = geometry._strip_edges()
     first, second = (
-        places[along[np.argmin(np.abs(mesh.points[along, 0] - x))]] for x in (edges[6], edges[8])
+        places[along[np.argmin(np.abs(mesh.points[along, 0] - x))]] for x in (edges[10], edges[14])
     )
     knit_ply, woven_ply = spec.sheets["strips"].plies
     axes = np.array([[1.0, 0, 0]]), np.array([[0, 0, 1.0]])
@@ -195,8 +198,8 @@ def test_a_tube_that_lengthens(tmp_path):
         ]
 
     of_gap, of_strip, hoop = fsolve(unbalanced, [1.3, 1.0, 1.05])
-    pitch = gap * of_gap + geometry.w_r * of_strip
-    undeformed = gap + geometry.w_r
+    pitch = 2 * (gap * of_gap + geometry.w_r * of_strip)
+    undeformed = 2 * (gap + geometry.w_r)
     assert pitch / undeformed > 1.1
-    assert second[0] - first[0] - undeformed == pytest.approx(pitch - undeformed, rel=0.03)
+    assert second[0] - first[0] - undeformed == pytest.approx(pitch - undeformed, rel=0.05)
     assert first[2] == pytest.approx(hoop * geometry.w_i / np.pi, rel=0.02)
