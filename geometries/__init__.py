@@ -12,8 +12,10 @@ from softact.geometries.shell_reinforced import ShellReinforced
 from softact.geometries.slow_pneunet import SlowPneunet
 from softact.geometries.thick_sphere import ThickSphere
 from softact.geometries.tube import Tube
+from softact.geometries.woven_bending import WovenBending
 from softact.geometries.woven_contracting import WovenContracting
 from softact.geometries.woven_elongating import WovenElongating
+from softact.geometries.woven_stiffening import WovenStiffening
 
 GEOMETRIES = {
     "antagonistic": Antagonistic,
@@ -28,6 +30,8 @@ GEOMETRIES = {
     "slow_pneunet": SlowPneunet,
     "thick_sphere": ThickSphere,
     "tube": Tube,
+    "woven_bending": WovenBending,
     "woven_contracting": WovenContracting,
     "woven_elongating": WovenElongating,
+    "woven_stiffening": WovenStiffening,
 }

@@ -3,7 +3,6 @@
 Nguyen and Zhang 2020, Sci. Rep. 10:9638, Fig. 3b.
 """
 
-from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -12,7 +11,7 @@ from pydantic import Field
 from softact.geometry import Layout
 from softact.sheets.geometry import Lines, SheetGeometry, sides
 from softact.sheets.mesh import SheetMesh
-from softact.sheets.pattern import Pattern
+from softact.sheets.pattern import Pattern, rectangle
 from softact.units import Length
 
 
@@ -138,8 +137,8 @@ class WovenElongating(SheetGeometry):
         cut, seam, apart = [], [], 1.1
         for k in range(2 * self.n_a):
             centre = np.array([(k // 2) * self.w_a, (k % 2) * self.h_a]) * apart
-            rim = _rectangle(centre, self.w_a, self.h_a)
-            ring = _rectangle(centre, self.passage, self.passage)
+            rim = rectangle(centre, self.w_a, self.h_a)
+            ring = rectangle(centre, self.passage, self.passage)
             joined = 0 < k < 2 * self.n_a - 1
             cut += rim + ring * joined
             seam += rim + ring * joined
@@ -149,13 +148,6 @@ class WovenElongating(SheetGeometry):
 def _turned(triangles: np.ndarray, turn: bool) -> np.ndarray:
     """The triangles, with their normals turned round or not."""
     return triangles[:, [0, 2, 1]] if turn else triangles
-
-
-def _rectangle(centre, width: float, height: float) -> list:
-    """Its four sides."""
-    half = np.array([width, height]) / 2
-    corners = [centre + half * s for s in ([-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1])]
-    return list(pairwise(tuple(map(float, corner)) for corner in corners))
 
 
 if __name__ == "__main__":

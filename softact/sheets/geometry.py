@@ -73,19 +73,25 @@ class Lines:
         x, y = np.meshgrid(self.x, self.y, indexing="ij")
         return np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
 
-    def triangles(self, mirrored: bool = False) -> np.ndarray:
-        """(m, 3), normals up; the diagonals alternate.
+    def alternating(self, mirrored: bool = False) -> np.ndarray:
+        """Diagonals (rectangles along x, along y) by turns: whether from the corner of the largest
+        x and the smallest y, not from that of the smallest x and y.
 
         mirrored: those of the second half along x are mirror images of the first's. With an even
         number of divisions along y, no triangle then has all corners on the ends and the last line
         of y, so that two such sheets can be joined there.
         """
+        i, j = np.indices((len(self.x) - 1, len(self.y) - 1))
+        late = mirrored & (i >= i.shape[0] / 2)
+        return np.where(late, i.shape[0] - i + j, i + j) % 2 == 1
+
+    def triangles(self, mirrored: bool = False, diagonals: np.ndarray | None = None) -> np.ndarray:
+        """(m, 3), normals up; diagonals: by default, see ``alternating``."""
         number = np.arange(len(self.x) * len(self.y)).reshape(len(self.x), len(self.y))
         p, q = number[:-1, :-1].ravel(), number[1:, :-1].ravel()
         r, s = number[1:, 1:].ravel(), number[:-1, 1:].ravel()
-        i, j = np.indices((len(self.x) - 1, len(self.y) - 1))
-        late = mirrored & (i >= i.shape[0] / 2)
-        odd = (np.where(late, i.shape[0] - i + j, i + j) % 2 == 1).ravel()[:, None]
+        odd = self.alternating(mirrored) if diagonals is None else diagonals
+        odd = odd.ravel()[:, None]
         first = np.where(odd, np.column_stack([p, q, s]), np.column_stack([p, q, r]))
         second = np.where(odd, np.column_stack([q, r, s]), np.column_stack([p, r, s]))
         return np.stack([first, second], axis=1).reshape(-1, 3)

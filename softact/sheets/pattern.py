@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 COLOURS = {"cut": ("red", 1), "seam": ("blue", 5)}  # SVG name, AutoCAD index
 MARGIN = 5.0  # mm around an SVG
 
 Line = tuple[tuple[float, float], tuple[float, float]]
+
+
+def rectangle(centre, width: float, height: float) -> list[Line]:
+    """Its four sides."""
+    x, y = map(float, centre)
+    w, h = width / 2, height / 2
+    corners = [(x + s * w, y + t * h) for s, t in ((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))]
+    return list(pairwise(corners))
 
 
 @dataclass(frozen=True)
