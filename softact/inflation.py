@@ -78,7 +78,7 @@ class _Inflation:
         self.damping = 0.1 * pressure / (speed * max(sheet.density for sheet in sheets))
         self.worst, self.quasi_static_from = 0.0, None
         self.pressure_force = self._full_force(pressure)
-        self.held_back = 0.0
+        self.held_back, self.tight = 0.0, False
         start = path[-1]
         self.balance = EnergyBalance(
             self.model, stepper.newton, drive, stepper.state, start.s, start.q
@@ -124,11 +124,11 @@ class _Inflation:
                 apart = min(2 * apart, 32)
                 next_try, state.x = steps + apart, x.copy()
                 if at_rest:
-                    return self._come_to_rest("came to rest")
+                    return self._come_to_rest("came to rest" if self.tight else "may still creep")
             factor = next((f for n, f in LONGER if outcome.iterations <= n), SHORTER)
             time_step *= min(factor, IN_SIGHT / max(strayed, 1e-300))
         if ratio < AT_REST:
-            return self._come_to_rest("still creep")
+            return self._come_to_rest("still creep")  # after SETTLING time steps
         return self._end("the sheets do not come to rest under the full load")
 
     def _come_to_rest(self, what: str):
@@ -148,7 +148,8 @@ class _Inflation:
         state = self.stepper.state
         if s >= 1.0:
             outcome = self._solve(s, q, TIGHT, search=True)
-            if outcome.converged:
+            self.tight = outcome.converged
+            if self.tight:
                 return outcome
             state.x = x.copy()
         return self._solve(s, q, search=True)
