@@ -1,4 +1,4 @@
-"""The woven bending actuator: its sheets, seams and pattern, and a run of the command."""
+"""The woven bending actuator: its sheets, seams and pattern, and its spec."""
 
 import re
 from pathlib import Path
@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 
 from softact.geometry import GEOMETRIES, export
-from softact.results import read
-from softact.run import run
 from softact.spec import load
 
 CONFIG = Path(__file__).resolve().parents[2] / "configs" / "woven_bending.yaml"
@@ -55,27 +53,9 @@ def test_faults(values, field):
         woven(**values)
 
 
-def test_three_pouches_between_held_floors(tmp_path):
-    """With both ends held, neighbours press on each other and do not pass through each other; what
-    holds the two ends are mirror images about the middle pouch, and the tip would bend on."""
-    held = "supports=[{surface: clamp, fix: [x, y, z]}, {surface: tip, fix: [x, y, z]}]"
-    overrides = ["geometry.n=3", "geometry.mesh_size=21 mm", "steps.0.pressure=50 kPa", held]
-    spec = load(str(CONFIG), [*overrides, "geometry.pitch=12 mm"])
-    assert run(spec, tmp_path / "r", report=False).status == "complete"
-    results = read(tmp_path / "r")
-    last = {name: values[-1] for name, values in results.curve.items() if name != "step"}
-    print(last)
-    assert abs(last["tip_force_x_N"]) > 1
-    assert last["tip_force_x_N"] == pytest.approx(last["reaction_x_N"], rel=1e-3)
-    assert last["blocked_torque_Nmm"] > 10
-    assert 0 < last["contact_overlap_percent"] < 2
-    mesh = spec.geometry.sheet_mesh()
-    increments = len(results.curve["step"])
-    places = mesh.points + results.field(increments - 1, "displacement")[: len(mesh.points)]
-    walls = {name: np.unique(mesh.triangles[mesh.parts[name]]) for name in ("fore", "aft")}
-    pouch = np.rint(mesh.points[:, 0] / spec.geometry.pitch)
-    for k in (0, 1):
-        fore, aft = walls["fore"], walls["aft"]
-        left, right = places[fore[pouch[fore] == k]], places[aft[pouch[aft] == k + 1]]
-        assert left[:, 0].mean() < right[:, 0].mean()
-        assert left[:, 0].max() < right[:, 0].max()
+def test_the_spec_fits_the_geometry():
+    """Each sheet has its plies; floors have the strip and one of nylon; neighbours may touch."""
+    spec = load(str(CONFIG))
+    assert set(spec.sheets) == set(spec.geometry.layout().sheets)
+    assert [ply.thickness for ply in spec.sheets["floors"].plies] == [0.2, 0.5]
+    assert [contact.groups for contact in spec.contact] == [(("fore", "aft"),)]
