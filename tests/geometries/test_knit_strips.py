@@ -153,7 +153,7 @@ def test_a_rotation_is_counted_from_the_base():
 def test_a_tube_that_lengthens(tmp_path):
     """The middle of a tube is that of an endless one, a cylinder by hand: the stretches of knit
     and strips along it and round it balance the pressure on its section and on its wall. Between
-    the strips the knit bulges, which this leaves out: 5 % of the elongation."""
+    the strips the knit bulges, which this leaves out: 5 % of the elongation, 3 % of the radius."""
     values = {"l_i": "84 mm", "w_i": "24 mm", "n_r": 12, "w_r": "4.5 mm", "mesh_size": "12 mm"}
     overrides = [f"geometry.{name}={value}" for name, value in values.items()]
     overrides += ["sheets.knit.plies.0.thickness=0.25 mm"]
@@ -202,4 +202,4 @@ def test_a_tube_that_lengthens(tmp_path):
     undeformed = 2 * (gap + geometry.w_r)
     assert pitch / undeformed > 1.1
     assert second[0] - first[0] - undeformed == pytest.approx(pitch - undeformed, rel=0.05)
-    assert first[2] == pytest.approx(hoop * geometry.w_i / np.pi, rel=0.02)
+    assert first[2] == pytest.approx(hoop * geometry.w_i / np.pi, rel=0.03)
