@@ -142,8 +142,8 @@ PLANTED = {
                        "equibiaxial_ogden"),
     "wrong sign of pressure": ("softact/terms.py", "self._u(state.x), [pressure])",
                                "self._u(state.x), [-pressure])", "thick_sphere_yeoh"),
-    "lost layer": ("softact/model.py", "self._layer(la) for la in layers]",
-                   "self._layer(la) for la in layers[:0]]", "layer_in_tension"),
+    "lost layer": ("softact/bonded.py", "self._membrane(layer) for layer in layers]",
+                   "self._membrane(layer) for layer in layers[:0]]", "layer_in_tension"),
 }  # fmt: skip
 
 
