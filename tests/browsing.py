@@ -187,7 +187,7 @@ class Browser:
         target.unlink(missing_ok=True)
         self.run("arguments[0].click()", link)
         end = time.monotonic() + 20
-        while not target.is_file():
+        while not (target.is_file() and target.read_bytes().endswith(b"\n")):  # to its last line
             assert time.monotonic() < end, f"{name} was not saved"
             time.sleep(0.05)
         with open(target, newline="", encoding="utf-8") as file:
