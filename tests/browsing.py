@@ -19,6 +19,11 @@ FLAGS = (
     "--enable-unsafe-swiftshader", "--hide-scrollbars",
 )  # fmt: skip
 PHONE, DESK = 390, 1400
+# Every plot fits the 700 pixels or so that A4 has between its margins.
+FITS_PAPER = """
+const plots = [...document.querySelectorAll('.main-svg')];
+return plots.length && plots.every(plot => plot.getBoundingClientRect().width <= 660);
+"""
 HEIGHT = 850
 READY_S = 180  # on a busy machine; 1 or 2 s on an idle one
 PAPER = {"light": "#ffffff", "dark": "#12181d"}  # --paper of softact/report/base/base.css

@@ -7,7 +7,7 @@ from contextlib import nullcontext
 import bent_beam
 import numpy as np
 import pytest
-from browsing import DESK, PHONE, assert_quiet_and_fits
+from browsing import DESK, FITS_PAPER, PHONE, assert_quiet_and_fits
 
 from softact import spec as specs
 from softact.converge import output
@@ -126,11 +126,7 @@ def test_dark_light_and_paper(browser, files):
     browser.colours("dark", media="print")
     browser.run("window.dispatchEvent(new Event('beforeprint'))")
     assert browser.luminance(PLOT) > 0.95  # paper is white for those who like it dark
-    widths = browser.run(
-        "return [...document.querySelectorAll('.main-svg')].map("
-        "svg => svg.getBoundingClientRect().width)"
-    )
-    assert max(widths) <= 660  # of the 700 or so that A4 has between its margins
+    browser.wait(FITS_PAPER)
     browser.colours("dark")
     browser.run("window.dispatchEvent(new Event('afterprint'))")
     browser.wait("return themed('@paper') === '#12181d'")

@@ -5,7 +5,7 @@ The runs are made up, by the closed form of tests/bent_beam.py.
 
 import numpy as np
 import pytest
-from browsing import DESK, PHONE, assert_quiet_and_fits
+from browsing import DESK, FITS_PAPER, PHONE, assert_quiet_and_fits
 from sweep.folders import CUBE, instead_of_run
 
 from softact.fit.modes import nominal_stress
@@ -252,11 +252,7 @@ def test_a_sweep_on_paper_is_white_and_fits(browser, files):
     browser.colours("dark", media="print")
     browser.run("window.dispatchEvent(new Event('beforeprint'))")
     browser.wait("return themed('@paper') === '#ffffff'")
-    widths = browser.run(
-        "return [...document.querySelectorAll('.main-svg')].map("
-        "svg => svg.getBoundingClientRect().width)"
-    )
-    assert 0 < max(widths) <= 660
+    browser.wait(FITS_PAPER)
     assert browser.luminance("#front .xtitle", "fill") < 0.2
     browser.run("window.dispatchEvent(new Event('afterprint'))")
     browser.colours("light")

@@ -213,15 +213,21 @@ function changeTheme(sizes = {}) {
 
 function watchTheme() {
   const root = document.documentElement;
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => changeTheme());
+  // A page on its way to paper keeps its sizes when the browser changes the colours for print.
+  let sizes = {};
+  const resize = (wanted) => {
+    sizes = wanted;
+    changeTheme(sizes);
+  };
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => changeTheme(sizes));
   // Half of the width of a sheet of A4 for each; paper is white.
   window.addEventListener("beforeprint", () => {
     root.classList.add("light");
-    changeTheme({ width: 330, height: 270 });
+    resize({ width: 330, height: 270 });
   });
   window.addEventListener("afterprint", () => {
     root.classList.remove("light");
-    changeTheme({ width: undefined, height: undefined });
+    resize({ width: undefined, height: undefined });
   });
 }
 
