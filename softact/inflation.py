@@ -36,6 +36,7 @@ IN_SIGHT = 0.8  # of the way that contact looks ahead, for the next time step
 LOOSE = 1e-4  # tolerance of a time step, also by the full pressure's force; statics: the solver's
 TIGHT = 1e-6  # ... of one under the full load
 TRIES_APART = 4  # time steps between tries of statics, doubling
+SELDOM = 8  # ... at most under the full load
 SETTLING = 200  # time steps at most after the loads have reached their value
 
 
@@ -118,10 +119,12 @@ class _Inflation:
             ratio = self._keep(s, q, outcome, velocity, time_step)
             after += s >= 1.0
             at_rest = s >= 1.0 and ratio < AT_REST and moved < STILL * model.diagonal
-            if ratio < QUASI_STATIC and (steps >= next_try or s >= 1.0):
+            if s >= 1.0 and apart > SELDOM:
+                next_try, apart = min(next_try, steps), SELDOM
+            if ratio < QUASI_STATIC and (steps >= next_try or at_rest):
                 if self._statics(s, q):
                     return self._end(None)
-                apart = min(2 * apart, 32)
+                apart = min(2 * apart, SELDOM if s >= 1.0 else 32)
                 next_try, state.x = steps + apart, x.copy()
                 if at_rest:
                     return self._come_to_rest("came to rest" if self.tight else "may still creep")

@@ -28,7 +28,8 @@ GROWTH, SHRINK, CUT = 1.6, 0.7, 0.4
 SMALL, RECOVERY = 0.1, 1.25
 # The rungs between are left out where so many attempts have gained less than this part of a step.
 PATIENCE, LEAST_GAIN = 25, 0.01
-# Newton iterations of a run that may bring no increment under load control, in all.
+# Newton iterations of a step, after a first inflation, that may bring no increment under load
+# control.
 MOST_IN_VAIN = 600
 # Volume control is tried when the increment has come down to this part of the largest.
 VOLUME_BELOW = 0.05
@@ -41,7 +42,7 @@ class Ladder:
     """A ``softact.stepping.Stepper`` on its way through one step.
 
     path: the last equilibria under load control. size: next increment. searched_at, traced_at:
-    where line search and volume control were tried last.
+    where line search and volume control were tried last. vain_before: see ``_in_vain``.
     """
 
     def __init__(self, stepper, number: int, step: LoadStep):
@@ -58,6 +59,7 @@ class Ladder:
         held_still = not model.sum(int(self.ramp.moves_supports))
         self.may_trace = self.ramp.only_pressures and held_still
         self.searched_at = self.traced_at = None
+        self.vain_before = self._in_vain()
 
     def resume(self, inside: Checkpoint) -> None:
         """Go on from a checkpoint inside the step."""
@@ -101,7 +103,7 @@ class Ladder:
         """Go on after an attempt that failed; returns why that is not possible."""
         done = self.path[-1].s
         self.size *= CUT
-        if self._in_vain() > MOST_IN_VAIN:
+        if self._in_vain() - self.vain_before > MOST_IN_VAIN:
             return self._no_equilibrium(outcome.reason)
         stuck = self._stuck()
         if self.size < VOLUME_BELOW * self.largest and not stuck:
@@ -160,6 +162,7 @@ class Ladder:
         )
         if fault:
             return f"step '{self.step.name}' at {self.path[-1].s:.2%}: {fault}"
+        self.vain_before = self._in_vain()  # statics was tried on the way
         self._checkpoint()
         return None
 
@@ -187,7 +190,9 @@ class Ladder:
         return [a for a in self.stepper.progress.attempts if a.step == self.step.name]
 
     def _in_vain(self) -> int:
-        """Newton iterations of the run so far that brought no increment under load control."""
+        """Newton iterations of the run so far that brought no increment under load control.
+
+        What was spent before the step, or before statics took over, is ``vain_before``."""
         useful = sum(
             a.iterations
             for a in self.stepper.progress.attempts

@@ -33,8 +33,11 @@ PATIENCE, STEADY = 3, 0.3
 # MUMPS's INFOG(1) where it could not allocate its factors (users' guide, section 8).
 OUT_OF_MEMORY = (-13, -19)
 
-# Percent of working space above MUMPS's estimate; sheets without stiffness delay many pivots.
+# ... and where its working space was too small for them; percent of that above its estimate (sheets
+# without stiffness delay many pivots), how much more is then tried, and how much at most.
+OUT_OF_SPACE = (-8, -9)
 SLACK_SPACE, SLACK_SPACE_OF_SHEETS = 60, 400
+MORE_SPACE, MOST_SPACE = 4, 10_000
 MUMPS_CONTROLS = {
     13: 1,  # no ScaLAPACK on the root: it would hide its inertia
     24: 1,  # find null pivots; PETSc asks for it before it tells the inertia
@@ -96,6 +99,9 @@ class Newton:
         self._fixed_dofs = np.empty(0, dtype=int)
         self._fixed_values = np.empty(0)
         self._x = u.create_vector()
+        self._work = u.create_vector(), u.create_vector()
+        self._factor: PETSc.Mat | None = None
+        self._space = SLACK_SPACE_OF_SHEETS if model.sheets else SLACK_SPACE
         self._snes = self._create_snes(max_iterations)
 
     def _create_snes(self, max_iterations: int) -> PETSc.SNES:
@@ -126,6 +132,8 @@ class Newton:
         self._layouts = model.assembler.layouts
         ksp = self._snes.getKSP()
         pc = ksp.getPC()
+        if self._factor is not None:
+            self._factor.destroy()  # petsc4py keeps what Python lets go until it is told otherwise
         pc.reset()
         ksp.setOperators(model.assembler.matrix)
         # LDLT where the tangent is symmetric (and indefinite); friction makes it unsymmetric.
@@ -134,8 +142,7 @@ class Newton:
         pc.setFactorSolverType("mumps")
         pc.setFactorSetUpSolverType()
         self._factor = pc.getFactorMatrix()
-        slack = SLACK_SPACE_OF_SHEETS if model.sheets else SLACK_SPACE
-        for control, value in {**MUMPS_CONTROLS, 14: slack}.items():
+        for control, value in {**MUMPS_CONTROLS, 14: self._space}.items():
             self._factor.setMumpsIcntl(control, value)
 
     def _unstable_modes(self) -> int:
@@ -171,15 +178,15 @@ class Newton:
         changed in place, also where the solve fails.
         """
         self._state, self._origin = state, origin
-        self._factored_at: int | None = None  # iteration of the last factorisation in this solve
         self._border = Border(self.model, control, self._fixed_dofs) if control else None
         self._held = fixed_values
-        self._residuals: list[float] = []
-        self._reason = ""
         state.x[self._fixed_dofs] = fixed_values
-        self._x.setArray(state.x[: self.model.unknowns.owned])
-        with np.errstate(all="ignore"):
-            self._snes.solve(None, self._x)
+        guess, pressures = state.x[: self.model.unknowns.owned].copy(), dict(state.pressure)
+        self._iterate(guess)
+        while self._more_space():
+            state.pressure = dict(pressures)
+            self._origin = origin
+            self._iterate(guess)
         state.x = self.model.unknowns.to_local(self._x)
         converged = self._snes.getConvergedReason() > 0
         iterations = self._snes.getIterationNumber()
@@ -188,6 +195,26 @@ class Newton:
         unstable = self._unstable_modes() if converged and self.counts.factorisations else 0
         softening = self._border.softening if self._border else 0
         return NewtonOutcome(converged, iterations, self._residuals, reason, unstable, softening)
+
+    def _iterate(self, guess: np.ndarray) -> None:
+        """Newton's method from a guess (owned,), which it leaves as it is."""
+        self._factored_at: int | None = None  # iteration of the last factorisation in this solve
+        self._residuals: list[float] = []
+        self._reason = ""
+        self._x.setArray(guess)
+        with np.errstate(all="ignore"):
+            self._snes.solve(None, self._x)
+
+    def _more_space(self) -> bool:
+        """Whether the factors did not fit into their working space and may have more now."""
+        failed = PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE
+        short = self._snes.getConvergedReason() == failed
+        short = short and self._factor.getMumpsInfog(1) in OUT_OF_SPACE
+        if not short or self._space > MOST_SPACE:
+            return False
+        self._space = max(MORE_SPACE * self._space, SLACK_SPACE)
+        self._set_up_factor()  # its analysis sets the space aside
+        return True
 
     def rate(self, here: Loaded, later: Loaded, step: float) -> np.ndarray | None:
         """Change of the unknowns (local,) per ``step`` of the loads from an equilibrium on, by the
@@ -210,7 +237,7 @@ class Newton:
 
     def _response(self, right: np.ndarray) -> np.ndarray:
         """Unknowns (local,) that the last factors give for another right-hand side (owned,)."""
-        vector, answer = self.model.unknowns.create_vector(), self.model.unknowns.create_vector()
+        vector, answer = self._work
         vector.setArray(right)
         self._snes.getKSP().getPC().apply(vector, answer)
         return self.model.unknowns.to_local(answer)
