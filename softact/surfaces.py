@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from softact import compat
 from softact.elements import facet_tables
@@ -14,6 +15,7 @@ from softact.sheets.body import SheetPart
 from softact.terms import shared_forces, unit_forces
 from softact.unknowns import Unknowns
 
+SAME_PLACE = 1e-9  # of the body's size
 SIMPSON, TRAPEZIUM = (1 / 6, 1 / 6, 2 / 3), (1 / 2, 1 / 2)
 
 
@@ -86,6 +88,18 @@ class Surfaces:
         mark = np.zeros(self._unknowns.local)
         mark[self._nodes.dofs[self.facet_nodes(self.facets(name)), 0]] = 1.0
         return np.flatnonzero(self._unknowns.sum_shared(mark)[self._nodes.dofs[:, 0]])
+
+    def covering(self, nodes: np.ndarray) -> np.ndarray:
+        """Nodes of the sheets that lie on a solid (``Layout.covers``) at the places of these nodes
+        of it, without those that are the solid's own."""
+        loose = [self.nodes(sheet) for sheet in self._mesh.layout.covers]
+        loose = np.unique(np.concatenate(loose)) if loose else np.empty(0, int)
+        loose = np.setdiff1d(loose, nodes)
+        if not len(loose):
+            return loose
+        places = self._nodes.places
+        gaps, _ = cKDTree(places[nodes]).query(places[loose])
+        return loose[gaps < SAME_PLACE * np.ptp(places, axis=0).max()]
 
     def area(self, name: str) -> float:
         """Undeformed area of a surface of the meshed part, mm²; length of a curve, mm."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from scipy.spatial import cKDTree
 
 from softact import jit
 from softact.contact.backs import Backs
+from softact.contact.sight import spheres
 
 # How far beyond its edge a facet still counts, barycentric: it closes the wedges between facets.
 SLACK = 0.01
@@ -44,16 +46,21 @@ def facet_normals(nodes: np.ndarray) -> np.ndarray:
 
 
 def candidates(
-    nodes: np.ndarray, numbers: np.ndarray, side: np.ndarray, reach: np.ndarray, backs: Backs
+    nodes: np.ndarray,
+    numbers: np.ndarray,
+    side: np.ndarray,
+    reach: np.ndarray,
+    backs: Backs,
+    overlooks: Callable[[np.ndarray, np.ndarray], np.ndarray],
 ):
     """Facets that each facet may touch before the next search, as (start (k + 1,), facet).
 
     nodes: (k, n, 3) places, numbers: (k, n) which nodes they are (facets with a common node are
     neighbours, not contact), side: (k,) of which body (facets of one side do not touch; −1: any
-    other), reach: (k,) mm, backs: pairs that never touch.
+    other), reach: (k,) mm, backs: pairs that never touch, overlooks: pairs of which only the second
+    looks at the first.
     """
-    centre = nodes[:, :3].mean(axis=1)
-    radius = np.linalg.norm(nodes - centre[:, None], axis=2).max(axis=1)
+    centre, radius = spheres(nodes)
     tree = cKDTree(centre)
     # Both ways: the farther reach of two counts.
     pairs = tree.query_pairs(2 * (radius + reach).max(), output_type="ndarray")
@@ -65,8 +72,11 @@ def candidates(
     near &= (side[i] != side[j]) | (side[i] < 0)
     i, j = i[near], j[near]
     apart = ~(numbers[i][:, :, None] == numbers[j][:, None]).any(axis=(1, 2))
+    apart |= overlooks(i, j) | overlooks(j, i)  # also beside where the sheet is glued
     apart &= ~backs(i, j)
     i, j = np.concatenate([i[apart], j[apart]]), np.concatenate([j[apart], i[apart]])
+    seen = ~overlooks(i, j)
+    i, j = i[seen], j[seen]
     order = np.lexsort((j, i))
     start = np.searchsorted(i[order], np.arange(len(nodes) + 1))
     return start.astype(np.int64), j[order].astype(np.int32)

@@ -51,12 +51,23 @@ class Coupling:
         self._columns = np.broadcast_to(column[:, None, None] + c, shape).ravel()
         self._slots.set(self._rows, self._columns)
 
-    def add(self, pairs: np.ndarray, matrices: np.ndarray, columns: np.ndarray | None = None):
-        """Add matrices (m, 2 n, 3, 2 n, 3) between the nodes of pairs (m, 2) of facets, or from
-        those to the nodes of the facets ``columns``."""
-        shape = len(pairs), 2 * self._nodes.shape[1]
-        rows = self._nodes[pairs].reshape(shape).astype(np.int64)
-        across = rows if columns is None else self._nodes[columns].reshape(shape)
+    def add(
+        self,
+        pairs: np.ndarray,
+        left: np.ndarray,
+        right: np.ndarray,
+        columns: np.ndarray | None = None,
+    ) -> None:
+        """Add leftᵀ right of each of m points, left and right (m, r, 6 n), between the nodes of its
+        pair (m, 2) of facets, or from those to the nodes of its facets ``columns`` (m, 2)."""
+        if columns is None:
+            columns = pairs
+        groups, left, right = _grouped(np.hstack([pairs, columns]), left, right)
+        shape = len(groups), 2 * self._nodes.shape[1]
+        matrices = np.matmul(left.transpose(0, 2, 1), right)
+        matrices = matrices.reshape(shape[0], shape[1], 3, shape[1], 3)
+        rows = self._nodes[groups[:, :2]].reshape(shape).astype(np.int64)
+        across = self._nodes[groups[:, 2:]].reshape(shape)
         keys = rows[:, :, None] * self._count + across[:, None]
         block = np.searchsorted(self._keys, keys)
         c = np.arange(3)
@@ -68,3 +79,16 @@ class Coupling:
         self._slots.values += np.bincount(
             place.ravel(), kept.ravel(), minlength=len(self._slots.values)
         )
+
+
+def _grouped(facets: np.ndarray, left: np.ndarray, right: np.ndarray):
+    """Points of the same facets (m, 4) put together: the facets (g, 4) of each group, and its left
+    and right (g, k r, 6 n), filled up with zeros. Of one facet's points many face the same one."""
+    groups, number, counts = np.unique(facets, axis=0, return_inverse=True, return_counts=True)
+    number = number.ravel()
+    order = np.argsort(number, kind="stable")
+    within = np.empty(len(facets), dtype=np.int64)
+    within[order] = np.arange(len(facets)) - np.repeat(np.cumsum(counts) - counts, counts)
+    filled = np.zeros((2, len(groups), counts.max(initial=0), *left.shape[1:]))
+    filled[0, number, within], filled[1, number, within] = left, right
+    return groups, *filled.reshape(2, len(groups), -1, left.shape[2])

@@ -11,6 +11,7 @@ from softact.contact.pressure import ONSET, SHEET_STIFFNESS, STIFFNESS
 PIECES = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))
 CORNERS = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0.5, 0], [0, 0.5, 0.5], [0.5, 0, 0.5]])
 RULE = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6
+HALF = 0.5
 POINTS = np.vstack([RULE @ CORNERS[list(piece)] for piece in PIECES])  # barycentric (12, 3)
 
 
@@ -31,16 +32,19 @@ class ContactFacets:
     nodes: (k, n) displacement nodes, corners then middles of the edges, normals outward (of a
     sheet: out of its cavity). dofs: (k, n, 3) local unknowns. points: (k, n, 3) undeformed places,
     mm. areas: (k, 12) mm² of each quadrature point. size: (k,) mean edge length, mm. stiffness:
-    (k,) MPa/mm of the penalty. onset: (k,) mm. of_sheet: (k,) whether a facet is one of a sheet.
+    (k,) MPa/mm of the penalty. onset: (k,) mm. of_sheet: (k,) whether a facet is one of a sheet;
+    covering: (k,) of one that lies on a solid.
     """
 
     def __init__(self, model, surfaces):
         sheets = [model.sheets[name] for name in surfaces if name in model.sheets]
         others = [name for name in surfaces if name not in model.sheets]
-        groups = [_of_sheet(sheet) for sheet in sheets]
+        groups = [_of_sheet(model, sheet) for sheet in sheets]
         if others or not sheets:
             groups.insert(0, _of_solids(model, others))
-        self.nodes, modulus, self.of_sheet = map(np.concatenate, zip(*groups, strict=True))
+        self.nodes, modulus, self.of_sheet, self.covering = map(
+            np.concatenate, zip(*groups, strict=True)
+        )
         self.dofs = model.displacement_dofs[self.nodes]
         self.points = model.nodes.places[self.nodes]
         self.values = shape_functions(POINTS, self.nodes.shape[1])
@@ -48,12 +52,19 @@ class ContactFacets:
         area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
         self.areas = np.repeat(area[:, None] / len(POINTS), len(POINTS), axis=1)
         self.size = sum(np.linalg.norm(e, axis=1) for e in (b - a, c - b, a - c)) / 3
-        self.stiffness = modulus / np.where(self.of_sheet, self.size**2, self.size)
+        loose = self.of_sheet & ~self.covering
+        self.stiffness = modulus / np.where(loose, self.size**2, self.size)
         self.onset = ONSET * self.size
         self._table = model.assembler.add_table(model.nodes.blocks[self.nodes])
 
     def __len__(self):
         return len(self.nodes)
+
+    def counting_areas(self, facet, point, partner) -> np.ndarray:
+        """Area (m,) that counts for each point: one half where the partner looks back, all of it
+        where a sheet lies on a solid, which does not."""
+        one_sided = self.covering[facet] & ~self.of_sheet[partner]
+        return np.where(one_sided, 1.0, HALF) * self.areas[facet, point]
 
     def node_places(self, x: np.ndarray) -> np.ndarray:
         """Deformed places (k, n, 3) of the nodes, mm. x: (local,) unknowns."""
@@ -78,16 +89,25 @@ class ContactFacets:
 def _of_solids(model, names):
     """Nodes (k, n), stiffness of the penalty times size (k,) MPa, and that they are no sheets."""
     facets = outside(model.mesh, np.unique(model.surfaces.facets(*names), axis=0))
+    nodes, none = model.surfaces.facet_nodes(facets), np.zeros(len(facets), dtype=bool)
+    return nodes, _of_rubber(model, facets), none, none
+
+
+def _of_rubber(model, facets):
+    """Stiffness of the penalty times size (k,), MPa, of a solid's facets."""
     shear = np.array([s.material.shear_modulus for s in model.solids.values()])
-    stiffness = STIFFNESS * shear[model.mesh.region[facets[:, 0]]]
-    return model.surfaces.facet_nodes(facets), stiffness, np.zeros(len(facets), dtype=bool)
+    return STIFFNESS * shear[model.mesh.region[facets[:, 0]]]
 
 
-def _of_sheet(part):
-    """Nodes (k, n), stiffness of the penalty times size² (k,) N/mm, and that they are a sheet."""
-    nodes = part.triangles.nodes
-    stiffness = np.full(len(nodes), SHEET_STIFFNESS * part.sheet.stiffness)
-    return nodes, stiffness, np.ones(len(nodes), dtype=bool)
+def _of_sheet(model, part):
+    """Nodes (k, n), stiffness of the penalty times size² (k,) N/mm, that they are a sheet, and
+    whether on a solid; then the stiffness is the solid's, times size."""
+    nodes, covered = part.triangles.nodes, model.mesh.layout.covers.get(part.name)
+    modulus = SHEET_STIFFNESS * part.sheet.stiffness
+    if covered is not None:
+        modulus = _of_rubber(model, model.surfaces.facets(covered)).min()
+    every = np.ones(len(nodes), dtype=bool)
+    return nodes, np.full(len(nodes), modulus), every, every & (covered is not None)
 
 
 def outside(mesh, facets: np.ndarray) -> np.ndarray:

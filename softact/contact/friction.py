@@ -12,6 +12,8 @@ import numpy as np
 
 # Stick stiffness by that of the penalty.
 STICK = 1.0
+# ... of a sheet on a solid, which slips so far that it shall begin to gently.
+STICK_ON_SOLID = 0.1
 
 
 def friction(coefficient, pressure, slope, stiffness, normal, curvature, trial):

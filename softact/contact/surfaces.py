@@ -16,9 +16,10 @@ from softact.contact.backs import Backs
 from softact.contact.closest import Closest, candidates, derivatives
 from softact.contact.coupling import Coupling
 from softact.contact.facets import ContactFacets
-from softact.contact.friction import STICK, slide
 from softact.contact.gap_hessian import gap_hessian
 from softact.contact.pressure import pressure
+from softact.contact.sight import strayed
+from softact.contact.slip import InTouch, SurfaceFriction
 from softact.errors import SpecError
 
 # How far away a partner is looked for, and from which gap on room in the matrix is
@@ -27,13 +28,10 @@ REACH, ROOM = 1.0, 0.5
 # How deep inside a partner is looked for, of the element size: what is deeper may be on the other
 # side of a sheet or of a thin wall.
 DEPTH = 0.25
-# How far the facets of sheets may move until they look for partners again, of their reach.
-SIGHT = 0.5
 # What a step of Newton's method may press in on its way, of the element size.
 DEEPEST = 0.05
 # ... and by how much what overlaps may overlap more.
 DEEPER = 1.5
-HALF = 0.5
 
 
 @dataclass(frozen=True)
@@ -53,8 +51,7 @@ class Touching:
 class SurfaceContact:
     """Contact between surfaces that deform. Only for one process.
 
-    ``memory[name.what]``: stiffness (factor); with friction partner, place, offset, normal and
-    slip at the last equilibrium.
+    ``memory[name.stiffness]``: factor of the penalty. friction: None where there is none.
     """
 
     rigid = False
@@ -72,11 +69,21 @@ class SurfaceContact:
             self._side = np.isin(self.facets.nodes, second).all(axis=1).astype(int)
         self._closest = Closest(model.comm)
         self.coupling = Coupling(model.assembler, self.facets)
+        self.friction = None
+        if touching.friction:
+            self.friction = SurfaceFriction(
+                self.name, touching.friction, self.facets, self.coupling
+            )
         self._backs = Backs(model, self.facets)
         self._reach = REACH * self.facets.size + touching.distance
         self._depth = DEPTH * self.facets.size - touching.distance
         self._search(np.zeros(model.unknowns.local))
         self._last = (None, None)
+
+    def _overlooks(self, i, j):
+        """Whether points of the facets i do not look at the facets j: of a sheet that lies on a
+        solid only its own points look, for the solid's would lose it at once at its edge."""
+        return ~self.facets.of_sheet[i] & self.facets.covering[j]
 
     def _memory(self, state, what, default=None):
         return state.memory.get(f"{self.name}.{what}", default)
@@ -85,7 +92,9 @@ class SurfaceContact:
         """Which facets may come to touch before the next equilibrium."""
         nodes = self.facets.node_places(x)
         numbers = self.facets.nodes
-        self._candidates = candidates(nodes, numbers, self._side, self._reach, self._backs)
+        self._candidates = candidates(
+            nodes, numbers, self._side, self._reach, self._backs, self._overlooks
+        )
         self._looked_from = nodes
 
     def gaps(self, x):
@@ -100,18 +109,14 @@ class SurfaceContact:
             self._last = (key, (partner, place, gap - self.touching.distance))
         return self._last[1]
 
-    def _stiffness(self, state, facet):
-        return self.facets.stiffness[facet] * self._memory(state, "stiffness", 1.0)
-
-    def _points(self, state):
-        """Quadrature points in touch: their facet, number, partner, place and gap."""
+    def _touch(self, state) -> InTouch:
         partner, place, gap = self.gaps(state.x)
         facet, point = np.nonzero(gap < 0)
-        return facet, point, partner[facet, point], place[facet, point], gap[facet, point]
-
-    def _pressures(self, state, facet, gap):
-        stiffness = self._stiffness(state, facet)
-        return stiffness, *pressure(gap, stiffness, self.facets.onset[facet])
+        partner, place, gap = (values[facet, point] for values in (partner, place, gap))
+        stiffness = self.facets.stiffness[facet] * self._memory(state, "stiffness", 1.0)
+        found = pressure(gap, stiffness, self.facets.onset[facet])
+        area = self.facets.counting_areas(facet, point, partner)
+        return InTouch(facet, point, partner, place, gap, area, stiffness, *found)
 
     def _geometry(self, state, facet, point, partner, place):
         """Values (m, 2 n) of the shape functions of the gap vector (own nodes, then minus the
@@ -126,126 +131,62 @@ class SurfaceContact:
         return across, tangents, normal, first, bend
 
     def add_force(self, state, out):
-        facet, point, partner, place, gap = self._points(state)
-        if not len(facet):
+        touch = self._touch(state)
+        if not len(touch.facet):
             return
-        _, p, slope, _ = self._pressures(state, facet, gap)
-        across, _, normal, _, _ = self._geometry(state, facet, point, partner, place)
-        push = HALF * self.facets.areas[facet, point] * p
+        across, _, normal, _, _ = self._geometry(state, *touch.where)
+        push = touch.area * touch.pressure
         forces = -push[:, None, None] * across[:, :, None] * normal[:, None]
-        dofs = np.hstack([self.facets.dofs[facet], self.facets.dofs[partner]])
+        dofs = np.hstack([self.facets.dofs[touch.facet], self.facets.dofs[touch.partner]])
         out += np.bincount(dofs.ravel(), forces.ravel(), len(out))
-        if self.touching.friction:
-            found = self._friction(state, facet, point, gap, p, slope)
-            forces = -found.weight[:, None, None] * found.across[:, :, None]
-            forces = forces * found.traction[:, None]
-            dofs = self.facets.dofs[found.pairs].reshape(forces.shape)
-            out += np.bincount(dofs.ravel(), forces.ravel(), len(out))
+        if self.friction is not None:
+            self.friction.add_force(state, touch, out)
 
     def add_tangent(self, state, origin):
         self._make_room(state)
-        facet, point, partner, place, gap = self._points(state)
-        if not len(facet):
+        touch = self._touch(state)
+        if not len(touch.facet):
             return
-        _, p, slope, _ = self._pressures(state, facet, gap)
-        across, tangents, normal, first, bend = self._geometry(state, facet, point, partner, place)
-        weight = HALF * self.facets.areas[facet, point]
-        matrices = gap_hessian(
-            gap, across, tangents, normal, first, bend, weight * slope, -weight * p
-        )
-        self.coupling.add(np.column_stack([facet, partner]), matrices)
-        if self.touching.friction:
-            self._add_friction_tangent(state, facet, point, partner, gap, across, normal, p, slope)
+        across, tangents, normal, first, bend = self._geometry(state, *touch.where)
+        weights = touch.area * touch.slope, -touch.area * touch.pressure
+        apart = touch.gap + self.touching.distance
+        factors = gap_hessian(apart, across, tangents, normal, first, bend, *weights)
+        self.coupling.add(np.column_stack([touch.facet, touch.partner]), *factors)
+        if self.friction is not None:
+            self.friction.add_tangent(state, touch, across, normal)
 
     def _make_room(self, state):
         """Keep room in the matrix for what touches or nearly does."""
         partner, _, gap = self.gaps(state.x)
         facet, point = np.nonzero(gap < ROOM * self.facets.size[:, None])
         pairs = [np.column_stack([facet, partner[facet, point]])]
-        if self.touching.friction and self._memory(state, "partner") is not None:
-            pairs.append(self._old_pairs(state, facet, point, partner[facet, point]))
+        if self.friction is not None:
+            pairs += self.friction.pairs(state, facet, point, partner[facet, point])
         self.coupling.make_room(pairs)
 
     def energy(self, state):
-        facet, point, _, _, gap = self._points(state)
-        _, _, _, potential = self._pressures(state, facet, gap)
-        return float(HALF * self.facets.areas[facet, point] @ potential)
-
-    # --- friction ---------------------------------------------------------------------------
-
-    def _old_pairs(self, state, facet, point, partner):
-        """(m', 3) own facet, partner now and partner at the last equilibrium, where both are."""
-        old = self._memory(state, "partner")[facet, point]
-        return np.column_stack([facet, partner, old])[old >= 0]
-
-    def _friction(self, state, facet, point, gap, p, slope) -> Slipping:
-        """Friction of the points in touch that had a partner at the last equilibrium."""
-        old = self._memory(state, "partner")
-        if old is None:
-            old = np.full(self.facets.areas.shape, -1)
-        on = np.flatnonzero(old[facet, point] >= 0)
-        facet, point = facet[on], point[on]
-        old = old[facet, point]
-        if len(on):
-            then = [self._memory(state, w) for w in ("place", "offset", "normal", "slip")]
-            place, offset, normal, slip = (array[facet, point] for array in then)
-        else:
-            place, (offset, normal, slip) = np.zeros((0, 2)), np.zeros((3, 0, 3))
-        values, _, _ = derivatives(place, self.facets.nodes.shape[1])
-        across = np.hstack([self.facets.values[point], -values])
-        pairs = np.column_stack([facet, old])
-        nodes = self.facets.node_places(state.x)[pairs].reshape(*across.shape, 3)
-        trial = slip + np.einsum("mn,mnc->mc", across, nodes) - offset
-        stick = STICK * self._stiffness(state, facet)
-        found = slide(self.touching.friction, p[on], slope[on], stick, normal, trial)
-        weight = HALF * self.facets.areas[facet, point]
-        return Slipping(on, pairs, across, weight, *found)
-
-    def _add_friction_tangent(self, state, facet, point, partner, gap, across, normal, p, slope):
-        found = self._friction(state, facet, point, gap, p, slope)
-        weight = -found.weight[:, None, None, None, None]
-        left = found.across[:, :, None, None, None]
-        direct = weight * left * found.modulus[:, None, :, None]
-        self.coupling.add(found.pairs, direct * found.across[:, None, None, :, None])
-        # The bound follows the pressure, so the traction follows the gap: dt = (dt/dg) dg.
-        on = found.on
-        by_gap = found.by_gap[:, None, :, None, None] * normal[on][:, None, None, None]
-        now = np.column_stack([facet[on], partner[on]])
-        matrices = weight * left * by_gap * across[on][:, None, None, :, None]
-        self.coupling.add(found.pairs, matrices, now)
+        touch = self._touch(state)
+        return float(touch.area @ touch.potential)
 
     def remember(self, state) -> dict[str, np.ndarray]:
         """Memory of this equilibrium; also looks for what may touch next."""
         self.resume(state)
-        if not self.touching.friction:
+        if self.friction is None:
             return {}
-        shape = self.facets.areas.shape
-        slip = np.zeros((*shape, 3))
-        facet, point, partner, _, gap = self._points(state)
-        if len(facet):
-            _, p, slope, _ = self._pressures(state, facet, gap)
-            found = self._friction(state, facet, point, gap, p, slope)
-            slip[facet[found.on], point[found.on]] = found.elastic
         partner, place, _ = self.gaps(state.x)
         facet, point = np.nonzero(partner >= 0)
-        geometry = (facet, point, partner[facet, point], place[facet, point])
-        across, _, normals, _, _ = self._geometry(state, *geometry)
-        nodes = self.facets.node_places(state.x)
-        nodes = np.concatenate([nodes[facet], nodes[partner[facet, point]]], axis=1)
-        offset, normal = np.zeros((*shape, 3)), np.zeros((*shape, 3))
-        offset[facet, point] = np.einsum("mn,mnc->mc", across, nodes)
-        normal[facet, point] = normals
-        found = {"slip": slip, "partner": partner, "place": place}
-        found |= {"offset": offset, "normal": normal}
-        return {f"{self.name}.{what}": value for what, value in found.items()}
+        partners = partner[facet, point]
+        across, _, normal, _, _ = self._geometry(state, facet, point, partners, place[facet, point])
+        return self.friction.remember(
+            state, self._touch(state), partner, place, (facet, point, across, normal)
+        )
 
     def pressed(self, state) -> tuple[np.ndarray, np.ndarray]:
         """Normal (m,) and tangential (m, 3) forces at the quadrature points in touch, N; only
         those with a partner at the last equilibrium, for the others have no friction yet."""
-        facet, point, _, _, gap = self._points(state)
-        _, p, slope, _ = self._pressures(state, facet, gap)
-        found = self._friction(state, facet, point, gap, p, slope)
-        return found.weight * p[found.on], found.weight[:, None] * found.traction
+        touch = self._touch(state)
+        found = self.friction.at(state, touch)
+        return found.weight * touch.pressure[found.on], found.weight[:, None] * found.traction
 
     def resume(self, state) -> None:
         """See ``Contacts.resume``: looks for what may touch next."""
@@ -276,28 +217,11 @@ class SurfaceContact:
     def strayed(self, state) -> float:
         """How far sheets have moved since they looked for what they may touch, by how far they may
         without passing it unseen."""
-        thin = self.facets.of_sheet
-        way = self.facets.node_places(state.x)[thin] - self._looked_from[thin]
-        moved = np.linalg.norm(way, axis=2) / (SIGHT * self._reach[thin, None])
-        return float(moved.max(initial=0.0))
+        now, thin = self.facets.node_places(state.x), self.facets.of_sheet
+        return strayed(self._looked_from, now, self._reach, thin, self._side)
 
     def smallest_gap(self, state) -> tuple[float, float]:
         """Smallest gap, and its smallest ratio to the element size (both below zero: overlap)."""
         _, _, gap = self.gaps(state.x)
         ratio = gap / self.facets.size[:, None]
         return float(gap.min(initial=np.inf)), float(ratio.min(initial=np.inf))
-
-
-@dataclass(frozen=True)
-class Slipping:
-    """Friction at the points ``on`` of those in touch; pairs: own facet and the one faced at the
-    last equilibrium; the rest as in ``friction.slide``."""
-
-    on: np.ndarray
-    pairs: np.ndarray
-    across: np.ndarray
-    weight: np.ndarray
-    traction: np.ndarray
-    modulus: np.ndarray
-    by_gap: np.ndarray
-    elastic: np.ndarray

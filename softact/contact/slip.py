@@ -1,0 +1,134 @@
+"""Friction between surfaces: slip against the place that was faced at the last equilibrium."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from softact.contact.closest import derivatives
+from softact.contact.coupling import Coupling
+from softact.contact.facets import ContactFacets
+from softact.contact.friction import STICK, STICK_ON_SOLID, slide
+
+
+@dataclass(frozen=True)
+class InTouch:
+    """Quadrature points in touch (m,): facet, number, the facet they face, the place on it, gap
+    (mm), area that counts (mm²), stiffness of the penalty, and ``pressure.pressure`` of the gap."""
+
+    facet: np.ndarray
+    point: np.ndarray
+    partner: np.ndarray
+    place: np.ndarray
+    gap: np.ndarray
+    area: np.ndarray
+    stiffness: np.ndarray
+    pressure: np.ndarray
+    slope: np.ndarray
+    potential: np.ndarray
+
+    @property
+    def where(self) -> tuple[np.ndarray, ...]:
+        """Facet, number, partner and place on it."""
+        return self.facet, self.point, self.partner, self.place
+
+
+@dataclass(frozen=True)
+class Slipping:
+    """Friction at the points ``on`` of those in touch; pairs: own facet and the one faced at the
+    last equilibrium; the rest as in ``friction.slide``."""
+
+    on: np.ndarray
+    pairs: np.ndarray
+    across: np.ndarray
+    weight: np.ndarray
+    traction: np.ndarray
+    modulus: np.ndarray
+    by_gap: np.ndarray
+    elastic: np.ndarray
+
+
+class SurfaceFriction:
+    """Coulomb friction of one ``SurfaceContact``, by the return mapping of ``friction.slide``.
+
+    ``memory[name.what]``: partner, place, offset, normal and slip of each quadrature point at the
+    last equilibrium. Points without a partner then have no friction yet.
+    """
+
+    def __init__(self, name: str, coefficient: float, facets: ContactFacets, coupling: Coupling):
+        self._name, self._coefficient = name, coefficient
+        self._facets, self._coupling = facets, coupling
+
+    def _memory(self, state, what):
+        return state.memory.get(f"{self._name}.{what}")
+
+    def pairs(self, state, facet, point, partner) -> list[np.ndarray]:
+        """(m', 3) own facet, partner now and partner at the last equilibrium, where both are; none
+        where nothing is remembered."""
+        before = self._memory(state, "partner")
+        if before is None:
+            return []
+        old = before[facet, point]
+        return [np.column_stack([facet, partner, old])[old >= 0]]
+
+    def at(self, state, touch: InTouch) -> Slipping:
+        """Friction of the points in touch that had a partner at the last equilibrium."""
+        old = self._memory(state, "partner")
+        if old is None:
+            old = np.full(self._facets.areas.shape, -1)
+        on = np.flatnonzero(old[touch.facet, touch.point] >= 0)
+        facet, point = touch.facet[on], touch.point[on]
+        old = old[facet, point]
+        if len(on):
+            then = [self._memory(state, w) for w in ("place", "offset", "normal", "slip")]
+            place, offset, normal, slip = (array[facet, point] for array in then)
+        else:
+            place, (offset, normal, slip) = np.zeros((0, 2)), np.zeros((3, 0, 3))
+        values, _, _ = derivatives(place, self._facets.nodes.shape[1])
+        across = np.hstack([self._facets.values[point], -values])
+        pairs = np.column_stack([facet, old])
+        nodes = self._facets.node_places(state.x)[pairs].reshape(*across.shape, 3)
+        trial = slip + np.einsum("mn,mnc->mc", across, nodes) - offset
+        part = np.where(self._facets.covering[facet], STICK_ON_SOLID, STICK)
+        stick, p, slope = part * touch.stiffness[on], touch.pressure[on], touch.slope[on]
+        found = slide(self._coefficient, p, slope, stick, normal, trial)
+        weight = self._facets.counting_areas(facet, point, old)
+        return Slipping(on, pairs, across, weight, *found)
+
+    def add_force(self, state, touch: InTouch, out: np.ndarray) -> None:
+        """Add the nodal forces of friction."""
+        found = self.at(state, touch)
+        forces = -found.weight[:, None, None] * found.across[:, :, None] * found.traction[:, None]
+        dofs = self._facets.dofs[found.pairs].reshape(forces.shape)
+        out += np.bincount(dofs.ravel(), forces.ravel(), len(out))
+
+    def add_tangent(self, state, touch: InTouch, across: np.ndarray, normal: np.ndarray) -> None:
+        """Add their derivatives. across, normal: of the points in touch, see ``SurfaceContact``."""
+        found = self.at(state, touch)
+        on, count = found.on, len(found.on)
+        weighted = -found.weight[:, None, None, None] * found.across[:, None, :, None]
+        moved = found.across[:, None, :, None] * found.modulus[:, :, None]
+        along = (weighted * np.eye(3)[:, None]).reshape(count, 3, -1)
+        self._coupling.add(found.pairs, along, moved.reshape(count, 3, -1))
+        # The bound follows the pressure, so the traction follows the gap: dt = (dt/dg) dg.
+        traction = (weighted * found.by_gap[:, None, None]).reshape(count, 1, -1)
+        gap_change = (across[on, :, None] * normal[on, None]).reshape(count, 1, -1)
+        now = np.column_stack([touch.facet[on], touch.partner[on]])
+        self._coupling.add(found.pairs, traction, gap_change, now)
+
+    def remember(self, state, touch: InTouch, partner, place, geometry) -> dict[str, np.ndarray]:
+        """What is to be kept of an equilibrium. partner, place: of all quadrature points;
+        geometry: facet and number of those with a partner, and their ``across`` and normals."""
+        shape = self._facets.areas.shape
+        slip, offset, normal = np.zeros((3, *shape, 3))
+        found = self.at(state, touch)
+        slip[touch.facet[found.on], touch.point[found.on]] = found.elastic
+        facet, point, across, normals = geometry
+        nodes = self._facets.node_places(state.x)
+        nodes = np.concatenate([nodes[facet], nodes[partner[facet, point]]], axis=1)
+        offset[facet, point] = np.einsum("mn,mnc->mc", across, nodes)
+        normal[facet, point] = normals
+        kept = {"slip": slip, "partner": partner, "place": place}
+        kept |= {"offset": offset, "normal": normal}
+        return {f"{self._name}.{what}": value for what, value in kept.items()}
