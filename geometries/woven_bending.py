@@ -120,7 +120,8 @@ class WovenBending(SheetGeometry):
         curves = {"middle": edges[(ends[:, :, 1] == 0).all(axis=1)], "seams": seams}
         members = {name: np.concatenate(numbers) for name, numbers in parts.items()}
         members.setdefault("floors", np.empty(0, dtype=int))
-        return SheetMesh(corners, elements, members, curves, hinges=seams)
+        flat = ("clamp", "floors", "tip", "strip")
+        return SheetMesh(corners, elements, members, curves, hinges=seams, continuous=flat)
 
     def pattern(self) -> Pattern:
         """Two rectangles for each pouch in two rows, and the strip below them with its seams."""

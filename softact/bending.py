@@ -12,7 +12,10 @@ position x by the coordinates of the flat layer are the curvatures, so the bendi
 is quadratic in x with a constant matrix, and does not change under rotation (the isometric
 bending model: Bergou, Wardetzky, Harmon, Zorin, Grinspun, SGP 2006). Facets are only C0, so the
 jumps of slope between them enter by symmetric interior penalty (C0-IP: Engel et al., CMAME 191
-(2002) 3669; Brenner and Sung, J. Sci. Comput. 22 (2005) 83).
+(2002) 3669; Brenner and Sung, J. Sci. Comput. 22 (2005) 83). Where facets of different stiffness
+meet, the mean of their moments is weighted by that of the other, and the penalty goes with their
+harmonic mean (Ern, Stephansen and Zunino, IMA J. Numer. Anal. 29 (2009) 235): a soft layer beside a
+stiff one does not lock.
 """
 
 from __future__ import annotations
@@ -33,15 +36,17 @@ class LayerBending:
     """Bending energy of one flat layer; see the module.
 
     nodes: of the model. facets: (k, 6) those of this process's facets, corners then middles of the
-    edges 01 12 20. rigidity: D in N·mm. symmetry: indices of the
-    coordinates that are zero in the symmetry planes.
+    edges 01 12 20. rigidity: D in N·mm, and poisson: one for all facets or (k,). symmetry: indices
+    of the coordinates that are zero in the symmetry planes.
     """
 
     def __init__(self, assembler: Assembler, nodes: Nodes, facets, rigidity, poisson, symmetry):
         self._assembler, self._comm = assembler, nodes.comm
         number = nodes.number
-        triangles = np.concatenate(nodes.comm.allgather(number[facets]))
-        x = np.concatenate(nodes.comm.allgather(nodes.places[facets]))
+        each = number[facets], nodes.places[facets], *_of_each(facets, rigidity, poisson)
+        triangles, x, rigidity, poisson = (
+            np.concatenate(nodes.comm.allgather(values)) for values in each
+        )
         layer_nodes, compact = np.unique(triangles, return_inverse=True)
         compact = compact.reshape(-1, 6)
         even, odd = bending_matrices(x, compact, len(layer_nodes), rigidity, poisson, symmetry)
@@ -91,10 +96,12 @@ class LayerBending:
 def bending_matrices(x, triangles, count, rigidity, poisson, symmetry=()):
     """Stiffness of one component of the position: (even, odd) sparse matrices (count, count).
 
-    x: (k, 6, 3) nodes of each facet in mm; triangles: (k, 6) their numbers, below ``count``.
+    x: (k, 6, 3) nodes of each facet in mm; triangles: (k, 6) their numbers, below ``count``;
+    rigidity, poisson: one for all or (k,).
     even: for components along the symmetry planes (their mirror image continues evenly), odd:
     for the component across. Raises ValueError where the layer is not flat.
     """
+    rigidity, poisson = _of_each(triangles, rigidity, poisson)
     s = _plane_coordinates(x)
     basis = _basis(s)
     # Second derivatives xx, xy, yy of each function: (k, 3, 6).
@@ -142,10 +149,16 @@ def _basis(s):
     return np.linalg.inv(np.stack([np.ones_like(a), a, b, a * a, a * b, b * b], axis=-1))
 
 
+def _of_each(facets, rigidity, poisson):
+    """Bending stiffness and Poisson's ratio (k,) of k facets."""
+    return (np.broadcast_to(np.asarray(v, dtype=float), len(facets)) for v in (rigidity, poisson))
+
+
 def _moments(hessian, rigidity, poisson):
     xx, xy, yy = hessian[:, 0], hessian[:, 1], hessian[:, 2]
+    rigidity, poisson = rigidity[:, None], poisson[:, None]
     bulk = poisson * (xx + yy)
-    return rigidity * np.stack(
+    return rigidity[:, None] * np.stack(
         [(1 - poisson) * xx + bulk, (1 - poisson) * xy, (1 - poisson) * yy + bulk], axis=1
     )
 
@@ -205,7 +218,12 @@ def _jumps(facing, edges, s, basis, moment, triangles, count, rigidity):
     inner = facing[:, 1] >= 0
     (one, two), edge = facing[inner].T, edges[inner]
     ends, length, normal = _edge_frame(one, edge, s, triangles)
-    mean = np.hstack([_normal_moment(moment[f], normal) / 2 for f in (one, two)])
+    d = np.column_stack([rigidity[one], rigidity[two]])
+    share = d[:, ::-1] / d.sum(axis=1, keepdims=True)
+    mean = np.hstack(
+        [_normal_moment(moment[f], normal) * share[:, i, None] for i, f in enumerate((one, two))]
+    )
+    harmonic = 2 * share[:, 0] * d[:, 0]
     total = 0.0
     for t in GAUSS:
         points = (1 - t) * ends[:, 0] + t * ends[:, 1]
@@ -215,7 +233,7 @@ def _jumps(facing, edges, s, basis, moment, triangles, count, rigidity):
                 -_slopes(points, normal, s[two], basis[two]),
             ]
         )
-        total = total + _penalty_terms(mean, jump, length, rigidity)
+        total = total + _penalty_terms(mean, jump, length, harmonic)
     return _scatter(total, np.hstack([triangles[one], triangles[two]]), count)
 
 
@@ -229,7 +247,7 @@ def _mirror(facet, edge, s, basis, moment, triangles, count, rigidity):
     for t in GAUSS:
         points = (1 - t) * ends[:, 0] + t * ends[:, 1]
         jump = 2 * _slopes(points, normal, s[facet], basis[facet])
-        total = total + _penalty_terms(mean, jump, length, rigidity) / 2
+        total = total + _penalty_terms(mean, jump, length, rigidity[facet]) / 2
     return _scatter(total, triangles[facet], count)
 
 

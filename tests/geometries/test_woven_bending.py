@@ -1,5 +1,6 @@
 """The woven bending actuator: its sheets, seams and pattern, and its spec."""
 
+import json
 import re
 from pathlib import Path
 
@@ -7,6 +8,8 @@ import numpy as np
 import pytest
 
 from softact.geometry import GEOMETRIES, export
+from softact.results import read
+from softact.run import run
 from softact.spec import load
 
 CONFIG = Path(__file__).resolve().parents[2] / "configs" / "woven_bending.yaml"
@@ -33,6 +36,11 @@ def test_areas_volume_and_seams(values):
     half, s = geometry.w_a / 2, geometry.seam / 2
     total = geometry.n * (half + geometry.h_a + 2 * np.hypot(half, s))
     assert np.linalg.norm(seams[:, 1] - seams[:, 0], axis=1).sum() == pytest.approx(total)
+    # The strip goes on beneath the pouches; each wall is a piece of its own.
+    patches = mesh.patches()
+    flat = np.concatenate([mesh.parts[name] for name in mesh.continuous])
+    assert len(np.unique(patches[flat])) == 1
+    assert len(np.unique(patches)) == 2 * geometry.n + 1
 
 
 def test_the_pattern(tmp_path):
@@ -59,3 +67,30 @@ def test_the_spec_fits_the_geometry():
     assert set(spec.sheets) == set(spec.geometry.layout().sheets)
     assert [ply.thickness for ply in spec.sheets["floors"].plies] == [0.2, 0.5]
     assert [contact.groups for contact in spec.contact] == [(("fore", "aft"),)]
+
+
+def test_a_run_of_three_pouches(tmp_path):
+    """Neighbours press on each other and the strip bends, by less than endless pouches, circles of
+    the girth 2 h + s that touch: with the radius r and their middles c above the strip, turned by
+    2 β, where the strip between the floors is straight, (pitch − s) cos 0 + s cos β + 2 c sin β =
+    2 r cos β at most. A free limb presses on nothing at its clamp; up and down are one curve."""
+    overrides = ["geometry.n=3", "geometry.mesh_size=21 mm", "steps.inflate.pressure=30 kPa"]
+    spec = load(str(CONFIG), [*overrides, "steps.deflate.pressure=25 kPa"])
+    assert run(spec, tmp_path / "r", report=False).status == "complete"
+    curve = read(tmp_path / "r").curve
+    (message,) = json.loads((tmp_path / "r" / "run.json").read_text())["messages"]
+    assert float(re.search(r"([\d.]+)% are unexplained", message)[1]) < 1.0
+    geometry, back = spec.geometry, curve["step"] == "deflate"
+    girth = 2 * geometry.h_a + geometry.seam
+    r = girth / (2 * np.pi)
+    c = r * np.cos(np.pi * geometry.seam / girth)
+    beta = np.linspace(0, 0.5, 5001)
+    apart = geometry.pitch - geometry.seam + geometry.seam * np.cos(beta) + 2 * c * np.sin(beta)
+    touching = beta[np.argmax(apart > 2 * r * np.cos(beta))]
+    angle = curve["bending_angle_deg"]
+    assert 0.0 < angle[-1] < angle[~back][-1] < 2 * np.degrees(2 * touching)
+    assert 0.0 < curve["contact_overlap_percent"].max() < 2.0
+    pressed = 0.025 * geometry.w_a * geometry.h_a
+    for c in "xz":
+        assert abs(curve[f"reaction_{c}_N"][back]).max() < 1e-6 * pressed
+    assert abs(curve["reaction_moment_y_Nmm"][back]).max() < 1e-6 * pressed * geometry.h_a

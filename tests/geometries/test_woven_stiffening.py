@@ -1,5 +1,6 @@
 """The woven stiffening actuator: its sheets, seams and pattern, and its spec."""
 
+import json
 import re
 from pathlib import Path
 
@@ -7,6 +8,8 @@ import numpy as np
 import pytest
 
 from softact.geometry import GEOMETRIES, export
+from softact.results import read
+from softact.run import run
 from softact.spec import load
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
@@ -72,3 +75,26 @@ def test_the_cell_stands_where_the_spec_says(angle):
     face = joint + 90 * along + geometry.w_a / np.pi * across
     found = cell.shape().distance(np.array([face, face - across, face + 9 * along - across]))[0]
     np.testing.assert_allclose(found, [0.0, 1.0, 1.0], atol=0.01)
+
+
+def test_a_run_against_the_cell(tmp_path):
+    """What the pouch presses with on the cell is what holds it, normal to the cell's face (there is
+    no friction), and turns it about the joint with an arm within the cell's 80 to 100 mm."""
+    overrides = ["geometry.mesh_size=22 mm", "steps.inflate.pressure=25 kPa"]
+    spec = load(
+        str(CONFIGS / "woven_stiffening_60.yaml"), [*overrides, "steps.deflate.pressure=20 kPa"]
+    )
+    assert run(spec, tmp_path / "r", report=False).status == "complete"
+    curve = read(tmp_path / "r").curve
+    (message,) = json.loads((tmp_path / "r" / "run.json").read_text())["messages"]
+    assert float(re.search(r"([\d.]+)% are unexplained", message)[1]) < 1.0
+    back = curve["step"] == "deflate"
+    force = curve["blocked_force_N"][back]
+    assert np.all(force > 0.1) and np.all(np.diff(force) < 0)
+    turn = np.radians(spec.geometry.angle)
+    for component, part in (("x", np.sin(turn)), ("z", np.cos(turn))):
+        held = curve[f"reaction_{component}_N"][back]
+        np.testing.assert_allclose(np.abs(held), part * force, rtol=1e-4)
+    arm = np.abs(curve["reaction_moment_y_Nmm"][back]) / force
+    assert np.all((arm > 80) & (arm < 100))
+    assert 0.0 < curve["contact_overlap_percent"].max() < 2.0
