@@ -4,6 +4,8 @@ from pathlib import Path
 
 import click
 
+from softact.cli._targets import targets_option
+
 
 @click.command(short_help="Set two or more result folders against each other.")
 @click.argument("folders", nargs=-1, required=True, metavar="DIR DIR...")
@@ -16,7 +18,8 @@ import click
     metavar="DIR",
     help="Folder for compare.html, measures.csv and curves.csv.",
 )
-def compare(folders: tuple[str, ...], output: Path) -> None:
+@targets_option
+def compare(folders: tuple[str, ...], output: Path, targets: tuple[str, ...]) -> None:
     """Set two or more result folders against each other.
 
     One page: the curves over each other, the measures at the largest load that all reach with
@@ -25,7 +28,8 @@ def compare(folders: tuple[str, ...], output: Path) -> None:
     \b
     Example:
       softact compare results/finger results/thin -o results/finger_or_thin
+      softact compare results/finger results/finger_blocked --targets index_finger
     """
     from softact.report.compare import write_comparison
 
-    click.echo(f"wrote {write_comparison([Path(folder) for folder in folders], output)}")
+    click.echo(f"wrote {write_comparison([Path(folder) for folder in folders], output, targets)}")

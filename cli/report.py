@@ -6,19 +6,13 @@ from pathlib import Path
 import click
 
 from softact.cli._measured import measured_options, read_all, sections, tell
+from softact.cli._targets import targets_option
 
 
 @click.command(short_help="Rebuild the report of a result folder.")
 @click.argument("directory", metavar="DIR", type=click.Path(path_type=Path))
 @measured_options
-@click.option(
-    "--targets",
-    multiple=True,
-    metavar="NAME",
-    help="Say which published requirements of an application the actuator meets: glove, "
-    "trunk_belt, neck, hip, wrist, ankle, heart, exoskeleton, operation_bending, "
-    "operation_linear. May be repeated.",
-)
+@targets_option
 @click.option(
     "--animate",
     type=click.Choice(["gif", "mp4"]),

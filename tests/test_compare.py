@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 from softact.cli.compare import compare as command
 from softact.errors import SpecError
-from softact.report import compare
+from softact.report import compare, requirements, targets
 from softact.results import ResultsWriter, read
 
 SIZE = {"nx": 4, "ny": 2, "nz": 7}
@@ -77,3 +77,63 @@ def test_folders_that_will_not_do_are_all_told(folders, tmp_path):
     with pytest.raises(SpecError, match="two result folders or more"):
         compare.write_comparison(folders[:1], tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+@pytest.fixture(scope="module")
+def fingers(tmp_path_factory):
+    """One that bends by 2 degrees per kPa to 200, and one that presses with 0.08 N per kPa."""
+    top = tmp_path_factory.mktemp("fingers")
+    curves = {
+        "free": {"bending_angle_deg": 2.0},
+        "blocked": {"bending_angle_deg": 0.1, "blocked_force_N": 0.08},
+    }
+    for name, slopes in curves.items():
+        writer = ResultsWriter(top / name, f"name: {name}\n", {})
+        for pressure in (0.0, 40.0, 100.0):
+            row = {column: slope * pressure for column, slope in slopes.items()}
+            writer.increment({"pressure_kPa": pressure, **row})
+        writer.finish("complete")
+    return [top / "free", top / "blocked"]
+
+
+def test_requirements_stand_beside_the_runs(fingers, tmp_path):
+    """The finger of Nguyen and Zhang: 160 degrees, met by 200 of the free run; 7.3 N, met by 8 of
+    the blocked one, which is not asked how far it bends."""
+    call = [*map(str, fingers), "-o", str(tmp_path), "--targets", "index_finger"]
+    done = CliRunner().invoke(command, call)
+    assert done.exit_code == 0, done.output
+    assert "Published requirements" in (tmp_path / "compare.html").read_text()
+    runs = [read(folder) for folder in fingers]
+    angle, force = targets.requirements("index_finger")
+    assert (angle.bound, force.bound) == (160.0, 7.3)
+    assert [requirements.tells(run, angle, runs) for run in runs] == [True, False]
+    assert [requirements.tells(run, force, runs) for run in runs] == [False, True]
+    assert requirements.tells(runs[1], angle, [runs[1]] * 2)  # nothing else tells it
+    cells = requirements.cells("index_finger", runs)
+    assert cells == [["met: 200°", "–"], ["–", "met: 8 N"]]
+    plots = requirements.plots(["free", "blocked"], runs, [angle, force])
+    for plot, name, values, bound in zip(
+        plots, ("free", "blocked"), ([0, 80, 200], [0, 3.2, 8]), (160, 7.3), strict=True
+    ):
+        run, asked = plot.traces
+        assert (run["name"], run["y"]) == (name, pytest.approx(values))
+        assert (asked["x"], asked["y"]) == ([0, 100], [bound, bound])
+
+
+def test_an_application_that_is_not_known(fingers, tmp_path):
+    with pytest.raises(SpecError, match="index_finger"):
+        compare.write_comparison(fingers, tmp_path / "out", ["index_fingr"])
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_first_inflation_is_a_motion(tmp_path):
+    """Of its states the one at the end of the step counts alone, and the equilibria after it."""
+    writer = ResultsWriter(tmp_path / "r", "name: r\n", {})
+    for step, pressure in (("fill", 0.0), ("fill", 5.0), ("fill", 10.0), ("inflate", 20.0)):
+        writer.increment({"step": step, "pressure_kPa": pressure})
+    controls = [("fill", "load"), *[("fill", "dynamics")] * 2, ("inflate", "load")]
+    history = [{"step": step, "converged": True, "control": how} for step, how in controls]
+    history.insert(2, {"step": "fill", "converged": False, "control": "dynamics"})
+    writer.finish("complete", provenance={"history": history})
+    found = requirements.settled(read(tmp_path / "r"))
+    assert found.curve["pressure_kPa"] == pytest.approx([0, 10, 20])

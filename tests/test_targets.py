@@ -1,5 +1,7 @@
 """Published requirements against runs whose figures have closed forms."""
 
+from dataclasses import replace
+
 import bent_beam
 import numpy as np
 import pytest
@@ -107,3 +109,16 @@ def test_the_command(beam):
     assert "Published requirements" in page and "targets_glove.csv" in page
     done = CliRunner().invoke(report, [str(beam), "--targets", "golve"])
     assert "did you mean 'glove'?" in str(done.exception)
+
+
+def test_an_angle_between_markers_as_of_the_whole_length(beam, tmp_path):
+    """90 degrees between markers 30 mm from both ends of 120 mm: 180 degrees of the whole."""
+    found = made(tmp_path, pressure_kPa=[0, 50], bending_angle_deg=[0, 90], tip_x_mm=[90, 40])
+    layout = read(beam).layout
+    assert body.whole_bending(replace(found, layout=layout)) == pytest.approx([0, 90])
+    between = replace(found, layout=replace(layout, base="base"))
+    assert layout.length == 120
+    assert body.whole_bending(between) == pytest.approx([0, 180])
+    asked = targets.requirements("index_finger")[0]
+    assert targets.judge(between, asked).verdict == targets.MET
+    assert targets.judge(found, asked).verdict == targets.NOT_MET

@@ -28,12 +28,31 @@ def profile(results: Results) -> float | None:
     return float(np.abs(across) @ size)
 
 
+def whole_bending(results: Results) -> np.ndarray | None:
+    """(rows,) degrees, the bending of the whole length: that of the curve, and where it is counted
+    between two markers, which lie as far from one end as from the other, as if the rest were bent
+    as what lies between them."""
+    angle, layout = results.curve.get("bending_angle_deg"), results.layout
+    if angle is None or layout is None or not layout.base:
+        return angle
+    at = results.curve["tip_x_mm"][0]
+    return angle * layout.length / (2 * at - layout.length)
+
+
 def mass(results: Results) -> float | None:
-    """kg of the whole actuator without its layers; None where a region's density is not known."""
+    """kg of the whole actuator without its layers; None where a density is not known."""
     if results.points is None or len(results.cells) == 0:
         return None
+    parts = []
+    if results.layout.regions:
+        parts.append(_solid_mass(results))
     if results.layout.sheets:
-        return _sheet_mass(results)
+        parts.append(_sheet_mass(results))
+    return None if None in parts else sum(parts)
+
+
+def _solid_mass(results: Results) -> float | None:
+    """kg of the whole actuator's solids; None where a region's density is not known."""
     corners = results.points[results.cells[:, :4]]
     edges = corners[:, 1:] - corners[:, :1]
     volumes = np.abs(np.linalg.det(edges)) / 6
@@ -49,16 +68,16 @@ def mass(results: Results) -> float | None:
 
 def _sheet_mass(results: Results) -> float | None:
     """kg of the whole actuator of sheets; None where a density is not known."""
-    a, b, c = (results.points[results.cells[:, i]] for i in range(3))
-    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
     total = 0.0
     try:
         sheets = yaml.safe_load(results.spec_yaml)["sheets"]
-        for number, name in enumerate(results.region_names):
+        for name in results.layout.sheets:
+            a, b, c = np.moveaxis(results.points[results.surfaces[name][:, :3]], 1, 0)
+            area = float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2
             for ply in sheets[name]["plies"]:
                 density = DENSITY.parse(ply["material"]["density"])
                 thickness = LENGTH.parse(ply["thickness"])
-                total += density * thickness * float(areas[results.region == number].sum())
+                total += density * thickness * area
     except (yaml.YAMLError, KeyError, TypeError, ValueError):
         return None
     return 1e3 * total * 2 ** len(results.layout.symmetry)

@@ -9,7 +9,7 @@ import numpy as np
 import yaml
 
 from softact.errors import SpecError
-from softact.report import base, curves, labels
+from softact.report import base, curves, labels, requirements, targets
 from softact.report.base import Plot, Section
 from softact.report.view import load, load_name
 from softact.results import COMPLETE, Results, csv_text, read, write_atomic
@@ -34,11 +34,14 @@ class Row:
         return [100 * difference / abs(first) for difference in self.differences()]
 
 
-def write_comparison(folders: Sequence[Path], output: Path) -> Path:
+def write_comparison(folders: Sequence[Path], output: Path, wanted: Sequence[str] = ()) -> Path:
     """Write compare.html, measures.csv and curves.csv into ``output``; returns the page's path.
 
-    Raises SpecError where a folder holds no results, or results without a single state.
+    wanted: names of the applications whose requirements stand beside the runs, see ``targets``.
+    Raises SpecError where a folder holds no results, or results without a single state, and for an
+    application that is not known.
     """
+    targets.check(wanted)
     runs = _read_all(folders)
     names = _names(folders)
     aim, rows = measures(runs)
@@ -46,7 +49,7 @@ def write_comparison(folders: Sequence[Path], output: Path) -> Path:
     write_atomic(output / "measures.csv", _measures_csv(names, aim, rows))
     write_atomic(output / "curves.csv", _curves_csv(names, runs))
     path = output / "compare.html"
-    write_atomic(path, html(names, runs))
+    write_atomic(path, html(names, runs, wanted))
     return path
 
 
@@ -131,10 +134,11 @@ def _walk(path: str, value):
         yield path, str(value)
 
 
-def html(names: Sequence[str], runs: Sequence[Results]) -> str:
-    """The page."""
+def html(names: Sequence[str], runs: Sequence[Results], wanted: Sequence[str] = ()) -> str:
+    """The page. wanted: see ``write_comparison``."""
     aim, rows = measures(runs)
     sections = [
+        *([requirements.section(names, runs, wanted)] if wanted else []),
         Section("measures", "Measures", _measures(names, runs, aim, rows)),
         Section("spec", "What is different in the specs", _differences(names, runs), "Specs"),
         Section("curves", "Curves", base.figures(_plots(names, runs))),

@@ -23,6 +23,7 @@ MET, NOT_MET, UNKNOWN = "met", "not met", "not known"
 _DERIVED = {
     "size_mm": labels.Label("Largest dimension, undeformed", "mm"),
     "profile_mm": labels.Label("Profile, undeformed", "mm"),
+    "whole_bending_deg": labels.Label("Bending of the whole length", "°"),
     "mass_kg": labels.Label("Mass without layers", "kg"),
     "extension_percent": labels.Label("Extension of the length", "%"),
     "contraction_percent": labels.Label("Contraction of the length", "%"),
@@ -120,7 +121,7 @@ def judge(results: Results, requirement: Requirement) -> Verdict:
         return Verdict(r, UNKNOWN, nothing, "no figure of a run tells this")
     values = figure_values(results, r.figure)
     if values is None:
-        return Verdict(r, UNKNOWN, nothing, f"the run has no {_label(r.figure).name.lower()}")
+        return Verdict(r, UNKNOWN, nothing, f"the run has no {label(r.figure).name.lower()}")
     if np.ndim(values) == 0:
         return _verdict(r, float(values), "")
     states, where = _states(results, r)
@@ -182,6 +183,8 @@ def figure_values(results: Results, name: str) -> np.ndarray | float | None:
         return body.profile(results)
     if name == "mass_kg":
         return body.mass(results)
+    if name == "whole_bending_deg":
+        return body.whole_bending(results)
     if name in ("extension_percent", "contraction_percent"):
         length = results.layout.length if results.layout else None
         if not length or "elongation_mm" not in results.curve:
@@ -192,7 +195,8 @@ def figure_values(results: Results, name: str) -> np.ndarray | float | None:
     return None if values is None or values.dtype != float else values
 
 
-def _label(figure: str) -> labels.Label:
+def label(figure: str) -> labels.Label:
+    """How a figure is called, and in which unit it is shown."""
     return _DERIVED.get(figure) or labels.column(figure)
 
 
@@ -202,15 +206,16 @@ def tell(name: str, verdicts: Sequence[Verdict]) -> list[str]:
     said = ", ".join(f"{count} {kind}" for kind, count in counts.items() if count)
     lines = [f"{title(name)}: {said}"]
     for v in verdicts:
-        found = f": {_found_text(v)}" if np.isfinite(v.found) else ""
+        found = f": {found_text(v)}" if np.isfinite(v.found) else ""
         why = f" ({v.why})" if v.why else ""
         lines.append(f"  {v.verdict}: {v.requirement.text}{found}{why}")
     return lines
 
 
-def _found_text(v: Verdict) -> str:
-    label = _label(v.requirement.figure)
-    return f"{labels.number(v.found * label.factor)} {label.unit}".strip().replace(" °", "°")
+def found_text(v: Verdict) -> str:
+    """What was found, with its unit."""
+    shown = label(v.requirement.figure)
+    return f"{labels.number(v.found * shown.factor)} {shown.unit}".strip().replace(" °", "°")
 
 
 def section(results: Results, wanted: Sequence[str]) -> Section:
@@ -224,7 +229,7 @@ def section(results: Results, wanted: Sequence[str]) -> Section:
         parts.append(f"<h3>{escape(title(name))}</h3>")
         heads = ["Requirement", "Verdict", "Found", "Remark", "Source"]
         rows = [
-            [v.requirement.text, v.verdict, _found_text(v) if np.isfinite(v.found) else "",
+            [v.requirement.text, v.verdict, found_text(v) if np.isfinite(v.found) else "",
              v.why, v.requirement.source]
             for v in verdicts
         ]  # fmt: skip
