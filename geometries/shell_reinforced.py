@@ -13,21 +13,33 @@ from pydantic import Field
 from softact.boxes import Plane
 from softact.geometry import THINNEST, Geometry, Layout, main
 from softact.prisms import Prism, Prisms, Shapes, Skin, lacking
+from softact.sheets.pattern import Pattern
 from softact.units import Length
 
 
 class ShellReinforced(Geometry):
     """A round tube of soft material with closed ends, in a thin shell with slits across its axis.
 
-    The shell is the surface ``shell``: give it a layer. Bending kind: each slit runs all around but
-    for a strip along the bottom. Linear kind: each row has two slits between two bridges, on the
-    sides in the first row, above and below in the next, and so on. The cuts are spread evenly over
-    the length of the chamber.
+    Bending kind: each slit runs all around but for a strip along the bottom. Linear kind: each row
+    has two slits between two bridges, on the sides in the first row, above and below in the next,
+    and so on. The cuts are spread evenly over the length of the chamber.
+
+    A bonded shell is the surface ``shell``: give it a layer. A sliding one is two sheets: ``glued``
+    is bonded to the core (``glue`` says where), ``shell`` is held by contact with the surface
+    ``outer`` alone.
     """
 
     type: Literal["shell_reinforced"] = "shell_reinforced"
     kind: Literal["bending", "linear"] = Field("bending", description="pattern of the slits")
     cuts: Annotated[int, Field(ge=0, le=200)] = Field(9, description="number of rows of slits")
+    shell: Literal["bonded", "sliding"] = Field(
+        "bonded", description="whether all of the shell is glued to the core, or a part of it"
+    )
+    glue: Literal["strip", "ends", "strip and ends"] | None = Field(
+        None,
+        description="where a sliding shell is glued: along the strip at the bottom, around the "
+        "solid ends; default: the strip of a bending actuator, the ends of a linear one",
+    )
     slit: Length = Field(2.0, description="width of the slits along x")
     strip: Length = Field(3.0, description="width of the strip, or of the bridges, between slits")
     length: Length = Field(80.0, description="overall length")
@@ -59,6 +71,19 @@ class ShellReinforced(Geometry):
                 "would vanish",
             )
 
+        if self.glue and self.shell == "bonded":
+            yield (
+                "glue",
+                "a bonded shell is glued everywhere; leave it out, or write shell: sliding",
+            )
+        elif self.glue and "strip" in self.glue and self.kind == "linear":
+            yield "glue", "a linear actuator has no strip along the bottom; write ends"
+
+    @property
+    def _glued(self) -> str:
+        """Where a sliding shell is glued."""
+        return self.glue or ("strip" if self.kind == "bending" else "ends")
+
     @property
     def _ring(self) -> float:
         """Length of shell between two slits."""
@@ -70,29 +95,42 @@ class ShellReinforced(Geometry):
         return [(start, start + self.slit) for start in starts]
 
     def layout(self) -> Layout:
-        surfaces = ("clamp", "tip", "cavity", "outer", "shell")
+        sliding = self.shell == "sliding"
+        covers = {"shell": "under_shell", "glued": "under_glued"} if sliding else {}
+        layers = () if sliding else ("shell",)
+        surfaces = ("clamp", "tip", "cavity", "outer", *(layers or covers.values()))
         return Layout(
             regions=("body",),
             surfaces=(*surfaces, "symmetry") if self.symmetry else surfaces,
             cavities={"cavity": ("cavity",)},
             bending_axis=(0.0, 1.0, 0.0),
             symmetry={"symmetry": 1} if self.symmetry else {},
-            layers=("shell",),
+            layers=layers,
             length=self.length,
+            sheets=tuple(covers),
+            covers=covers,
+            bonded=("glued",) if sliding else (),
         )
 
     def volumes(self) -> dict[str, float]:
         half = 0.5 if self.symmetry else 1.0
+        round_ = 2 * pi * self.radius
         disc = pi * self.radius**2
         cavity = pi * self.chamber_radius**2 * (self.length - 2 * self.end)
         bridges = (1 if self.kind == "bending" else 2) * 2 * asin(self.strip / 2 / self.radius)
-        slits = self.cuts * self.slit * (2 * pi - bridges) * self.radius
+        slits = self.cuts * self.slit * (round_ - bridges * self.radius)
+        shell = {"shell": half * (round_ * self.length - slits)}
+        if self.shell == "sliding":
+            ends = 2 * self.end if "ends" in self._glued else 0.0
+            strip = (self.length - ends) * bridges * self.radius * ("strip" in self._glued)
+            glued = half * (round_ * ends + strip)
+            shell = {"under_shell": shell["shell"] - glued, "under_glued": glued}
         return {
             "body": half * (disc * self.length - cavity),
             "cavity": half * cavity,
             "clamp": half * disc,
             "tip": half * disc,
-            "shell": half * (2 * pi * self.radius * self.length - slits),
+            **shell,
         }
 
     def volume_tolerance(self, name: str) -> float:
@@ -102,6 +140,30 @@ class ShellReinforced(Geometry):
             outside = pi * self.radius**2 * self.length
             return (wide + narrow) * outside * (0.5 if self.symmetry else 1) / self.volumes()[name]
         return narrow if name == "cavity" else wide
+
+    def pattern(self) -> Pattern:
+        """The shell unrolled, its length along x; the strip at the bottom is in the middle, the
+        edges meet at the top."""
+        edge, half = pi * self.radius, self.radius * asin(self.strip / 2 / self.radius)
+        notches, cut = [], [((x, -edge), (x, edge)) for x in (0.0, self.length)]
+        for row, (start, end) in enumerate(self._slits()):
+            for low, high in self._open(row, edge, half):
+                cut += [((start, low), (start, high)), ((end, low), (end, high))]
+                cut += [((start, s), (end, s)) for s in (low, high) if abs(s) < edge]
+                notches += [(start, end)] * (high == edge)
+        stops = [0.0, *np.ravel(notches).tolist(), self.length]
+        for start, end in zip(stops[::2], stops[1::2], strict=True):
+            cut += [((start, s), (end, s)) for s in (-edge, edge)]
+        return Pattern(tuple(cut), (), pieces=1)
+
+    def _open(self, row: int, edge: float, half: float) -> list[tuple[float, float]]:
+        """Where the slits of a row begin and end around the shell, mm from the bottom."""
+        if self.kind == "bending":
+            return [(-edge, -half), (half, edge)]
+        if row % 2:
+            return [(half - edge, -half), (half, edge - half)]
+        side = edge / 2
+        return [(-edge, -side - half), (-side + half, side - half), (side + half, edge)]
 
     def _shapes(self, occ) -> Shapes:
         """Discs of core and chamber, and the bridges of the shell with the core behind them."""
@@ -141,10 +203,24 @@ class ShellReinforced(Geometry):
         return above_and_below if row % 2 else on_the_sides
 
     def _shell(self) -> tuple[Skin, ...]:
-        slits = self._slits()
+        """Parts of the core's side under the shell; where they overlap, the first one counts."""
+        slits, name = self._slits(), "shell"
+
+        def all_around(y, z):
+            return np.full(len(y), True)
+
+        skins = []
+        if self.shell == "sliding":
+            name = "under_shell"
+            if "ends" in self._glued:
+                pieces = (0.0, self.end), (self.length - self.end, self.length)
+                skins += [Skin("under_glued", *piece, all_around) for piece in pieces]
+            if "strip" in self._glued:
+                skins.append(Skin("under_glued", 0.0, self.length, self._bridge(0)))
         ends = np.array([0.0, *np.ravel(slits), self.length]).reshape(-1, 2)
-        rings = [Skin("shell", *ring, lambda y, z: np.full(len(y), True)) for ring in ends.tolist()]
-        return (*rings, *(Skin("shell", *slit, self._bridge(i)) for i, slit in enumerate(slits)))
+        skins += [Skin(name, *ring, all_around) for ring in ends.tolist()]
+        skins += [Skin(name, *slit, self._bridge(i)) for i, slit in enumerate(slits)]
+        return tuple(skins)
 
     def solid(self) -> Prisms:
         """The core as prisms painted over each other."""

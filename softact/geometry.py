@@ -22,6 +22,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from softact.errors import GmshKilledError, MeshError, SoftactError, SpecError
 from softact.orphans import bound
+from softact.sheets.pattern import Pattern
 from softact.units import LENGTH, dimension_of
 
 # A child started by a process that runs under mpirun would join its MPI job and hang.
@@ -57,6 +58,8 @@ class Layout:
     length: distance from clamp to tip along the axis.
     sheets: names of the sheets (triangles in space, no volume); curves: of edges on them. Supports,
         loads, the clamp and the tip may be a sheet or a curve too.
+    covers: sheet -> the surface of the solid on which it lies, with its triangles; of an actuator
+        with both. bonded: those that share the solid's nodes; others slide where contact is given.
     flux: weights of x, y and z in the volume that sheets enclose, see ``softact.sheets.cavity``.
     """
 
@@ -74,6 +77,8 @@ class Layout:
     length: float = 0.0
     sheets: tuple[str, ...] = ()
     curves: tuple[str, ...] = ()
+    covers: dict[str, str] = field(default_factory=dict)
+    bonded: tuple[str, ...] = ()
     flux: tuple[float, float, float] = (1 / 3, 1 / 3, 1 / 3)
 
     @property
@@ -128,6 +133,11 @@ class Geometry(BaseModel):
     def volume_tolerance(self, name: str) -> float:
         """Relative error of ``volumes()[name]`` that flat facets on curved walls may make."""
         return 1e-9
+
+    def pattern(self) -> Pattern | None:
+        """What is cut out of flat sheets and where they are joined, of the whole actuator; None
+        where nothing is."""
+        return None
 
     def build(self, gmsh) -> None:
         """Adds the solid as OCC entities to the current gmsh model, with named groups and mesh
@@ -218,7 +228,7 @@ def export(geometry: Geometry, path: Path, timeout: float = 300.0, part: Part = 
     path = Path(path)
     if path.suffix.lower() not in (*SUFFIXES, *PATTERNS):
         raise SpecError(f"{path}: no format for '{path.suffix}'; use one of {', '.join(SUFFIXES)}")
-    if path.suffix.lower() in PATTERNS and not geometry.layout().sheets:
+    if path.suffix.lower() in PATTERNS and geometry.pattern() is None:
         raise SpecError(
             f"{path}: a cutting pattern is that of sheets; {_name(geometry)} is a solid"
         )
@@ -237,7 +247,9 @@ def _write(
         raise SpecError(f"{path}: there is no folder '{path.parent}'")
     temporary = path.with_name(f".{path.name}.{os.getpid()}{suffix}")
     try:
-        if geometry.layout().sheets:
+        if suffix in PATTERNS:
+            temporary.write_text(geometry.pattern().text(suffix), encoding="utf-8")
+        elif not geometry.layout().regions:
             geometry.export_sheets(temporary, suffix)
         else:
             temporary.touch()  # or gmsh would be the one to find that it may not

@@ -11,7 +11,7 @@ import numpy as np
 from softact import compat
 from softact.errors import MeshError
 from softact.geometry import Layout
-from softact.sheets.mesh import SheetMesh
+from softact.sheets.mesh import SheetMesh, on_facets
 
 # Local facet f of a tetrahedron is the one opposite to its vertex f (UFC numbering).
 FACET_VERTICES = np.array([[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]])
@@ -153,13 +153,26 @@ def distribute(comm, load: Callable[[], Tetrahedra], layout: Layout) -> Mesh:
     local_of = np.full(len(region), -1, dtype=np.int64)
     local_of[original] = np.arange(local_cells)
     facets = {name: _local_facets(rows, local_of, nodes) for name, rows in located.items()}
-    return Mesh(domain, layout, region[original], facets, len(region), comm)
+    sheets = _covering(comm, tets, located, layout) if layout.covers else None
+    return Mesh(domain, layout, region[original], facets, len(region), comm, sheets)
 
 
 def of_sheets(comm, sheets: SheetMesh, layout: Layout) -> Mesh:
     """A mesh without a solid, for one process."""
     none = np.empty(0, np.int32)
     return Mesh(None, layout, none, {}, len(sheets.triangles), comm, sheets)
+
+
+def _covering(comm, tets: Tetrahedra, located, layout: Layout) -> SheetMesh:
+    """The sheets that lie on a solid."""
+    if comm.size > 1:
+        raise MeshError("sheets on a solid: for one process only")
+    triangles = {}
+    for sheet, surface in layout.covers.items():
+        cells, corners = tets.cells[located[surface][:, 0]], located[surface][:, 1:]
+        opposite = cells[~(cells[:, :, None] == corners[:, None]).any(axis=2)]
+        triangles[sheet] = on_facets(tets.points, corners, opposite)
+    return SheetMesh.of_parts(tets.points, triangles, layout.bonded)
 
 
 def _prepare(tets: Tetrahedra, layout: Layout):

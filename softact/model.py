@@ -22,6 +22,7 @@ from softact.errors import SpecError
 from softact.fibres import fibre_field
 from softact.mesh import Mesh
 from softact.nodes import nodes_of
+from softact.sheets.bend import add_bending
 from softact.sheets.body import Sheet, SheetPart, make_parts, node_numbers
 from softact.sheets.cavity import SheetCavity
 from softact.sheets.membrane import Membrane
@@ -111,8 +112,8 @@ class Model:
         }
         self.layers = BondedLayers(self, layers)
         planes = tuple(mesh.layout.symmetry.values())
-        for part in self.sheets.values():
-            part.add_bending(self.assembler, self.nodes, planes)
+        continuous = mesh.sheets.continuous if mesh.sheets else ()
+        add_bending(self.sheets, continuous, self.assembler, self.nodes, planes)
         self.weights = [
             Weight(s.material.density * unit_forces(self.assembler, s.cells, self.degree))
             for s in self.solids.values()
@@ -318,9 +319,12 @@ class Model:
         Raises SpecError where two supports contradict.
         """
         values = np.full(self.unknowns.local, np.nan)
-        planes = [Support(name, {c: 0.0}) for name, c in self.mesh.layout.symmetry.items()]
+        symmetry = self.mesh.layout.symmetry
+        planes = [Support(name, {c: 0.0}) for name, c in symmetry.items()]
         for support in (*planes, *supports):
             nodes = self.surfaces.nodes(support.surface)
+            if support.surface in symmetry:
+                nodes = np.concatenate([nodes, self.surfaces.covering(nodes)])
             for component, prescribed in support.values.items():
                 dofs = self.displacement_dofs[nodes, component]
                 value = state.x[dofs] if prescribed is None else prescribed

@@ -21,7 +21,7 @@ import numpy as np
 
 from softact.errors import SpecError
 from softact.geometry import Layout
-from softact.xdmf import Xdmf
+from softact.xdmf import Xdmf, mixed
 
 INCOMPLETE = "incomplete"
 COMPLETE = "complete"
@@ -164,7 +164,8 @@ class ResultsWriter:
         with h5py.File(writer.directory / "fields.h5", "a") as file:
             if len(writer._rows) < rows or len(file["increments"]) < rows:
                 raise OSError(f"{directory}: has fewer increments than it was interrupted after")
-            writer._xdmf = Xdmf(len(file["mesh/points"]), file["mesh/cells"].shape)
+            shapes = file["mesh/cells"].shape, _sheets_of(file["mesh"])
+            writer._xdmf = Xdmf(len(file["mesh/points"]), *shapes)
             for name in list(file["increments"])[rows:]:
                 del file["increments"][name]
             for row, name in zip(writer._rows, file["increments"], strict=True):
@@ -220,7 +221,7 @@ class ResultsWriter:
 
         points: (n, 3) mm, undeformed nodes. cells: (m, 10) tets in VTK's order (or (m, 4)).
         region: (m,) index into ``region_names``. surfaces: name -> (k, 6) or (k, 3) triangles
-        in VTK's order.
+        in VTK's order; of an actuator with a solid and sheets, the sheets too.
         """
         points = np.asarray(points, dtype=float)
         cells = np.asarray(cells, dtype=np.int64)
@@ -235,7 +236,14 @@ class ResultsWriter:
             for name, triangles in surfaces.items():
                 surface_group[name] = np.asarray(triangles, dtype=np.int64)
             file.create_group("increments")
-        self._xdmf = Xdmf(len(points), cells.shape)
+            sheets = _sheets_of(mesh)
+            if sheets:
+                blocks = [np.asarray(surfaces[name], dtype=np.int64) for name in layout.sheets]
+                numbers = len(region_names) + np.arange(len(blocks), dtype=np.int32)
+                of_sheets = np.repeat(numbers, [len(block) for block in blocks])
+                mesh["mixed"] = mixed(cells, np.concatenate(blocks))
+                mesh["part"] = np.concatenate([mesh["region"], of_sheets])
+        self._xdmf = Xdmf(len(points), cells.shape, sheets)
 
     def increment(
         self, row: Mapping[str, float | str], fields: Mapping[str, np.ndarray] | None = None
@@ -388,6 +396,13 @@ def _column(cells: list[str]) -> np.ndarray:
         return np.array([float(cell) if cell else math.nan for cell in cells])
     except ValueError:
         return np.array(cells, dtype=object)
+
+
+def _sheets_of(mesh: h5py.Group) -> tuple[int, int] | None:
+    """Shape of the triangles of the sheets beside a solid; None where there are none."""
+    layout = _layout(json.loads(mesh["layout"].asstr()[()]))
+    shapes = [mesh["surfaces"][name].shape for name in layout.covers]
+    return (sum(shape[0] for shape in shapes), shapes[0][1]) if shapes else None
 
 
 def _read_mesh(path: Path) -> dict:

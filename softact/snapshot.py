@@ -105,7 +105,8 @@ class Snapshot:
     def average_at_nodes(self, per_solid: list[np.ndarray]) -> np.ndarray:
         """Volume-weighted mean at the nodes of what the cells say there.
 
-        per_solid: for each solid (cells, nodes per cell, k); returns (nodes, k).
+        per_solid: for each solid (cells, nodes per cell, k); returns (nodes, k), zero
+        where no solid is.
         """
         dofs = self.model.displacement_dofs
         size = per_solid[0].shape[-1]
@@ -126,7 +127,7 @@ class Snapshot:
             local[dofs[:, : columns.shape[1]]] = columns
             summed = self.model.unknowns.sum_shared(local)
             whole[:, start : start + 3] = summed[dofs[:, : columns.shape[1]]]
-        return whole[:, :size] / whole[:, size:]
+        return whole[:, :size] / np.maximum(whole[:, size:], 1e-300)
 
     def cauchy_at_points(self, name: str) -> np.ndarray:
         """Cauchy stress (cells, points, 3, 3) at the quadrature points of a region."""
@@ -139,12 +140,24 @@ class Snapshot:
         """Cauchy stress (nodes, 6) in Voigt's order: extrapolated from the quadrature points,
         averaged."""
         if not self.model.solids:
-            return sheet_stress(self.model, self.state)
+            return self.sheet_cauchy
         extrapolation, values = _extrapolation(self.model.degree), []
         for name in self.model.solids:
             sigma = self.cauchy_at_points(name)
             values.append(extrapolation @ symmetric(sigma).reshape(*sigma.shape[:2], 6))
-        return self.average_at_nodes(values)
+        return self._with_sheets(self.average_at_nodes(values), lambda: self.sheet_cauchy)
+
+    @functools.cached_property
+    def sheet_cauchy(self) -> np.ndarray:
+        """Cauchy stress (nodes, 6) of the sheets, zero where there is none."""
+        return sheet_stress(self.model, self.state)
+
+    def _with_sheets(self, values: np.ndarray, of_sheets) -> np.ndarray:
+        """Nodal values with those of sheets at the nodes that no solid has."""
+        loose = len(self.model.unknowns.loose_dofs)
+        if loose:
+            values[-loose:] = of_sheets()[-loose:]
+        return values
 
     @functools.cached_property
     def max_principal_stress(self) -> np.ndarray:
@@ -168,7 +181,8 @@ class Snapshot:
         for solid in self.model.solids.values():
             f = solid.deformation_gradient(self.state.x, gradients)
             values.append(right_cauchy_green(f).reshape(*f.shape[:2], 6))
-        return np.sqrt(np.maximum(largest_eigenvalue(self.average_at_nodes(values)), 0.0))
+        found = np.sqrt(np.maximum(largest_eigenvalue(self.average_at_nodes(values)), 0.0))
+        return self._with_sheets(found, lambda: sheet_stretch(self.model, self.state))
 
     def quadrature_places(self, solid, chosen: np.ndarray) -> np.ndarray:
         """Undeformed places (k, 3), mm, of quadrature points of a solid.
@@ -290,6 +304,8 @@ def gather_mesh(model: Model):
         name: _stack(model.comm.gather(number[model.surfaces.facet_nodes(facets)]))
         for name, facets in model.mesh.facets.items()
     }
+    for name, part in model.sheets.items():
+        surfaces[name] = part.triangles.nodes
     gathered = _stack(model.comm.gather(cells)), _stack(model.comm.gather(model.mesh.region))
     return (points, *gathered, surfaces) if points is not None else None
 

@@ -63,7 +63,7 @@ def solve(
         start, begin = None, 0
     recorder = _Recorder(spec, model, writer, tell, start)
     times["set_up"] = time.perf_counter() - started
-    kind = "triangles" if model.sheets else "tetrahedra"
+    kind = "tetrahedra" if model.solids else "triangles"
     tell({"stage": "solve", "cells": mesh.cell_count, "kind": kind, "unknowns": unknowns})
     return recorder.run(times, start, begin)
 
@@ -74,10 +74,10 @@ def build_model(comm, spec, mesh_file: Path):
     from softact.model import Model
 
     layout = spec.geometry.layout()
-    if layout.sheets:
-        mesh = of_sheets(comm, spec.geometry.checked_mesh(), layout)
-    else:
+    if layout.regions:
         mesh = distribute(comm, lambda: read_msh(mesh_file, layout), layout)
+    else:
+        mesh = of_sheets(comm, spec.geometry.checked_mesh(), layout)
     return Model(
         mesh,
         {name: law.material() for name, law in spec.materials.items()},

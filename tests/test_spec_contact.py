@@ -105,3 +105,32 @@ def test_a_fault_is_one_line(part):
         load(TEXT.replace(part, wrong))
     assert len(caught.value.lines) == 1
     assert words in caught.value.lines[0]
+
+
+SLIDING = """\
+geometry: {type: shell_reinforced, shell: sliding}
+materials: {body: ecoflex-00-30}
+sheets:
+  shell: &pet {plies: [{material: pet, thickness: 0.1 mm}], wrinkling: resolved, bending: 1}
+  glued: *pet
+contact: [{between: [outer, shell], distance: 0.005 mm}]
+steps: [{name: inflate, pressure: 5 kPa}]
+"""
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "said"),
+    [
+        (SLIDING.splitlines()[5] + "\n", "", "contact: missing; 'shell' lies on the solid"),
+        (", distance: 0.005 mm", "", "contact.0.distance: missing; 'shell' lies on the solid"),
+        ("  glued: *pet\n", "", "sheets.glued: missing; write what this sheet is made of"),
+        ("materials: {body: ecoflex-00-30}\n", "", "materials: missing"),
+    ],
+)  # fmt: skip
+def test_a_sheet_on_a_solid_is_held(right, wrong, said):
+    """By contact with an interference: one line says what is missing."""
+    assert load(SLIDING).sheets["shell"].bending == 1
+    with pytest.raises(SpecError) as found:
+        load(SLIDING.replace(right, wrong))
+    (line,) = found.value.lines
+    assert said in line

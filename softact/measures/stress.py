@@ -1,6 +1,27 @@
 """Largest stresses and where they are."""
 
+import numpy as np
+
 from softact.measures.base import Measure, vector_columns
+from softact.tensors import von_mises
+
+BODY_COLUMN = "max_von_mises_<body>_MPa"
+
+
+def _of_bodies(snapshot):
+    """The largest von Mises stress of each region and each sheet, of an actuator with both."""
+    model = snapshot.model
+    if not (model.solids and model.sheets):
+        return {}
+    in_sheets = von_mises(snapshot.sheet_cauchy)
+    parts = [
+        (name, snapshot.von_mises, model.cell_nodes[s.cells]) for name, s in model.solids.items()
+    ]
+    parts += [(name, in_sheets, sheet.triangles.nodes) for name, sheet in model.sheets.items()]
+    return {
+        BODY_COLUMN.replace("<body>", name): float(stress[np.unique(nodes)].max())
+        for name, stress, nodes in parts
+    }
 
 
 def _evaluate(snapshot):
@@ -8,7 +29,7 @@ def _evaluate(snapshot):
     columns = {"max_principal_stress_MPa": value}
     columns |= vector_columns("max_principal_stress_<xyz>_mm", place)
     columns["max_von_mises_MPa"] = snapshot.largest(snapshot.von_mises)[0]
-    return columns
+    return columns | _of_bodies(snapshot)
 
 
 STRESS = Measure(
@@ -16,6 +37,7 @@ STRESS = Measure(
     "largest Cauchy stress (nodal means) and its place in the undeformed actuator",
     {"max_principal_stress_MPa": "largest principal Cauchy stress"}
     | {f"max_principal_stress_{c}_mm": f"its undeformed {c} coordinate" for c in "xyz"}
-    | {"max_von_mises_MPa": "largest von Mises stress"},
+    | {"max_von_mises_MPa": "largest von Mises stress"}
+    | {BODY_COLUMN: "the same in each region and sheet, of an actuator that has both"},
     _evaluate,
 )

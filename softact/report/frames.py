@@ -14,7 +14,7 @@ import numpy as np
 
 from softact.report import labels
 from softact.report.obstacles import bodies
-from softact.report.surface import Skin, mirrored, skin
+from softact.report.surface import Skin, drawn, mirrored, skin
 from softact.report.view import STRESS_COLOURS, View, bending_view, colour_range
 from softact.results import Results
 
@@ -53,11 +53,10 @@ class Scene:
 
     def points(self, number: float) -> np.ndarray:
         """(v, 3) mm: vertices of the meshed part in state ``number``; -1 is undeformed."""
-        at_rest = self.results.points[self.skin.nodes]
-        if number < 0:
-            return at_rest
-        moved = _between(number, lambda n: self.results.field(n, "displacement"))
-        return at_rest + moved[self.skin.nodes]
+        moved = np.zeros_like(self.results.points)
+        if number >= 0:
+            moved = _between(number, lambda n: self.results.field(n, "displacement"))
+        return drawn(self.results, moved)[self.skin.nodes]
 
     def values(self, number: float) -> np.ndarray:
         """(v,) of the field in state ``number``."""

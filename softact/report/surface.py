@@ -9,6 +9,7 @@ from softact.results import Results
 
 _TET_FACES = ((0, 2, 1, 6, 5, 4), (0, 1, 3, 4, 8, 7), (1, 2, 3, 5, 9, 8), (2, 0, 3, 6, 7, 9))
 _CREASE_DEG = 35.0
+_LIFT = 4e-3  # of the actuator's size
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ def skin(results: Results, most: int | None = None) -> Skin:
     most: where the outside has more flat triangles than this, the quadratic triangles are drawn
     by their corners alone.
     """
-    outside = exterior(results.cells)
+    outside = np.vstack([exterior(results.cells), *_sliding(results)])
     hidden = _same(outside, [results.surfaces[name] for name in _hidden(results)])
     if most and 4 * np.count_nonzero(~hidden) > most:
         outside = outside[:, :3]
@@ -74,10 +75,34 @@ def skin(results: Results, most: int | None = None) -> Skin:
     )
 
 
+def _sliding(results: Results) -> list[np.ndarray]:
+    """Triangles of the sheets that lie on a solid and are not bonded to it."""
+    layout = results.layout
+    return [results.surfaces[name] for name in layout.covers if name not in layout.bonded]
+
+
+def drawn(results: Results, moved: np.ndarray) -> np.ndarray:
+    """Places (n, 3) of all nodes where they are drawn, mm. moved: their displacements.
+
+    A sheet that slides on a solid is drawn a little above it: in contact the two cross by less than
+    can be seen, and would show through each other.
+    """
+    places = results.points + moved
+    lift = _LIFT * np.ptp(results.points, axis=0).max()
+    for triangles in _sliding(results):
+        a, b, c = (places[triangles[:, i]] for i in range(3))
+        normal = np.zeros_like(places)
+        np.add.at(normal, triangles, -np.cross(b - a, c - a)[:, None])  # theirs point into it
+        loose = np.setdiff1d(triangles, results.cells)
+        length = np.linalg.norm(normal[loose], axis=1, keepdims=True)
+        places[loose] += lift * normal[loose] / np.maximum(length, 1e-300)
+    return places
+
+
 def _hidden(results: Results) -> list[str]:
     """Surfaces that cannot be seen from outside, of those the mesh has."""
     layout = results.layout
-    if layout.sheets:
+    if not layout.regions:
         return []
     names = [*layout.symmetry, *(name for walls in layout.cavities.values() for name in walls)]
     return [name for name in names if name in results.surfaces]

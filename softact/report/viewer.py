@@ -7,7 +7,7 @@ import numpy as np
 
 from softact.report import labels
 from softact.report.obstacles import COLOUR, Body, bodies
-from softact.report.surface import Skin, mirrored, skin
+from softact.report.surface import Skin, drawn, mirrored, skin
 from softact.report.view import STRESS_COLOURS, bending_view, colour_range, load, load_name
 from softact.results import Results
 
@@ -90,8 +90,8 @@ def _states(results: Results) -> list[int]:
 
 
 def _place(results: Results, number: int, nodes: np.ndarray) -> np.ndarray:
-    at_rest = results.points[nodes]
-    return at_rest if number < 0 else at_rest + results.field(number, "displacement")[nodes]
+    moved = np.zeros_like(results.points) if number < 0 else results.field(number, "displacement")
+    return drawn(results, moved)[nodes]
 
 
 def _shade(results, number, name, nodes, bottom, top) -> np.ndarray:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from softact.assembly import Assembler, BlockTable
-from softact.bending import LayerBending, is_flat
+from softact.assembly import BlockTable
+from softact.bending import LayerBending
 from softact.errors import MeshError, SpecError
 from softact.nodes import Nodes
 from softact.sheets.membrane import Membrane, SheetInertia, sheet_weight
@@ -77,12 +77,12 @@ class SheetPart:
     """One named sheet in a model: its triangles and terms.
 
     patches: (k,) number of the piece between hinges of each triangle. bend: terms of the bending
-    energy, one for each piece (see docs/sheets.md).
+    energy, see ``bend``.
     """
 
     def __init__(self, name: str, sheet: Sheet, triangles: Triangles, patches: np.ndarray):
         self.name, self.sheet, self.triangles = name, sheet, triangles
-        self._patches = patches
+        self.patches = patches
         along = np.asarray(sheet.axis, dtype=float)
         directed = any(getattr(ply.law, "anisotropic", False) for ply in sheet.plies)
         across = np.abs(triangles.normals @ along) > (1 - 1e-6) * np.linalg.norm(along)
@@ -108,24 +108,6 @@ class SheetPart:
         turned = np.radians(ply.angle)
         axis = np.broadcast_to([np.cos(turned), np.sin(turned), 0.0], (count, 3))
         return ply.law.fibre_directions(axis, np.broadcast_to([0.0, 0.0, 1.0], (count, 3)))
-
-    def add_bending(self, assembler: Assembler, nodes: Nodes, symmetry) -> None:
-        """Give it its bending term where it has one; raises SpecError where it is not flat."""
-        elements = self.triangles.nodes
-        if not self.sheet.bending or elements.shape[1] != 6:
-            return
-        rigidity, poisson = self.sheet.rigidity()
-        for patch in np.unique(self._patches):
-            piece = elements[self._patches == patch]
-            places = nodes.places[piece]
-            if not is_flat(places):
-                raise SpecError(
-                    f"sheet '{self.name}': the bending stiffness is that of a flat sheet, and this "
-                    "one is curved; give it bending: 0, or make it of flat sheets"
-                )
-            # In a plane of symmetry it has no mirror image.
-            planes = tuple(c for c in symmetry if np.ptp(places[..., c]) > 0)
-            self.bend.append(LayerBending(assembler, nodes, piece, rigidity, poisson, planes))
 
     @property
     def elastic(self) -> list:

@@ -38,12 +38,9 @@ class SheetGeometry(Geometry):
         return mesh
 
     def export_sheets(self, path: Path, suffix: str) -> None:
-        """Write the mesh (.msh, .vtu, .stl) or the cutting pattern (.dxf, .svg)."""
+        """Write the mesh (.msh, .vtu, .stl)."""
         import meshio
 
-        if suffix in (".dxf", ".svg"):
-            path.write_text(self.pattern().text(suffix), encoding="utf-8")
-            return
         if suffix not in SUFFIXES:
             raise SpecError(
                 f"sheets have no solid to write as '{suffix}'; use one of {', '.join(SUFFIXES)}"

@@ -21,7 +21,8 @@ class SheetMesh:
     points: (n, 3) corners. triangles: (m, 3); the normal, by the right-hand rule, points out of
     the cavity that the sheet walls. parts: name -> numbers of its triangles. curves: name ->
     (k, 2) edges. bonded: parts whose corners are those of a solid. hinges: (k, 2) edges, such as
-    seams, over which no bending moment passes.
+    seams, over which no bending moment passes. continuous: parts of one sheet that goes on beneath
+    such seams; between them no edge is a hinge.
     """
 
     points: np.ndarray
@@ -30,6 +31,19 @@ class SheetMesh:
     curves: Mapping[str, np.ndarray]
     bonded: tuple[str, ...] = ()
     hinges: np.ndarray | None = None
+    continuous: tuple[str, ...] = ()
+
+    @classmethod
+    def of_parts(
+        cls, points: np.ndarray, parts: Mapping[str, np.ndarray], bonded: tuple[str, ...]
+    ) -> SheetMesh:
+        """From points of which not all are used, and name -> (k, 3) triangles."""
+        used, triangles = np.unique(np.vstack(list(parts.values())), return_inverse=True)
+        ends = np.cumsum([len(members) for members in parts.values()])
+        numbers = np.split(np.arange(ends[-1]), ends[:-1])
+        named = dict(zip(parts, numbers, strict=True))
+        points, triangles = points[used], triangles.reshape(-1, 3)
+        return cls(points, triangles, named, {}, bonded, creases(points, triangles))
 
     def patches(self) -> np.ndarray:
         """(m,) number of the piece of each triangle when the sheets are cut along the hinges."""
@@ -41,7 +55,11 @@ class SheetMesh:
         owner = np.tile(np.arange(len(self.triangles)), 3)
         shape = (len(edges), len(self.triangles))
         on = scipy.sparse.csr_matrix((np.ones(len(owner)), (place.ravel(), owner)), shape=shape)
-        links = on[open_].T @ on[open_]
+        through = np.zeros(len(self.triangles))
+        for part in self.continuous:
+            through[self.parts[part]] = 1.0
+        beneath = on[~open_].multiply(through).tocsr()
+        links = on[open_].T @ on[open_] + beneath.T @ beneath
         return scipy.sparse.csgraph.connected_components(links, directed=False)[1]
 
     def check(self, cavities: Mapping[str, Sequence[str]], symmetry: Sequence[int], flux) -> None:
@@ -55,7 +73,8 @@ class SheetMesh:
         if flat.any():
             raise MeshError(f"{int(flat.sum())} triangles of the sheets have no area")
         for name, walls in cavities.items():
-            self._check_closed(name, walls, list(symmetry), np.asarray(flux))
+            if set(walls) & set(self.parts):
+                self._check_closed(name, walls, list(symmetry), np.asarray(flux))
 
     def _check_closed(self, cavity, walls, planes, flux) -> None:
         triangles = self.triangles[np.concatenate([self.parts[wall] for wall in walls])]
@@ -89,6 +108,31 @@ class SheetMesh:
         forward = np.bincount(place.ravel(), directed[:, 0] < directed[:, 1], len(edges))
         if np.any(2 * forward[counts == 2] != 2):
             raise MeshError(f"cavity '{cavity}': the normals of its sheets do not agree")
+
+
+def creases(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Edges (k, 2) at which two triangles meet at an angle."""
+    a, b, c = (points[triangles[:, i]] for i in range(3))
+    normal = np.cross(b - a, c - a)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    sides = np.sort(triangles[:, list(SIDES)].reshape(-1, 2), axis=1)
+    owner = np.repeat(np.arange(len(triangles)), 3)
+    order = np.lexsort(sides.T)
+    sides, owner = sides[order], owner[order]
+    pairs = np.flatnonzero((sides[1:] == sides[:-1]).all(axis=1))
+    turn = np.linalg.norm(np.cross(normal[owner[pairs]], normal[owner[pairs + 1]]), axis=1)
+    return sides[pairs[turn > SMALLEST_ANGLE]]
+
+
+def on_facets(points: np.ndarray, triangles: np.ndarray, opposite: np.ndarray) -> np.ndarray:
+    """Triangles (k, 3) on the facets of a solid, turned so that their normals point into it: then
+    they and the solid face each other as two bodies in contact do. opposite: (k,) the corner of
+    each facet's cell that is not on it."""
+    a, b, c = (points[triangles[:, i]] for i in range(3))
+    outward = np.einsum("ki,ki->k", np.cross(b - a, c - a), points[opposite] - a) < 0
+    turned = triangles.copy()
+    turned[outward] = triangles[outward][:, [0, 2, 1]]
+    return turned
 
 
 @dataclass(frozen=True)

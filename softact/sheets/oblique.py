@@ -78,7 +78,7 @@ class Oblique:
         stops = np.array([[stop, self.width / 2]])
         rim = self._rim(np.vstack([*ends, stops]), size)
         lines = [_along(one, other, size, 2) for one, other in ends]
-        points = _distinct(np.vstack([rim, *lines, self._corner_middles(rim)]), SAME * size)
+        points = _distinct(np.vstack([rim, *lines]), SAME * size)
         at = self.levels(points)
         found = []
         bounds = np.concatenate([[0.0], levels, [self.extent]])
@@ -86,7 +86,25 @@ class Oblique:
             band = np.flatnonzero((at > below - SAME * size) & (at < above + SAME * size))
             if len(band) >= 3:
                 found.append(band[_delaunay(points[band], size)])
-        return points, np.vstack(found)
+        return self._apart(points, np.vstack(found))
+
+    def _apart(self, points: np.ndarray, triangles: np.ndarray):
+        """Points and triangles with a point on each side from rim to rim that the turned rectangle
+        has too, as across a corner: the sheets of a pillow would be one there."""
+        rim = np.flatnonzero(self.on_rim(points))
+        turned = np.arange(len(points))
+        turned[rim] = rim[cKDTree(points[rim]).query(points[rim] * [1, -1])[1]]
+        sides, count = np.unique(np.sort(_sides(triangles), axis=1), axis=0, return_counts=True)
+        across = sides[(count == 2) & np.isin(sides, rim).all(axis=1)]
+        both = {tuple(side) for side in np.sort(turned[across], axis=1).tolist()}
+        for one, other in [side for side in across.tolist() if tuple(side) in both]:
+            middle = len(points)
+            points = np.vstack([points, (points[one] + points[other]) / 2])
+            has = (np.isin(triangles, (one, other)).sum(axis=1)) == 2
+            cut = triangles[has]
+            halves = [np.where(cut == end, middle, cut) for end in (one, other)]
+            triangles = np.vstack([triangles[~has], *halves])
+        return points, triangles
 
     def _rim(self, ends: np.ndarray, size: float) -> np.ndarray:
         half, length = self.width / 2, self.length
@@ -98,17 +116,6 @@ class Oblique:
             on = on[np.argsort(on[:, 1 - axis])]
             parts += [_along(a, b, size) for a, b in pairwise(on)]
         return _distinct(np.vstack(parts), SAME * size)
-
-    def _corner_middles(self, rim: np.ndarray) -> np.ndarray:
-        """A point (4, 2) in each corner: without it a triangle would have its corners on the rim
-        alone, and the sheets of a pillow would be one there."""
-        half, middles = self.width / 2, []
-        for x, y in ((0, -half), (self.length, -half), (self.length, half), (0, half)):
-            by = [rim[(np.abs(rim[:, a] - v) < SAME) & (np.abs(rim[:, 1 - a] - o) > SAME)]
-                  for a, v, o in ((0, x, y), (1, y, x))]  # fmt: skip
-            near = [p[np.argmin(np.abs(p - [x, y]).sum(axis=1))] for p in by]
-            middles.append((near[0] + near[1]) / 2)
-        return np.array(middles)
 
     def on_rim(self, points: np.ndarray) -> np.ndarray:
         """Which points (n, 2 or more) lie on the rim (n,)."""
@@ -134,6 +141,10 @@ def pillow(rectangle: Oblique, points: np.ndarray, triangles: np.ndarray):
     flat = np.vstack([points, turned[~rim]])
     both = np.vstack([triangles, below[triangles]])
     return np.column_stack([flat, np.zeros(len(flat))]), both
+
+
+def _sides(triangles: np.ndarray) -> np.ndarray:
+    return triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
 
 
 def _along(one: np.ndarray, other: np.ndarray, size: float, least: int = 1) -> np.ndarray:

@@ -49,6 +49,7 @@ def cross_faults(data: Any, geometry: Geometry | None) -> Iterator[Fault]:
     yield from _obstacles(data.get("obstacles"), layout)
     for index, contact in _mappings(data.get("contact")):
         yield from _contact(contact, ("contact", index), layout)
+    yield from _unheld(_mappings(data.get("contact")), layout)
     for index, step in steps:
         yield from _step(step, ("steps", index), layout)
         yield from _known_obstacles(step, ("steps", index), data.get("obstacles"))
@@ -144,6 +145,29 @@ def _contact(contact: dict, place: Place, layout: Layout) -> Iterator[Fault]:
 
     for key in ("self", "between"):
         yield from names(contact.get(key), (*place, key))
+
+
+def _unheld(contacts: list[tuple[int, dict]], layout: Layout) -> Iterator[Fault]:
+    """Sheets on a solid that nothing presses on it when the first load begins."""
+
+    def named(value: Any) -> set[str]:
+        if isinstance(value, list | tuple):
+            return set().union(*map(named, value))
+        return {value} if isinstance(value, str) else set()
+
+    for sheet in (name for name in layout.covers if name not in layout.bonded):
+        of_sheet = [
+            (index, contact)
+            for index, contact in contacts
+            if sheet in named(contact.get("between")) | named(contact.get("self"))
+        ]
+        why = f"{show(sheet)} lies on the solid, and nothing else holds it across"
+        if not of_sheet:
+            example = f"- {{between: [outer, {sheet}], friction: 0.2, distance: 0.005 mm}}"
+            yield ("contact",), f"missing; {why}; write {example}"
+        elif not any(contact.get("distance") for _, contact in of_sheet):
+            place = ("contact", of_sheet[0][0], "distance")
+            yield place, f"missing; {why}; write a small interference, for example 0.005 mm"
 
 
 def _touchable(name: str, place: Place, layout: Layout) -> Iterator[Fault]:

@@ -98,6 +98,23 @@ def test_cantilever_strip(poisson):
     assert found == pytest.approx(exact, rel=0.02)
 
 
+@pytest.mark.parametrize("ratio", [10.0, 1000.0])
+def test_a_stepped_strip(ratio):
+    """Stiffness D₁ up to the middle, D₂ from there on: by the force method the tip goes down by
+    P/b (7 L³/(24 D₁) + L³/(24 D₂)), within 2 % whichever is the stiffer."""
+    length, force = 20.0, 0.01
+    points, triangles = sheet((40, 2), (length, 1.0))
+    outer = points[triangles, 0].mean(axis=1) > length / 2
+    for d1, d2 in ((RIGIDITY, ratio * RIGIDITY), (ratio * RIGIDITY, RIGIDITY)):
+        rigidity = np.where(outer, d2, d1)
+        even, _ = bending_matrices(points[triangles], triangles, len(points), rigidity, 0.0, (0,))
+        end, free = points[:, 0] > length - 1e-9, np.flatnonzero(points[:, 0] > 1e-9)
+        load = np.where(end, force / end.sum(), 0.0)
+        w = scipy.sparse.linalg.spsolve(even[free][:, free].tocsc(), load[free])
+        exact = force * length**3 / 24 * (7 / d1 + 1 / d2)
+        assert w[end[free]].mean() == pytest.approx(exact, rel=0.02)
+
+
 def test_strip_in_cylindrical_bending():
     """Between two planes of symmetry a strip cannot curve across: w = P L³/(3 D b), no 1 − ν²."""
     length, poisson = 20.0, 0.3

@@ -69,6 +69,41 @@ def test_every_cut_takes_its_slit_from_the_shell(meshed):
     assert shell[0] - shell[1] == pytest.approx(2 * (2 * np.pi * 11 - strip), rel=1e-12)
 
 
+@pytest.mark.parametrize("kind", ["bending", "linear"])
+def test_the_pattern_of_the_shell(kind):
+    """Its cuts are the outline of the unrolled shell and of its slits: area of the slits from the
+    closed form, and lines that end on each other."""
+    actuator = make("shell_reinforced", kind=kind, cuts=5, symmetry=False)
+    lines = np.array(actuator.pattern().cut)
+    assert lines[..., 0].min() == 0 and lines[..., 0].max() == 80
+    around = 2 * np.pi * 11
+    assert np.ptp(lines[..., 1]) == pytest.approx(around)
+    ends = np.round(lines.reshape(-1, 2), 6)
+    _, counts = np.unique(ends, axis=0, return_counts=True)
+    assert (counts % 2 == 0).all()
+    across = lines[(lines[:, 0, 0] == lines[:, 1, 0]) & ~np.isin(lines[:, 0, 0], [0, 80])]
+    slits = np.abs(np.diff(across[..., 1], axis=1)).sum() / 2 * actuator.slit
+    assert around * 80 - slits == pytest.approx(actuator.volumes()["shell"])
+
+
+@pytest.mark.parametrize(
+    ("kind", "glue"), [("bending", None), ("bending", "strip and ends"), ("linear", None)]
+)
+def test_a_sliding_shell_is_the_bonded_one_in_two_parts(kind, glue, meshed):
+    """And both lie on the core's outside; what is glued has the closed form's area."""
+    given = {"kind": kind, "cuts": 2, "mesh_size": 6.0}
+    shell = make("shell_reinforced", **given).volumes()["shell"]
+    sliding = make("shell_reinforced", shell="sliding", glue=glue, **given)
+    assert sliding.volumes()["under_shell"] + sliding.volumes()["under_glued"] == pytest.approx(
+        shell
+    )
+    solid = meshed(sliding)
+    for name in sliding.layout().covers.values():
+        middles, areas = solid.outward_areas(name)
+        assert (np.linalg.norm(middles[:, 1:], axis=1) > 10).all()
+        assert (np.einsum("ij,ij->i", areas[:, 1:], middles[:, 1:]) > 0).all()
+
+
 def test_linear_slits_alternate(meshed):
     """In the first row the shell is left on the sides, in the second above and below."""
     actuator = make("shell_reinforced", kind="linear", cuts=2, symmetry=False)
@@ -116,6 +151,13 @@ def test_normals_of_the_sleeve_point_out_of_it(meshed):
         ("shell_reinforced", {"chamber_radius": 11.0}, "chamber_radius", "wall would vanish"),
         ("shell_reinforced", {"cuts": 40}, "cuts", "rings of the shell would vanish"),
         ("shell_reinforced", {"end": 40.0}, "end", "chamber would vanish"),
+        ("shell_reinforced", {"glue": "ends"}, "glue", "write shell: sliding"),
+        (
+            "shell_reinforced",
+            {"shell": "sliding", "kind": "linear", "glue": "strip"},
+            "glue",
+            "write ends",
+        ),
         ("fiber_reinforced", {"wall": 5.5}, "radius", "chamber would vanish"),
         ("fiber_reinforced", {"end": 80.0}, "end", "chamber would vanish"),
     ],
