@@ -23,6 +23,8 @@ from softact.terms import State
 
 # Newton counts that let the increment grow, and beyond which it shrinks.
 EASY, HARD = 5, 8
+# ... and how many more friction takes, at any increment, to find out what sticks and what slips.
+FOR_FRICTION = 3
 GROWTH, SHRINK, CUT = 1.6, 0.7, 0.4
 # Part of the largest increment below which an accepted one always grows, by this factor at least.
 SMALL, RECOVERY = 0.1, 1.25
@@ -94,7 +96,8 @@ class Ladder:
         outcome = stepper.attempt(self.drive, self.path, target)
         if outcome.converged:
             self.path = stepper.accept(self.step, self.drive, self.path, target, outcome)
-            self.size = next_size(self.size, outcome.iterations, self.largest)
+            own = 0 if stepper.model.contacts.symmetric else FOR_FRICTION
+            self.size = next_size(self.size, outcome.iterations - own, self.largest)
             return None
         stepper.reject(self.step, self.drive, self.path, target, outcome)
         return self._help(outcome)

@@ -23,8 +23,10 @@ MAX_HALVINGS = 8
 # the last Newton step's is the reduction that is expected of them.
 MOST_CHORDS, CHORD_LOSS = 2, 4.0
 
-# A line search ends when the slope has fallen to this part, or after so many evaluations.
+# A line search ends when the slope has fallen to this part, or after so many evaluations; where the
+# residual is below this, whole steps get through the last kinks (docs/contact.md).
 SLACKENED, MAX_SEARCHES = 0.8, 5
+NEAR = 1e-3
 
 # Beyond the allowed iterations a solve goes on, to this multiple, while four of them reduce the
 # residual to this part.
@@ -300,8 +302,9 @@ class Newton:
         factor = self._admissible_part(here, change_of_x)
         if change is not None:
             self._border.add(self._state, factor * change)
-        elif self.line_search or self.model.kinks_between(
-            self._state, here, here - factor * change_of_x
+        elif self.line_search or (
+            self._residuals[-1] > NEAR
+            and self.model.kinks_between(self._state, here, here - factor * change_of_x)
         ):
             factor = self._searched_part(here, change_of_x, factor)
         if factor < 1.0:

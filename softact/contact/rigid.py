@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from softact.contact.facets import ContactFacets
-from softact.contact.friction import STICK, friction
+from softact.contact.friction import ELASTIC_SLIP, friction
 from softact.contact.pressure import pressure
 
 # What a step of Newton's method may press in on its way, of the element size and of the
@@ -81,7 +81,8 @@ class RigidContact:
             normals = n[..., :, None] * n[..., None, :]
             modulus = p[..., None, None] * h - slope[..., None, None] * normals
         if self.obstacle.friction:
-            arguments = (p, slope, STICK * stiffness, n, h, self._trial_slip(state, on))
+            limit = np.broadcast_to(ELASTIC_SLIP * self.facets.size[on, None], g.shape)
+            arguments = (p, slope, limit, n, h, self._trial_slip(state, on))
             flat = (a.reshape(-1, *a.shape[2:]) for a in arguments)
             t, m, slip = friction(self.obstacle.friction, *flat)
             traction = traction + t.reshape(traction.shape)

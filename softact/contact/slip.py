@@ -9,7 +9,7 @@ import numpy as np
 from softact.contact.closest import derivatives
 from softact.contact.coupling import Coupling
 from softact.contact.facets import ContactFacets
-from softact.contact.friction import STICK, STICK_ON_SOLID, slide
+from softact.contact.friction import ELASTIC_SLIP, slide
 
 
 @dataclass(frozen=True)
@@ -90,9 +90,8 @@ class SurfaceFriction:
         pairs = np.column_stack([facet, old])
         nodes = self._facets.node_places(state.x)[pairs].reshape(*across.shape, 3)
         trial = slip + np.einsum("mn,mnc->mc", across, nodes) - offset
-        part = np.where(self._facets.covering[facet], STICK_ON_SOLID, STICK)
-        stick, p, slope = part * touch.stiffness[on], touch.pressure[on], touch.slope[on]
-        found = slide(self._coefficient, p, slope, stick, normal, trial)
+        p, slope, limit = touch.pressure[on], touch.slope[on], ELASTIC_SLIP * self._facets.size[facet]
+        found = slide(self._coefficient, p, slope, limit, normal, trial)
         weight = self._facets.counting_areas(facet, point, old)
         return Slipping(on, pairs, across, weight, *found)
 

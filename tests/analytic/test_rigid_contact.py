@@ -93,11 +93,11 @@ def test_tangent(shape, friction):
     matrix = tangent(model, [term], state)
     assert np.abs(matrix).max() > 0.01
     found = to_local(model, matrix @ to_global(model, direction))
-    expected = slope(lambda s: force(model, term, s), state, direction)
     # A point that begins to touch or to slip within the step has no derivative there.
+    expected = slope(lambda s: force(model, term, s), state, direction, step=1e-6)
     assert np.linalg.norm(found - expected) <= 1e-4 * np.linalg.norm(expected)
     if friction:
-        assert np.abs(matrix - matrix.T).max() > 0.01 * np.abs(matrix).max()
+        assert np.abs(matrix - matrix.T).max() > 1e-3 * np.abs(matrix).max()
     else:
         np.testing.assert_allclose(matrix, matrix.T, atol=1e-12 * np.abs(matrix).max())
         work = slope(lambda s: term.energy(s), state, direction)

@@ -80,10 +80,10 @@ def dense(matrix: PETSc.Mat) -> np.ndarray:
     return matrix.convert("dense", copy).getDenseArray().copy()
 
 
-def slope(function, state, direction):
+def slope(function, state, direction, step=STEP):
     """Central difference of ``function(state)`` along ``direction``."""
-    ahead, behind = (function(moved(state, s * STEP * direction)) for s in (1, -1))
-    return (ahead - behind) / (2 * STEP)
+    ahead, behind = (function(moved(state, s * step * direction)) for s in (1, -1))
+    return (ahead - behind) / (2 * step)
 
 
 def potential(model, term, state):
