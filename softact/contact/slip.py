@@ -90,8 +90,8 @@ class SurfaceFriction:
         pairs = np.column_stack([facet, old])
         nodes = self._facets.node_places(state.x)[pairs].reshape(*across.shape, 3)
         trial = slip + np.einsum("mn,mnc->mc", across, nodes) - offset
-        p, slope, limit = touch.pressure[on], touch.slope[on], ELASTIC_SLIP * self._facets.size[facet]
-        found = slide(self._coefficient, p, slope, limit, normal, trial)
+        limit = ELASTIC_SLIP * self._facets.size[facet]
+        found = slide(self._coefficient, touch.pressure[on], touch.slope[on], limit, normal, trial)
         weight = self._facets.counting_areas(facet, point, old)
         return Slipping(on, pairs, across, weight, *found)
 
