@@ -28,6 +28,9 @@ MOST_CHORDS, CHORD_LOSS = 2, 4.0
 SLACKENED, MAX_SEARCHES = 0.8, 5
 NEAR = 1e-3
 
+# Steps are halved where the residual is still above this part of what it was two steps before.
+HARDLY = 0.5
+
 # Beyond the allowed iterations a solve goes on, to this multiple, while four of them reduce the
 # residual to this part.
 PATIENCE, STEADY = 3, 0.3
@@ -300,16 +303,26 @@ class Newton:
             step.setArray(array)
         here, change_of_x = map(self.model.unknowns.to_local, (x, step))
         factor = self._admissible_part(here, change_of_x)
+        if change is None and self._may_overshoot(here, here - factor * change_of_x):
+            factor = self._searched_part(here, change_of_x, factor)
+        elif self._to_and_fro():
+            factor *= 0.5
         if change is not None:
             self._border.add(self._state, factor * change)
-        elif self.line_search or (
-            self._residuals[-1] > NEAR
-            and self.model.kinks_between(self._state, here, here - factor * change_of_x)
-        ):
-            factor = self._searched_part(here, change_of_x, factor)
         if factor < 1.0:
             step.scale(factor)
         return factor < 1.0 or change is not None
+
+    def _may_overshoot(self, here: np.ndarray, there: np.ndarray) -> bool:
+        """Whether a line search is wanted on the way between two arrays of unknowns (local,)."""
+        return self.line_search or (
+            self._residuals[-1] > NEAR and self.model.kinks_between(self._state, here, there)
+        )
+
+    def _to_and_fro(self) -> bool:
+        """Whether the last two steps undid what the two before had done."""
+        seen = self._residuals[1:]  # the guess may be nearer than what follows
+        return len(seen) > 3 and seen[-1] > HARDLY * seen[-3] and seen[-2] > HARDLY * seen[-4]
 
     def _searched_part(self, here: np.ndarray, change: np.ndarray, part: float) -> float:
         """Part of a step (here − change), at most ``part``, at which the out-of-balance force along
