@@ -1,9 +1,11 @@
 """The last rung: let the actuator move to its next equilibrium.
 
-Implicit quasi-static dynamics with the mass of the material. The backward Euler method damps the
-motion by itself, the more the longer the time step; steps grow until the body rests, and Newton
-without inertia then confirms the equilibrium. The path between is that of an overdamped body; the
-largest ratio of kinetic to internal energy on it is reported.
+Implicit quasi-static dynamics with the mass of the material and a viscosity of its solids
+(``Solid.resist``). The backward Euler method damps the motion, too, the more the longer the time
+step; steps grow until the body rests, and Newton without inertia then confirms the equilibrium. The
+path between is that of an overdamped body; the largest ratio of kinetic to internal energy on it is
+reported. Mass alone holds back what moves as a whole, and not what snaps locally
+(docs/performance.md).
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ MOST_TIME_STEPS, MOST_ITERATIONS = 100, 200
 MOST_OF_SHEETS = 400  # iterations where sheets without stiffness move far
 SLOWER, QUICKER = 1.6, 0.3
 SHORTEST = 1e-4  # of the first time step
+RELAXATION = 10.0  # viscosity by shear modulus, in times that a shear wave takes through the body
 # Kinetic by internal energy below which the body is taken to rest, and above which the motion is
 # not quasi-static.
 AT_REST, QUASI_STATIC = 1e-9, 0.05
@@ -66,6 +69,8 @@ class _Motion:
             self.time_steps += 1
             for inertia in model.inertia:
                 inertia.time_step, inertia.away_from = time_step, x + time_step * velocity
+            for solid in model.solids.values():
+                solid.resist(x, RELAXATION * first / time_step)
             state.x = x.copy()
             outcome = self._solve(q)
             if not outcome.converged:
@@ -91,6 +96,8 @@ class _Motion:
     def _stop_motion(self) -> None:
         for inertia in self.stepper.model.inertia:
             inertia.time_step = None
+        for solid in self.stepper.model.solids.values():
+            solid.resist(None)
 
     def _sound_crosses(self) -> float:
         """Time (s) in which a shear wave crosses the body: its size times √(ρ/μ)."""

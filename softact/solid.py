@@ -10,7 +10,14 @@ import numpy as np
 from softact import compat, forms
 from softact.assembly import Assembler
 from softact.kernels import Coefficient, Kernel, pointer
-from softact.tensors import COLUMNS, ROWS, determinant, volumetric_response
+from softact.tensors import (
+    COLUMNS,
+    ROWS,
+    determinant,
+    symmetric,
+    symmetric_product,
+    volumetric_response,
+)
 from softact.terms import FUNCTIONS, InvertedElementError, Origin, State
 
 # States whose stresses are kept: those of a quadratic extrapolation, and the one it leads to.
@@ -40,6 +47,7 @@ class Solid:
         self.volumes = self._reference_volumes()
         self._kept: dict[bytes, tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
         self.fibres = None if fibres is None else fibres(self._places(points))
+        self._viscosity: tuple[float, np.ndarray, np.ndarray] | None = None
 
     def _corners(self) -> np.ndarray:
         """Undeformed corners of the tetrahedra: (cells, 4, 3) mm."""
@@ -108,7 +116,30 @@ class Solid:
             raise InvertedElementError
         c = np.matmul(f.transpose(0, 2, 1), f)
         stress, moduli = self.material.stress_tangent(c, self.fibres)
+        if self._viscosity:
+            more_stress, more_moduli = self._viscous(c)
+            stress, moduli = stress + more_stress, moduli + more_moduli
         return *self._add_volumetric(stress, moduli, c, jacobian), jacobian
+
+    def resist(self, x: np.ndarray | None, resistance: float = 0.0) -> None:
+        """From here on, resist departing from the unknowns ``x`` (local,) as a Newtonian fluid
+        does in one time step of backward Euler; None: no longer.
+
+        resistance: viscosity by shear modulus and time step. With C₀ the state's at x the stress is
+        η/Δt C₀⁻¹ (C − C₀) C₀⁻¹: 2 η times the rate of deformation, pulled back, whatever rotates.
+        """
+        self._viscosity = None
+        if x is not None:
+            f = self.deformation_gradient(x).reshape(-1, 3, 3)
+            c = np.matmul(f.transpose(0, 2, 1), f)
+            self._viscosity = resistance * self.material.shear_modulus, c, np.linalg.inv(c)
+        self._kept.clear()
+
+    def _viscous(self, c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Stress (n, 6) and moduli (n, 6, 6) of the resistance at C (n, 3, 3)."""
+        factor, before, inverse = self._viscosity
+        stress = factor * (inverse @ (c - before) @ inverse)
+        return symmetric(stress), 2 * factor * symmetric_product(inverse)
 
     def _add_volumetric(self, stress, moduli, c, jacobian):
         """What the pressure unknown does not carry: all of U(J) without one, else its rest."""

@@ -35,14 +35,17 @@ def volumetric_response(
     inverse: C⁻¹ (n, 3, 3). slope, curvature: U' and U'' (n,). S = J U' C⁻¹ and
     D = (J² U'' + J U') C⁻¹ ⊗ C⁻¹ − 2 J U' C⁻¹ ⊙ C⁻¹ (Holzapfel 2000, section 6.6).
     """
-    v = inverse[:, ROWS, COLUMNS]
-    # (C⁻¹ ⊙ C⁻¹)_ijkl = ½ (C⁻¹_ik C⁻¹_jl + C⁻¹_il C⁻¹_jk) in Voigt pairs
-    i, j = np.array(ROWS)[:, None], np.array(COLUMNS)[:, None]
-    k, m = np.array(ROWS)[None], np.array(COLUMNS)[None]
-    product = (inverse[:, i, k] * inverse[:, j, m] + inverse[:, i, m] * inverse[:, j, k]) / 2
+    v, product = inverse[:, ROWS, COLUMNS], symmetric_product(inverse)
     first = jacobian * slope
     moduli = (jacobian**2 * curvature + first)[:, None, None] * v[:, :, None] * v[:, None]
     return first[:, None] * v, moduli - (2 * first)[:, None, None] * product
+
+
+def symmetric_product(a: np.ndarray) -> np.ndarray:
+    """A ⊙ A (n, 6, 6) of tensors A (n, 3, 3): ½ (A_ik A_jl + A_il A_jk) in Voigt pairs."""
+    i, j = np.array(ROWS)[:, None], np.array(COLUMNS)[:, None]
+    k, m = np.array(ROWS)[None], np.array(COLUMNS)[None]
+    return (a[:, i, k] * a[:, j, m] + a[:, i, m] * a[:, j, k]) / 2
 
 
 def symmetric(full: np.ndarray) -> np.ndarray:
