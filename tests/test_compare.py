@@ -127,13 +127,18 @@ def test_an_application_that_is_not_known(fingers, tmp_path):
 
 
 def test_a_first_inflation_is_a_motion(tmp_path):
-    """Of its states the one at the end of the step counts alone, and the equilibria after it."""
+    """Of its states the one at the end of the step counts alone, and the equilibria after it; no
+    line is drawn over what is left out."""
     writer = ResultsWriter(tmp_path / "r", "name: r\n", {})
-    for step, pressure in (("fill", 0.0), ("fill", 5.0), ("fill", 10.0), ("inflate", 20.0)):
-        writer.increment({"step": step, "pressure_kPa": pressure})
+    states = ("fill", 0.0), ("fill", 5.0), ("fill", 10.0), ("inflate", 20.0)
+    for number, (step, pressure) in enumerate(states):
+        row = {"step": step, "increment": number, "pressure_kPa": pressure}
+        writer.increment({**row, "bending_angle_deg": 2 * pressure})
     controls = [("fill", "load"), *[("fill", "dynamics")] * 2, ("inflate", "load")]
     history = [{"step": step, "converged": True, "control": how} for step, how in controls]
     history.insert(2, {"step": "fill", "converged": False, "control": "dynamics"})
     writer.finish("complete", provenance={"history": history})
     found = requirements.settled(read(tmp_path / "r"))
     assert found.curve["pressure_kPa"] == pytest.approx([0, 10, 20])
+    (plot,) = requirements.plots(["r"], [found], targets.requirements("index_finger")[:1])
+    assert (plot.traces[0]["x"], plot.traces[0]["y"]) == ([0, None, 10, 20], [0, None, 20, 40])

@@ -105,7 +105,7 @@ def _plot(names, runs, asked: Sequence[Requirement]) -> Plot | None:
             told.append((name, run, values))
     if not told:
         return None
-    traces = [base.xy(name, load(run), values * label.factor) for name, run, values in told]
+    traces = [base.xy(name, *_parted(run, values * label.factor)) for name, run, values in told]
     ends = [end for _, run, _ in told for end in (float(load(run).min()), float(load(run).max()))]
     for requirement in asked:
         bound = requirement.bound * label.factor
@@ -118,3 +118,10 @@ def _plot(names, runs, asked: Sequence[Requirement]) -> Plot | None:
     x = drivers.pop() if len(drivers) == 1 else None
     across = str(labels.column(x)) if x else "Load (kPa, or finished steps)"
     return base.lines(f"{label.name} and what is asked", across, str(label), traces, wide=True)
+
+
+def _parted(run: Results, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Load and values of a trace, with a gap where states between two rows are left out."""
+    number = run.curve.get("increment", np.arange(len(values)))
+    left_out = np.flatnonzero(np.diff(number) > 1) + 1
+    return tuple(np.insert(each.astype(float), left_out, np.nan) for each in (load(run), values))
