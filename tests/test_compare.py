@@ -126,19 +126,27 @@ def test_an_application_that_is_not_known(fingers, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-def test_a_first_inflation_is_a_motion(tmp_path):
-    """Of its states the one at the end of the step counts alone, and the equilibria after it; no
-    line is drawn over what is left out."""
+@pytest.mark.parametrize(
+    ("after", "kept"),
+    [([20.0], [0, None, 10, 20]), ([5.0, 20.0], [0, None, 5, 20]), ([], [0, None, 10])],
+)
+def test_a_first_inflation_is_a_motion(after, kept, tmp_path):
+    """Of its states the one at the end of the step counts alone, unless an equilibrium has its
+    load, and the equilibria after it; no line is drawn over what is left out."""
     writer = ResultsWriter(tmp_path / "r", "name: r\n", {})
-    states = ("fill", 0.0), ("fill", 5.0), ("fill", 10.0), ("inflate", 20.0)
-    for number, (step, pressure) in enumerate(states):
+    steps = ["fill"] * 3 + [f"step {number}" for number in range(len(after))]
+    for number, (step, pressure) in enumerate(zip(steps, [0.0, 5.0, 10.0, *after], strict=True)):
         row = {"step": step, "increment": number, "pressure_kPa": pressure}
         writer.increment({**row, "bending_angle_deg": 2 * pressure})
-    controls = [("fill", "load"), *[("fill", "dynamics")] * 2, ("inflate", "load")]
-    history = [{"step": step, "converged": True, "control": how} for step, how in controls]
+    controls = ["load", "dynamics", "dynamics", *["load"] * len(after)]
+    history = [
+        {"step": step, "converged": True, "control": how}
+        for step, how in zip(steps, controls, strict=True)
+    ]
     history.insert(2, {"step": "fill", "converged": False, "control": "dynamics"})
     writer.finish("complete", provenance={"history": history})
     found = requirements.settled(read(tmp_path / "r"))
-    assert found.curve["pressure_kPa"] == pytest.approx([0, 10, 20])
+    assert list(found.curve["pressure_kPa"]) == [value for value in kept if value is not None]
     (plot,) = requirements.plots(["r"], [found], targets.requirements("index_finger")[:1])
-    assert (plot.traces[0]["x"], plot.traces[0]["y"]) == ([0, None, 10, 20], [0, None, 20, 40])
+    bent = [value if value is None else 2 * value for value in kept]
+    assert (plot.traces[0]["x"], plot.traces[0]["y"]) == (kept, bent)

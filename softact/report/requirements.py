@@ -54,15 +54,19 @@ def section(names: Sequence[str], runs: Sequence[Results], wanted: Sequence[str]
 
 def settled(run: Results) -> Results:
     """The run without the states of a motion (see ``softact.inflation``), but those at the end of a
-    step; as it is where its history does not tell them, as after a run was resumed."""
+    step whose load no equilibrium of the run has; as it is where its history does not tell them, as
+    after a run was resumed."""
     accepted = [item for item in run.run.get("history") or [] if item.get("converged")]
-    rows = len(load(run))
+    loads = load(run)
+    rows = len(loads)
     if len(accepted) != rows:
         return run
     last = [n + 1 == rows or accepted[n + 1].get("step") != item.get("step")
             for n, item in enumerate(accepted)]  # fmt: skip
-    moving = [item.get("control") == "dynamics" for item in accepted]
-    keep = np.array(last) | ~np.array(moving, dtype=bool)
+    moving = np.array([item.get("control") == "dynamics" for item in accepted], dtype=bool)
+    found = loads[1:][~moving[1:]]  # the first row is the unloaded body
+    passed = (loads >= found.min(initial=np.inf)) & (loads <= found.max(initial=-np.inf))
+    keep = ~moving | (np.array(last, dtype=bool) & ~passed)
     return replace(run, curve={name: values[keep] for name, values in run.curve.items()})
 
 

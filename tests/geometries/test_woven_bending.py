@@ -12,7 +12,7 @@ from softact.results import read
 from softact.run import run
 from softact.spec import load
 
-CONFIG = Path(__file__).resolve().parents[2] / "configs" / "woven_bending.yaml"
+CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 
 
 def woven(**values):
@@ -61,26 +61,39 @@ def test_faults(values, field):
         woven(**values)
 
 
-def test_the_spec_fits_the_geometry():
+@pytest.mark.parametrize(
+    ("name", "strip"),
+    [("woven_bending", 0.5), ("finger_woven", 0.2), ("finger_woven_blocked", 0.2)],
+)
+def test_the_spec_fits_the_geometry(name, strip):
     """Each sheet has its plies; floors have the strip and one of nylon; neighbours may touch."""
-    spec = load(str(CONFIG))
+    spec = load(str(CONFIGS / f"{name}.yaml"))
     assert set(spec.sheets) == set(spec.geometry.layout().sheets)
-    assert [ply.thickness for ply in spec.sheets["floors"].plies] == [0.2, 0.5]
+    assert [ply.thickness for ply in spec.sheets["floors"].plies] == [0.2, strip]
     assert [contact.groups for contact in spec.contact] == [(("fore", "aft"),)]
 
 
-def test_a_run_of_three_pouches(tmp_path):
+@pytest.mark.parametrize(
+    ("name", "mesh", "again"),
+    [
+        ("woven_bending", "21 mm", []),
+        ("finger_woven", "10 mm", ["steps.inflate_again.pressure=30 kPa"]),
+    ],
+)
+def test_a_run_of_three_pouches(name, mesh, again, tmp_path):
     """Neighbours press on each other and the strip bends, by less than endless pouches, circles of
     the girth 2 h + s that touch: with the radius r and their middles c above the strip, turned by
     2 β, where the strip between the floors is straight, (pitch − s) cos 0 + s cos β + 2 c sin β =
     2 r cos β at most. A free limb presses on nothing at its clamp; up and down are one curve."""
-    overrides = ["geometry.n=3", "geometry.mesh_size=21 mm", "steps.inflate.pressure=30 kPa"]
-    spec = load(str(CONFIG), [*overrides, "steps.deflate.pressure=25 kPa"])
+    overrides = ["geometry.n=3", f"geometry.mesh_size={mesh}", "steps.inflate.pressure=30 kPa"]
+    spec = load(
+        str(CONFIGS / f"{name}.yaml"), [*overrides, "steps.deflate.pressure=25 kPa", *again]
+    )
     assert run(spec, tmp_path / "r", report=False).status == "complete"
     curve = read(tmp_path / "r").curve
     (message,) = json.loads((tmp_path / "r" / "run.json").read_text())["messages"]
     assert float(re.search(r"([\d.]+)% are unexplained", message)[1]) < 1.0
-    geometry, back = spec.geometry, curve["step"] == "deflate"
+    geometry, back, up = spec.geometry, curve["step"] != "inflate", curve["step"] == "inflate_again"
     girth = 2 * geometry.h_a + geometry.seam
     r = girth / (2 * np.pi)
     c = r * np.cos(np.pi * geometry.seam / girth)
@@ -88,9 +101,31 @@ def test_a_run_of_three_pouches(tmp_path):
     apart = geometry.pitch - geometry.seam + geometry.seam * np.cos(beta) + 2 * c * np.sin(beta)
     touching = beta[np.argmax(apart > 2 * r * np.cos(beta))]
     angle = curve["bending_angle_deg"]
-    assert 0.0 < angle[-1] < angle[~back][-1] < 2 * np.degrees(2 * touching)
+    assert 0.0 < angle[back & ~up][-1] < angle[~back][-1] < 2 * np.degrees(2 * touching)
+    assert angle[up][-1:] == pytest.approx(angle[~back][-1:] if again else [], rel=1e-4)
     assert 0.0 < curve["contact_overlap_percent"].max() < 2.0
     pressed = 0.025 * geometry.w_a * geometry.h_a
     for c in "xz":
         assert abs(curve[f"reaction_{c}_N"][back]).max() < 1e-6 * pressed
     assert abs(curve["reaction_moment_y_Nmm"][back]).max() < 1e-6 * pressed * geometry.h_a
+
+
+def test_what_three_pouches_press_with(tmp_path):
+    """The strip's end leans on the cell, the first pouch on the mount: without friction one pushes
+    up, the other forward; with the clamp they are in balance, and with the cell's force within its
+    face the mount's is within the height of a pouch."""
+    path, edge = CONFIGS / "finger_woven_blocked.yaml", 13.0
+    overrides = ["geometry.n=3", "geometry.mesh_size=10 mm", "steps.inflate.pressure=60 kPa"]
+    cell = f"obstacles.cell.center=[{edge + 50} mm, 0 mm, -10 mm]"
+    again = "steps.inflate_again.pressure=60 kPa"
+    spec = load(str(path), [*overrides, cell, "steps.deflate.pressure=55 kPa", again])
+    assert run(spec, tmp_path / "r", report=False).status == "complete"
+    last = {name: values[-1] for name, values in read(tmp_path / "r").curve.items()}
+    pressed = 0.060 * spec.geometry.w_a * spec.geometry.h_a
+    up, forward = last["contact_force_cell_z_N"], last["contact_force_mount_x_N"]
+    assert up == pytest.approx(last["blocked_force_N"]) and up > 0.01 * pressed
+    assert last["reaction_z_N"] == pytest.approx(-up, abs=1e-6 * pressed)
+    assert last["reaction_x_N"] == pytest.approx(-forward, abs=1e-6 * pressed)
+    for x in (edge, last["tip_x_mm"] + spec.geometry.seam / 2):
+        height = (x * up - last["reaction_moment_y_Nmm"]) / forward
+        assert 0 < height < spec.geometry.h_a
