@@ -17,7 +17,8 @@ from softact.sheets.pattern import Pattern
 from softact.units import Angle, Length
 
 SHARED = {"elongating": 4, "bending": 2, "twisting": 1}  # parts of the whole to one that is meshed
-STEEPEST = 80.0  # degrees
+STEEPEST = 90.0  # degrees: strips along the tube
+MOST_STRIPS = 300  # on a sheet
 SMALL = 1e-6  # mm
 
 
@@ -25,7 +26,8 @@ class KnitStrips(SheetGeometry):
     """Two equal sheets that are joined along both sides and at both ends, where they stay flat.
 
     Strips are bonded to the sheets, n_r to each, evenly over its size at right angles to them and
-    cut to it; seen from outside they have the same angle on both, as a helix round the tube. kind
+    cut to it, or s_r apart, as many as there is room for with half of s_r to either side, in the
+    middle; seen from outside they have the same angle on both, as a helix round the tube. kind
     bending: the lower sheet is sewn along its middle to an inextensible layer, and the half y ≥ 0
     is meshed. kind elongating: a quarter, the upper sheet for y ≥ 0. kind twisting: all of it.
     """
@@ -37,11 +39,16 @@ class KnitStrips(SheetGeometry):
     l_i: Length = Field(155.0, description="length between the two ends")
     w_i: Length = Field(40.0, description="width of the flat tube")
     w_r: Length = Field(1.5, description="width of a strip")
-    n_r: int = Field(35, ge=1, le=300, description="number of strips on a sheet")
+    n_r: int = Field(35, ge=1, le=MOST_STRIPS, description="number of strips on a sheet")
+    s_r: Length | None = Field(
+        None,
+        description="distance of the middles of strips, at right angles to them; as many as there "
+        "is room for then take the place of n_r",
+    )
     alpha: Angle = Field(
         0.0,
         description="angle of the strips to the width, seen from outside: above 0 they are a "
-        "right-handed helix; 0 but where it twists",
+        "right-handed helix, at 90° along the tube; 0 but where it twists",
     )
     w_z: Length = Field(14.0, description="width of the seam; only where it bends")
     held: Length = Field(
@@ -61,6 +68,15 @@ class KnitStrips(SheetGeometry):
         return self.kind == "bending"
 
     @property
+    def _count(self) -> int:
+        """Number of strips on a sheet."""
+        return self.n_r if self.s_r is None else int(self._sheet.extent / self.s_r + SMALL)
+
+    @property
+    def _pitch(self) -> float:
+        return self._sheet.extent / self.n_r if self.s_r is None else self.s_r
+
+    @property
     def _seam(self) -> float:
         return self.w_z if self._bends else 0.0
 
@@ -71,11 +87,17 @@ class KnitStrips(SheetGeometry):
         if abs(self.alpha) > STEEPEST:
             yield "alpha", f"{self.alpha:g}°: write at most {STEEPEST:g}° either way"
             return
-        pitch = self._sheet.extent / self.n_r
-        if self.w_r >= pitch:
+        extent, pitch = self._sheet.extent, self._pitch
+        if not 1 <= self._count <= MOST_STRIPS:
+            yield (
+                "s_r",
+                f"{self._count} strips {pitch:g} mm apart on {extent:.4g} mm; write "
+                f"{extent / MOST_STRIPS:.4g} to {extent:.4g} mm",
+            )
+        elif self.w_r >= pitch:
             yield (
                 "w_r",
-                f"{self.n_r} strips of {self.w_r:g} mm leave no knit on {self._sheet.extent:g} mm; "
+                f"{self._count} strips of {self.w_r:g} mm leave no knit on {extent:g} mm; "
                 f"write less than {pitch:.4g} mm",
             )
         if self._seam >= self.w_i:
@@ -110,8 +132,8 @@ class KnitStrips(SheetGeometry):
 
     def _strip_edges(self) -> np.ndarray:
         """Levels at which strips begin and end, (2 n_r,); see ``Oblique``."""
-        pitch = self._sheet.extent / self.n_r
-        first = (np.arange(self.n_r) + 0.5) * pitch - self.w_r / 2
+        places = np.arange(self._count) - (self._count - 1) / 2
+        first = self._sheet.extent / 2 + places * self._pitch - self.w_r / 2
         return np.column_stack([first, first + self.w_r]).ravel()
 
     def sheet_mesh(self) -> SheetMesh:

@@ -16,7 +16,7 @@ NO_AREA = 1e-9  # of the size squared: corners on one straight side
 
 @dataclass(frozen=True)
 class Oblique:
-    """Lines at ``angle`` (degrees, |angle| < 90) to the width of [0, length] × [−width/2, width/2].
+    """Lines at ``angle`` (degrees, |angle| ≤ 90) to the width of [0, length] × [−width/2, width/2].
 
     The level c (mm) of a line is its distance from the corner that lines reach first, c = x cos α −
     y sin α + ½ width |sin α|, up to ``extent``. angle > 0: x grows with y along a line.
@@ -47,22 +47,22 @@ class Oblique:
         cos, sin = self._direction
         level = np.clip(level, 0.0, self.extent)
         p, q = self.length * cos, self.width * abs(sin)
-        if q < SAME * p:
-            return self.width * level
+        if q < SAME * p or p < SAME * q:  # along one side of the rectangle
+            return level * (self.width if q < p else self.length)
         squares = [np.maximum(level - start, 0.0) ** 2 for start in (0.0, p, q, p + q)]
         return (squares[0] - squares[1] - squares[2] + squares[3]) / (2 * abs(sin) * cos)
 
     def ends(self, level: float) -> np.ndarray:
-        """The two ends (2, 2) of a line, by y."""
+        """The two ends (2, 2) of a line, in the direction in which y (at 0°) or ±x grows."""
         cos, sin = self._direction
-        low, high = -self.width / 2, self.width / 2
-        if abs(sin) > SAME:  # where it meets x = 0 and x = length
-            c = level - self.width / 2 * abs(sin)
-            crossings = sorted((x * cos - c) / sin for x in (0.0, self.length))
-            low, high = max(low, crossings[0]), min(high, crossings[1])
-        y = np.array([low, high])
-        x = (level - self.width / 2 * abs(sin) + y * sin) / cos
-        return np.column_stack([np.clip(x, 0.0, self.length), y])
+        along, half = np.array([sin, cos]), np.array([self.length, self.width]) / 2
+        middle = [self.length / 2, 0.0]
+        foot = (level - self.extent / 2) * np.array([cos, -sin])  # from the middle
+        crossed = np.abs(along) > SAME
+        ways = np.array([-half - foot, half - foot])[:, crossed] / along[crossed]
+        low, high = ways.min(axis=0).max(), ways.max(axis=0).min()
+        ends = foot + np.array([[low], [high]]) * along
+        return middle + np.clip(ends, -half, half)
 
     def triangles(
         self, levels: np.ndarray, size: float, stop: float

@@ -43,6 +43,8 @@ def areas_of(mesh):
         TWISTING | {"alpha": "0 deg"},
         TWISTING | {"n_r": 7, "alpha": "-80 deg"},
         TWISTING | {"alpha": "-75 deg", "mesh_size": "16 mm"},
+        TWISTING | {"alpha": "85 deg", "n_r": 4, "mesh_size": "16 mm"},
+        TWISTING | {"alpha": "-90 deg", "s_r": "10 mm"},
     ],
 )
 def test_areas(values):
@@ -74,6 +76,35 @@ def test_areas_by_hand():
         2 * (np.tan(np.radians(30)) + np.tan(np.radians(60)))
     )
     assert sheet.area_below(np.array([sheet.extent]))[0] == pytest.approx(300.0)
+
+
+@pytest.mark.parametrize(("alpha", "count"), [(0, 15), (-45, 14), (75, 8), (90, 4)])
+def test_strips_at_a_distance(alpha, count):
+    """As many as there is room for: 155 cos α + 46 |sin α| hold 15.5, 14.2, 8.5 and 4.6 of 10 mm.
+    What is left is shared by both ends."""
+    geometry = knit(**TWISTING | {"alpha": f"{alpha} deg", "s_r": "10 mm"})
+    edges = geometry._strip_edges()
+    assert len(edges) == 2 * count
+    np.testing.assert_allclose(np.diff(edges[::2]), 10.0)
+    extent = 155 * np.cos(np.radians(alpha)) + 46 * np.sin(np.radians(abs(alpha)))
+    assert edges[0] == pytest.approx(extent - edges[-1])
+    assert 2.5 <= edges[0] < 7.5
+
+
+def test_strips_along_the_tube():
+    """At ±90° strips are rectangles from end to end, the same on both sheets."""
+    for alpha in ("90 deg", "-90 deg"):
+        geometry = knit(**TWISTING | {"alpha": alpha, "n_r": 4})
+        mesh = geometry.checked_mesh()
+        members = mesh.triangles[mesh.parts["strips"]]
+        y = mesh.points[members][:, :, 1].mean(axis=1)
+        for middle in 11.5 * (np.arange(4) - 1.5):
+            strip = mesh.points[members[np.abs(y - middle) < 2.5]].reshape(-1, 3)
+            np.testing.assert_allclose(
+                np.unique(strip[:, 1].round(6)), [middle - 2.5, middle + 2.5]
+            )
+            assert (strip[:, 0].min(), strip[:, 0].max()) == (0.0, 155.0)
+        assert geometry.volumes()["strips"] == pytest.approx(2 * 4 * 5 * 155)
 
 
 def test_strips_follow_the_edges_of_triangles():
@@ -115,7 +146,10 @@ def test_the_pattern(tmp_path, suffix):
         ({"w_z": "40 mm"}, "w_z"),
         ({"alpha": "10 deg"}, "alpha"),
         ({"held": "40 mm"}, "held"),
-        (TWISTING | {"alpha": "85 deg"}, "alpha"),
+        (TWISTING | {"alpha": "95 deg"}, "alpha"),
+        (TWISTING | {"alpha": "90 deg"}, "w_r"),
+        (TWISTING | {"s_r": "200 mm"}, "s_r"),
+        (TWISTING | {"s_r": "0.5 mm"}, "s_r"),
         (TWISTING | {"n_r": 40}, "w_r"),
     ],
 )
@@ -153,6 +187,23 @@ def test_a_rotation_is_counted_from_the_base():
     assert found["bending_angle_deg"] == pytest.approx(30.0)
 
 
+def walls_of(spec):
+    """Laws and thicknesses of the knit, and of the strips with the knit beneath them."""
+    knit, woven = spec.sheets["strips"].plies
+    turn = np.radians(knit.angle)
+    axes = np.array([[np.cos(turn), np.sin(turn), 0]]), np.array([[0, 0, 1.0]])
+    law = sheet_law(knit.material, knit.material.fibre_directions(*axes), True)
+    wall = [(law, knit.thickness)]
+    return wall, [*wall, (sheet_law(woven.material), woven.thickness)]
+
+
+def tensions(along, hoop, wall):
+    """Nominal forces (2,) per length along the tube and round it, N/mm, of a wall of laws and
+    thicknesses."""
+    c = np.diag([along**2, hoop**2])[None]
+    return sum(t * law.evaluate(c)[1][0, :2] for law, t in wall) * [along, hoop]
+
+
 def test_a_tube_that_lengthens(tmp_path):
     """The middle of a tube is that of an endless one, a cylinder by hand: the stretches of knit
     and strips along it and round it balance the pressure on its section and on its wall. Between
@@ -174,26 +225,15 @@ def test_a_tube_that_lengthens(tmp_path):
     first, second = (
         places[along[np.argmin(np.abs(mesh.points[along, 0] - x))]] for x in (edges[10], edges[14])
     )
-    knit_ply, woven_ply = spec.sheets["strips"].plies
-    turn = np.radians(knit_ply.angle)
-    axes = np.array([[np.cos(turn), np.sin(turn), 0]]), np.array([[0, 0, 1.0]])
-    knit_law = sheet_law(knit_ply.material, knit_ply.material.fibre_directions(*axes), True)
-    woven_law, pressure = sheet_law(woven_ply.material), 0.120
+    knit_wall, bonded_wall = walls_of(spec)
+    pressure = 0.120
     gap = geometry.l_i / geometry.n_r - geometry.w_r
-
-    def tensions(stretch, hoop, *plies):
-        """Nominal forces per length along the tube and round it, N/mm."""
-        c = np.diag([stretch**2, hoop**2])[None]
-        stress = sum(t * law.evaluate(c)[1][0, :2] for law, t in plies)
-        return stress * [stretch, hoop]
 
     def unbalanced(stretches):
         of_gap, of_strip, hoop = stretches
         radius = hoop * geometry.w_i / np.pi
-        free = tensions(of_gap, hoop, (knit_law, knit_ply.thickness))
-        bonded = tensions(
-            of_strip, hoop, (knit_law, knit_ply.thickness), (woven_law, woven_ply.thickness)
-        )
+        free = tensions(of_gap, hoop, knit_wall)
+        bonded = tensions(of_strip, hoop, bonded_wall)
         section = pressure * np.pi * radius**2 / (2 * geometry.w_i)
         wall = pressure * radius * (gap * of_gap + geometry.w_r * of_strip)
         return [
@@ -208,3 +248,44 @@ def test_a_tube_that_lengthens(tmp_path):
     assert pitch / undeformed > 1.1
     assert second[0] - first[0] - undeformed == pytest.approx(pitch - undeformed, rel=0.05)
     assert first[2] == pytest.approx(hoop * geometry.w_i / np.pi, rel=0.03)
+
+
+def test_a_tube_with_strips_along_it(tmp_path):
+    """The middle of a tube is that of an endless one, by hand: a circle, as knit and strips carry
+    the same tension round it, and share the stretch along it. It widens and does not twist."""
+    values = {"l_i": "84 mm", "w_i": "24 mm", "n_r": 3, "w_r": "3 mm", "held": "8 mm"}
+    values |= {"alpha": "-90 deg", "mesh_size": "12 mm"}
+    overrides = [f"geometry.{name}={value}" for name, value in values.items()]
+    overrides += ["steps=[{name: inflate, pressure: 110 kPa, max_increment: 0.166}]"]
+    spec = load(str(CONFIGS / "knit_twisting.yaml"), overrides)
+    assert run(spec, tmp_path / "r", report=False).status == "complete"
+    results, geometry = read(tmp_path / "r"), spec.geometry
+    assert abs(results.curve["twist_angle_deg"][-1]) < 0.5
+    mesh, last = geometry.sheet_mesh(), len(results.curve["step"]) - 1
+    places = mesh.points + results.field(last, "displacement")[: len(mesh.points)]
+    middle = np.abs(mesh.points[:, 0] - 42) < 7
+    found = np.linalg.norm(places[middle, 1:], axis=1)
+    knit_wall, bonded_wall = walls_of(spec)
+    pressure = 0.110
+    bonded = 2 * geometry.n_r * geometry.w_r
+    free = 2 * geometry.w_i - bonded
+
+    def radius(of_knit, of_strip):
+        return (free * of_knit + bonded * of_strip) / (2 * np.pi)
+
+    def unbalanced(stretches):
+        of_knit, of_strip, along = stretches
+        r = radius(of_knit, of_strip)
+        in_knit = tensions(along, of_knit, knit_wall)
+        in_strip = tensions(along, of_strip, bonded_wall)
+        hoop = pressure * r * along
+        section = pressure * np.pi * r**2
+        return [
+            in_knit[1] - hoop,
+            in_strip[1] - hoop,
+            free * in_knit[0] + bonded * in_strip[0] - section,
+        ]
+
+    by_hand = radius(*fsolve(unbalanced, [1.2, 1.0, 1.0])[:2])
+    assert by_hand > 1.1 * 24 / np.pi
+    np.testing.assert_allclose(found, by_hand, rtol=0.02)
