@@ -6,8 +6,11 @@ backward Euler carries the sheet along, M ẍ + α M ẋ + f(x) = p V'. T and α
 at which the kinetic energy is well below that of the final membrane strain e = p L/(2 E t):
 ½ ρ t v² = VELOCITY² ½ E t e². A sheet of the size L then takes L/v for a path of its size, and α is
 such that a tenth of the pressure pushes it at v. Each time step is an increment with its kinetic by
-internal energy. As soon as that is quasi-static, statics is tried, and where it finds the
-equilibrium nearby it takes over. Where the work of the loads went is told: see ``balance``.
+internal energy. One that is longer than it takes to leave an unstable state would stay there: its
+incremental potential (Radovitzky and Ortiz 1999) has a saddle and no minimum, as the inertia of its
+matrix tells, and it is cut back. As soon as the motion is quasi-static, statics is tried: a time
+step without end. It takes over where the equilibrium that it finds is stable, and no farther than
+time steps go; else the motion goes on. Where the work of the loads went is told: see ``balance``.
 """
 
 from __future__ import annotations
@@ -38,6 +41,11 @@ TIGHT = 1e-6  # ... of one under the full load
 TRIES_APART = 4  # time steps between tries of statics, doubling
 SELDOM = 8  # ... at most under the full load
 SETTLING = 200  # time steps at most after the loads have reached their value
+# Time step, of T, down to which one that ends at a saddle is cut back.
+FINEST = 1e-5
+SADDLE = "the time step is too long to leave an unstable state"
+FAR = "the equilibrium is farther than a time step goes"
+UNSTABLE = "the equilibrium is unstable"
 
 
 def needed(stepper, ramp) -> bool:
@@ -109,8 +117,11 @@ class _Inflation:
             state.x = x.copy()
             outcome = self._next(x, s, q)
             strayed = model.contacts.strayed(state)
-            if not outcome.converged or strayed > 1.0:
-                self.stepper.reject(self.step, self.drive, self.path, s, _seen(outcome, strayed))
+            outcome = _seen(outcome, strayed)
+            if time_step > FINEST * self.duration:
+                outcome = self._at_minimum(outcome)
+            if not outcome.converged:
+                self.stepper.reject(self.step, self.drive, self.path, s, outcome)
                 time_step *= SHORTER
                 continue
             time, steps = time + time_step, steps + 1
@@ -122,11 +133,12 @@ class _Inflation:
             if s >= 1.0 and apart > SELDOM:
                 next_try, apart = min(next_try, steps), SELDOM
             if ratio < QUASI_STATIC and (steps >= next_try or at_rest):
-                if self._statics(s, q):
+                refused = self._statics(s, q, max(moved, STILL * model.diagonal))
+                if refused is None:
                     return self._end(None)
                 apart = min(2 * apart, SELDOM if s >= 1.0 else 32)
                 next_try, state.x = steps + apart, x.copy()
-                if at_rest:
+                if at_rest and refused != UNSTABLE:  # which motion would leave
                     return self._come_to_rest("came to rest" if self.tight else "may still creep")
             factor = next((f for n, f in LONGER if outcome.iterations <= n), SHORTER)
             time_step *= min(factor, IN_SIGHT / max(strayed, 1e-300))
@@ -196,19 +208,35 @@ class _Inflation:
         self.path = self.stepper.accept(self.step, self.drive, self.path, s, outcome, **told)
         return ratio
 
-    def _statics(self, s, q) -> bool:
-        """Whether there is an equilibrium nearby; then it is the last point of the path."""
+    def _falls(self, outcome) -> bool:
+        """Whether the potential falls in some direction from where Newton's method ended."""
+        held = outcome.softening if self.drive.holds_volume else 0
+        return outcome.converged and outcome.iterations > 0 and outcome.unstable_modes > held
+
+    def _at_minimum(self, outcome):
+        """The outcome of a time step; failed where it is no minimum of its potential."""
+        return replace(outcome, converged=False, reason=SADDLE) if self._falls(outcome) else outcome
+
+    def _statics(self, s, q, reach: float) -> str | None:
+        """Why the equilibrium that Newton's method finds from the state is not taken; None: it is
+        the last point of the path now. reach: how far (mm) a displacement may be from there."""
         self._without_inertia()
+        state, contacts = self.stepper.state, self.model.contacts
+        begun = state.x.copy()
         outcome = self._solve(s, q, tolerance=0.0, search=True)
-        while outcome.converged and self.model.contacts.stiffen(self.stepper.state):
+        while outcome.converged and contacts.stiffen(state):
             again = self._solve(s, q, tolerance=0.0, search=True)
             outcome = replace(again, iterations=outcome.iterations + again.iterations)
-        outcome = _seen(outcome, self.model.contacts.strayed(self.stepper.state))
-        if outcome.converged:
-            self.balance.move(s, q)
-            self.path = self.stepper.accept(self.step, self.drive, self.path[-1:], s, outcome)
-            self.path = self.path[-1:]
-        return outcome.converged
+        outcome = _seen(outcome, contacts.strayed(state))
+        if not outcome.converged:
+            return outcome.reason
+        if self._falls(outcome):
+            return UNSTABLE
+        if np.abs(state.x - begun).max() > reach:
+            return FAR
+        self.balance.move(s, q)
+        self.path = self.stepper.accept(self.step, self.drive, self.path[-1:], s, outcome)[-1:]
+        return None
 
     def _without_inertia(self):
         for inertia in self.model.inertia:

@@ -1,6 +1,7 @@
 """Sheets inflated from the flat state, by implicit dynamics and then statics: exact solutions."""
 
 import re
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -9,8 +10,11 @@ from scipy.optimize import brentq
 from sheet_meshes import build, edges_of, grid, quarter_disc
 from solving import solve
 
+from softact.drive import LoadDrive, Point
+from softact.inflation import inflate
 from softact.materials import LAWS
 from softact.model import Support
+from softact.ramp import Ramp
 from softact.sheets.body import Ply, Sheet
 from softact.sheets.mesh import SheetMesh
 from softact.stepping import LoadStep
@@ -148,3 +152,33 @@ def test_the_end_does_not_depend_on_the_way():
     straight = inflated(model, 5e-3, clamped)
     ends = inflated(model, 5e-3, clamped, increment=0.1)
     np.testing.assert_allclose(ends.state.x, straight.state.x, atol=1e-5)
+
+
+@pytest.mark.parametrize("part", [0.999, 0.9])
+def test_a_balloon_falls_back(part):
+    """A clamped disc of rubber, blown up beyond its largest pressure, is unstable when the pressure
+    is held. Let go inside of that state it falls back to the disc that is blown up by the same
+    pressure from the start, and gets there by motion: neither statics nor a long time step may take
+    it to the unstable state, nor statics to the other from afar."""
+    rubber = LAWS["neo_hookean"].of(c10=0.1, bulk_modulus=100.0)
+    sheet = Sheet([Ply(rubber, 1.0, incompressible=True)], bending=0.0)
+    mesh, walls = quarter_disc(2, 20.0), {"air": ("sheet",)}
+    model = build(mesh, sheet, cavities=walls, symmetry=DISC)
+    clamped = [Support("rim", {0: 0.0, 1: 0.0, 2: 0.0})]
+    fill = LoadStep("fill", pressure={"air": 3e-3}), LoadStep("blow", inject={"air": 12e3})
+    solution = solve(model, fill, clamped, increment=0.1)
+    stepper, state = solution.stepper, solution.state
+    pressure, first = float(state.pressure["air"]), len(solution.path)
+    assert max(s.pressure.get("air", 0.0) for s in solution.path) > 1.1 * pressure
+
+    begun = part * state.x
+    state.x = begun.copy()
+    step = LoadStep("let go")
+    ramp = Ramp(state, step, stepper.newton.held(state), model.cavity_volume)
+    path = [Point(0.0, begun, np.empty(0))]
+    _, fault = inflate(stepper, step, LoadDrive(ramp), path, pressure, 0.25)
+    assert fault is None
+    straight = inflated(build(mesh, sheet, cavities=walls, symmetry=DISC), pressure, clamped)
+    np.testing.assert_allclose(state.x, straight.state.x, atol=1e-4)
+    moved = [np.abs(b.x - a.x).max() for a, b in pairwise(solution.path[first:])]
+    assert len(moved) > 3 and moved[-1] < 0.1 < 1.0 < np.abs(state.x - begun).max()
