@@ -89,7 +89,8 @@ def test_a_run_of_two_pouches(tmp_path):
     assert 0.5 * (1 - 2 / np.pi) < contraction < 1 - 2 / np.pi
     assert abs(last["reaction_x_N"]) < 1e-2
     volumes = [float(row["cavity_volume_mm3"]) for row in rows]
-    assert volumes[0] == pytest.approx(0.0, abs=1e-6) and np.all(np.diff(volumes) > -1e-3)
+    assert volumes[0] == pytest.approx(0.0, abs=1e-6)
+    assert np.all(np.diff(volumes) > -1e-5 * volumes[-1])  # it also settles under the full load
     known = json.loads((tmp_path / "r" / "run.json").read_text())
     assert known["processes"] == 1
     told = " ".join(known["messages"])
