@@ -53,39 +53,42 @@ class TensionField:
 
     def _state(self, c, stress) -> np.ndarray:
         low, _ = _principal(stress)
-        _, high = _principal(c[:, [0, 1, 0], [0, 1, 1]])
+        _, high = _principal(_components(c))
         return np.where(low >= 0, TAUT, np.where(high <= 1, SLACK, WRINKLED))
 
     def _wrinkled(self, c, chosen) -> Response:
-        """W, S and condensed D at the a of least energy, by Newton's method."""
-        law = _part(self.law, chosen)
-        c = c[chosen]
-        a = self._first_guess(c)
-        best = np.full(len(c), np.inf)
-        step = np.zeros_like(a)
+        """W, S and condensed D at the a of least energy, by Newton's method; a point is evaluated
+        until it has converged."""
+        c, law = c[chosen], _part(self.law, chosen)
+        a, count = self._first_guess(c), len(c)
+        best, step = np.full(count, np.inf), np.zeros((count, 2))
+        energy, stress, moduli = np.empty(count), np.empty((count, 3)), np.empty((count, 3, 3))
+        left = np.arange(count)
         with np.errstate(all="ignore"):
             for _ in range(MOST_ITERATIONS):
-                energy, stress, moduli = law.evaluate(c + a[:, :, None] * a[:, None])
-                worse = ~(energy <= best * (1 + ROUNDING) + NOISE * moduli[:, 0, 0])
-                out, curvature = self._balance(a, stress, moduli)
-                length = np.linalg.norm(a, axis=1)
-                left = np.linalg.norm(out, axis=1) / length  # stress across the folds
-                allowed = TOLERANCE * np.abs(stress).max(axis=1) + FLOOR * moduli[:, 0, 0]
-                if not np.any(left > allowed):
-                    break
+                here = a[left]
+                w, s, d = _part(law, left).evaluate(c[left] + here[:, :, None] * here[:, None])
+                energy[left], stress[left], moduli[left] = w, s, d
+                out, curvature, _ = _balance(here, s, d)
+                across = np.hypot(*out.T) / np.hypot(*here.T)  # stress across the folds
+                allowed = TOLERANCE * np.abs(s).max(axis=1) + FLOOR * d[:, 0, 0]
+                worse = ~(w <= best[left] * (1 + ROUNDING) + NOISE * d[:, 0, 0])
                 # Half of the last step back where the energy rose; along the gradient where the
                 # energy is not convex, as it is not near a = 0.
-                down = -out / np.maximum(left, 1e-300)[:, None]
-                convex = np.linalg.det(curvature) > 0
-                safe = np.where(convex[:, None, None], curvature, np.eye(2))
-                newton = -np.linalg.solve(safe, out[:, :, None])[:, :, 0]
-                ahead = np.where(convex[:, None], newton, down)
-                best = np.where(worse, best, energy)
-                step = np.where(worse[:, None], step / 2, ahead)
-                a = np.where(worse[:, None], a - step, a + step)
-        out, curvature = self._balance(a, stress, moduli)
-        coupling = _coupling(a, moduli)
-        condensed = moduli - np.einsum("nil,nlm,njm->nij", coupling, _inverse(curvature), coupling)
+                inverse, determinant = _inverse(curvature)
+                newton = -(inverse @ out[:, :, None])[:, :, 0]
+                down = -out / np.maximum(across, 1e-300)[:, None]
+                ahead = np.where((determinant > 0)[:, None], newton, down)
+                best[left] = np.where(worse, best[left], w)
+                step[left] = np.where(worse[:, None], step[left] / 2, ahead)
+                # Without an energy at its first guess a point has none anywhere.
+                going = ~(across <= allowed) & np.isfinite(best[left])
+                left, worse = left[going], worse[going]
+                if not len(left):
+                    break
+                a[left] += np.where(worse[:, None], -step[left], step[left])
+        _, curvature, coupling = _balance(a, stress, moduli)
+        condensed = moduli - coupling @ _inverse(curvature)[0] @ coupling.transpose(0, 2, 1)
         return energy, stress, condensed
 
     def _first_guess(self, c):
@@ -94,14 +97,6 @@ class TensionField:
         natural = values[:, 1] ** -self._poisson
         lacking = np.maximum(natural - values[:, 0], 1e-8)
         return vectors[:, :, 0] * np.sqrt(lacking)[:, None]
-
-    @staticmethod
-    def _balance(a, stress, moduli):
-        """Gradient S a (n, 2) and Hessian S + a·D·a (n, 2, 2) of the energy by a."""
-        tensor = stress[:, PLACE]
-        fourth = _fourth(moduli)
-        out = np.einsum("nij,nj->ni", tensor, a)
-        return out, tensor + np.einsum("nijkl,nj,nk->nil", fourth, a, a)
 
 
 class GreenTensionField(TensionField):
@@ -137,7 +132,12 @@ def relaxed(law: SheetLaw, poisson: float, kept: float = KEPT) -> TensionField:
 
 def _green(c):
     """Green strain (n, 3) of C (n, 2, 2)."""
-    return (c[:, [0, 1, 0], [0, 1, 1]] - [1.0, 1.0, 0.0]) / 2
+    return (_components(c) - [1.0, 1.0, 0.0]) / 2
+
+
+def _components(c):
+    """11, 22, 12 (n, 3) of symmetric tensors (n, 2, 2)."""
+    return c[:, [0, 1, 0], [0, 1, 1]]
 
 
 def _part(law, chosen):
@@ -146,22 +146,25 @@ def _part(law, chosen):
     return law if fibres is None else type(law)(law.material, fibres[chosen])
 
 
+def _balance(a, stress, moduli):
+    """Gradient S a (n, 2) and Hessian S + a·D·a (n, 2, 2) of the energy by a; dS/da at constant C
+    (n, 3, 2)."""
+    tensor = stress[:, PLACE]
+    rate = np.zeros((len(a), 3, 2))  # of a ⊗ a by a, halved
+    rate[:, 0, 0] = rate[:, 2, 1] = a[:, 0]
+    rate[:, 1, 1] = rate[:, 2, 0] = a[:, 1]
+    coupling = moduli @ rate
+    out = (tensor @ a[:, :, None])[:, :, 0]
+    return out, tensor + rate.transpose(0, 2, 1) @ coupling, coupling
+
+
 def _inverse(h):
-    """Of symmetric (n, 2, 2); 0 where it is singular: there a = 0, and nothing is coupled."""
+    """Of symmetric (n, 2, 2), 0 where it is singular: there a = 0, and nothing is coupled; and the
+    determinant."""
     a, b, d = h[:, 0, 0], h[:, 0, 1], h[:, 1, 1]
     det = a * d - b * b
     adjugate = np.stack([d, -b, -b, a], axis=1).reshape(-1, 2, 2)
-    return np.where(det == 0.0, 0.0, 1 / np.where(det == 0.0, 1.0, det))[:, None, None] * adjugate
-
-
-def _fourth(moduli):
-    return moduli[:, PLACE[:, :, None, None], PLACE[None, None]]
-
-
-def _coupling(a, moduli):
-    """dS/da at constant C: (n, 3, 2)."""
-    fourth = np.einsum("nijkl,nk->nijl", _fourth(moduli), a)
-    return np.stack([fourth[:, 0, 0], fourth[:, 1, 1], fourth[:, 0, 1]], axis=1)
+    return np.where(det == 0.0, 0.0, 1 / np.where(det == 0.0, 1.0, det))[:, None, None] * adjugate, det
 
 
 def _principal(s):
