@@ -164,7 +164,8 @@ def _inverse(h):
     a, b, d = h[:, 0, 0], h[:, 0, 1], h[:, 1, 1]
     det = a * d - b * b
     adjugate = np.stack([d, -b, -b, a], axis=1).reshape(-1, 2, 2)
-    return np.where(det == 0.0, 0.0, 1 / np.where(det == 0.0, 1.0, det))[:, None, None] * adjugate, det
+    factor = np.where(det == 0.0, 0.0, 1 / np.where(det == 0.0, 1.0, det))
+    return factor[:, None, None] * adjugate, det
 
 
 def _principal(s):
