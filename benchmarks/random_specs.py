@@ -232,10 +232,10 @@ def look(folder: Path) -> dict:
 
     from softact import checkpoint
     from softact import spec as specs
+    from softact.from_spec import build_model, supports_of
     from softact.geometry import make_mesh
     from softact.newton import Loaded, Newton
     from softact.terms import SurfaceForce
-    from softact.worker import build_model, supports_of
 
     spec = specs.load(str(folder / "spec.yaml"))
     make_mesh(spec.geometry, folder / "again.msh")

@@ -39,7 +39,7 @@ def check(
     from softact.check.junit import junit
     from softact.check.update import update as store
     from softact.errors import SpecError
-    from softact.results import write_atomic
+    from softact.files import write_atomic
 
     if update and not (reason and reason.strip()):
         raise SpecError("--update: say why the values change: --reason 'TEXT'")

@@ -22,7 +22,7 @@ def schema(output: str | None) -> None:
     from pathlib import Path
 
     from softact.errors import SpecError
-    from softact.results import write_atomic
+    from softact.files import write_atomic
     from softact.spec import json_schema
 
     text = json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"

@@ -131,7 +131,7 @@ def _compute(study, runner, total: int, kept: int) -> None:
 
 
 def _write_page(study, rows, seen, sample, directory: Path) -> None:
-    from softact.results import csv_text, write_atomic
+    from softact.files import csv_text, write_atomic
     from softact.sweep import page, sensitivity
 
     sections = []

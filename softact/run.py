@@ -17,9 +17,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from softact.errors import OUT_OF_MEMORY, NoEquilibriumError, SoftactError, SpecError
+from softact.files import write_atomic
 from softact.geometry import make_mesh
 from softact.orphans import bound
-from softact.results import RESTART, write_atomic
+from softact.results import RESTART
 
 # Events that ``progress`` receives: {"stage": "mesh"}; {"stage": "solve", "cells", "unknowns"};
 # {"stage": "increment", "step", "fraction", "iterations", ... and the row of curve.csv};

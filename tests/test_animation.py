@@ -11,7 +11,8 @@ from PIL import Image
 
 from softact.errors import SpecError
 from softact.report import animation, frames
-from softact.results import ResultsWriter, read
+from softact.results import read
+from softact.results_writer import ResultsWriter
 
 SIZE = {"nx": 12, "ny": 2, "nz": 7}
 

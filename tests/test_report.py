@@ -25,7 +25,8 @@ from softact.report import (
     viewer,
     write_report,
 )
-from softact.results import ResultsWriter, read
+from softact.results import read
+from softact.results_writer import ResultsWriter
 
 LENGTH, HALF, HEIGHT = bent_beam.LENGTH, bent_beam.HALF_WIDTH, bent_beam.HEIGHT
 WALL = bent_beam.WALL

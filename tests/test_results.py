@@ -14,9 +14,10 @@ import meshio
 import numpy as np
 import pytest
 
-from softact import results
+from softact import results_writer
 from softact.errors import SpecError
-from softact.results import ResultsWriter, read
+from softact.results import read
+from softact.results_writer import ResultsWriter
 
 SMALL = {"nx": 2, "ny": 2, "nz": 7}
 INCREMENTS = 4
@@ -108,14 +109,14 @@ def test_run_json_is_strict_json(tmp_path):
 
 def test_the_final_status_is_the_last_thing_written(tmp_path, monkeypatch):
     seen = []
-    write = results.write_atomic
+    write = results_writer.write_atomic
 
     def record(path, data):
         write(path, data)
         run = tmp_path / "r" / "run.json"
         seen.append((path.name, run.exists() and json.loads(run.read_text())["status"]))
 
-    monkeypatch.setattr(results, "write_atomic", record)
+    monkeypatch.setattr(results_writer, "write_atomic", record)
     bent_beam.write(tmp_path / "r", increments=2, size=SMALL)
     assert seen[-1] == ("run.json", "complete")
     assert {status for _, status in seen[1:-1]} == {"incomplete"}

@@ -8,7 +8,7 @@ import re
 from softact.check.cases import read
 from softact.check.compare import Outcome
 from softact.errors import SpecError
-from softact.results import write_atomic
+from softact.files import write_atomic
 from softact.spec.text import to_text
 
 

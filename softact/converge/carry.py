@@ -10,8 +10,9 @@ from softact.converge.output import summary
 from softact.converge.richardson import NOTHING, SAFETY
 from softact.converge.study import Convergence
 from softact.errors import SpecError
+from softact.files import csv_text, json_text, write_atomic
 from softact.report import write_report
-from softact.results import COMPLETE, MESH_ERROR, csv_text, json_text, read, write_atomic
+from softact.results import COMPLETE, MESH_ERROR, read
 from softact.sweep import record
 
 #: Two runs of one spec are the same run within this part of the value, or of its error bar.

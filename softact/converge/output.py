@@ -6,9 +6,9 @@ from pathlib import Path
 
 from softact.converge.richardson import SAFETY
 from softact.converge.study import Convergence
+from softact.files import csv_text, json_text, write_atomic
 from softact.report import base, labels, mesh_error
 from softact.report.base import Section
-from softact.results import csv_text, json_text, write_atomic
 
 _CELL_SIZE = (
     "<p class='note'>Mean cell size: edge of the cube that holds, on average, one tetrahedron. "

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from softact.files import csv_text, json_text, write_atomic
 from softact.fit.calibrate import Calibration, Request
 from softact.report.labels import column
-from softact.results import csv_text, json_text, write_atomic
 
 
 def tell(outcome: Calibration) -> list[str]:

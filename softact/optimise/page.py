@@ -8,10 +8,10 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from softact.files import csv_text, write_atomic
 from softact.optimise.study import Trials, feasible
 from softact.report import base, labels, write_report
 from softact.report.base import Section
-from softact.results import csv_text, write_atomic
 from softact.sweep import point, shape
 from softact.sweep.page import MOST_SHAPES, lead, packed, thinned
 from softact.sweep.record import DamagedError, load

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from softact.errors import SpecError
-from softact.results import Results, read, write_atomic
+from softact.files import write_atomic
+from softact.results import Results, read
 
 if TYPE_CHECKING:
     from softact.report.base import Section

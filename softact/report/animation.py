@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from softact.errors import SpecError
+from softact.files import write_atomic
 from softact.report import frames, pictures
 from softact.report.view import load, rest_state
-from softact.results import Results, read, write_atomic
+from softact.results import Results, read
 
 KINDS = ("gif", "mp4")
 _FRAMES, _HOLD = 40, 20  # of the motion, and of the last state standing still

@@ -9,10 +9,11 @@ import numpy as np
 import yaml
 
 from softact.errors import SpecError
+from softact.files import csv_text, write_atomic
 from softact.report import base, curves, labels, requirements, targets
 from softact.report.base import Plot, Section
 from softact.report.view import load, load_name
-from softact.results import COMPLETE, Results, csv_text, read, write_atomic
+from softact.results import COMPLETE, Results, read
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,12 @@ from io import BytesIO
 
 import numpy as np
 
+from softact.files import write_atomic
 from softact.report import frames, labels
 from softact.report.frames import Group, Scene
 from softact.report.surface import Skin
 from softact.report.view import STRESS_COLOURS, View, load, load_name, states
-from softact.results import Results, write_atomic
+from softact.results import Results
 
 INK, _GREY = "#15202b", "#8a949b"
 _DPI = 160

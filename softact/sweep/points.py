@@ -85,7 +85,7 @@ class Plan:
         if all(point.key is None for point in points):
             raise SpecError(*points[0].faults)
         if self.path is not None:
-            from softact.results import write_atomic
+            from softact.files import write_atomic
 
             data = {"fingerprint": self.fingerprint, "points": self.known}
             write_atomic(self.path, json.dumps(data))

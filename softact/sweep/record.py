@@ -13,8 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
+from softact.files import write_atomic
 from softact.report.labels import BOOKKEEPING
-from softact.results import NO_EQUILIBRIUM, Results, write_atomic
+from softact.results import NO_EQUILIBRIUM, Results
 
 RECORD = "record.json"
 

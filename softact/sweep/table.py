@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from softact.results import csv_text, write_atomic
+from softact.files import csv_text, write_atomic
 from softact.sweep.axes import Axis
 from softact.sweep.study import Study
 

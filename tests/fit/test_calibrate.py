@@ -12,10 +12,10 @@ import pytest
 from matplotlib.image import imread
 
 from softact.cli import main as cli
+from softact.files import csv_text, json_text
 from softact.fit import calibrate as calibration
 from softact.fit.knobs import read_knobs
 from softact.fit.measured import Measured, meaning, predicted
-from softact.results import csv_text, json_text
 from softact.run import run
 from softact.spec import load
 

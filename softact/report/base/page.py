@@ -14,8 +14,8 @@ from importlib.resources import files
 from pathlib import Path
 from string import Template
 
+from softact.files import write_atomic
 from softact.report.base.plots import script_json
-from softact.results import write_atomic
 
 
 @dataclass(frozen=True)

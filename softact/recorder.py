@@ -1,0 +1,137 @@
+"""Runs the steps of a spec and writes down each accepted state."""
+
+from __future__ import annotations
+
+import resource
+import time
+from collections.abc import Callable
+from dataclasses import asdict
+
+import numpy as np
+
+from softact.checkpoint import pack
+from softact.from_spec import load_steps, parameters, supports_of
+from softact.measures import MEASURES
+from softact.settings import Settings
+from softact.snapshot import Snapshot, gather_mesh, gather_nodes
+from softact.stepping import Stepper
+
+Tell = Callable[[dict], None]
+
+
+class Recorder:
+    """Runs the steps of a spec and writes down each accepted state."""
+
+    def __init__(self, spec, model, writer, tell: Tell, start):
+        self.spec, self.model, self.writer, self.tell = spec, model, writer, tell
+        wanted = MEASURES if spec.measures == "all" else dict.fromkeys(spec.measures)
+        self.measures = [MEASURES[name] for name in wanted]
+        settings = spec.solver.model_dump()
+        settings.pop("element")
+        self.stepper = Stepper(
+            model, Settings(**settings), self._accept, self._reject, self._checkpoint
+        )
+        self.row: dict = model.comm.bcast(writer.last_row if writer is not None else None)
+        self.write_time = 0.0
+        if start is None:
+            self._write_mesh()
+
+    def _write_mesh(self) -> None:
+        gathered = gather_mesh(self.model)
+        if gathered is not None:
+            points, cells, region, surfaces = gathered
+            layout = self.model.mesh.layout
+            names = layout.regions or layout.sheets
+            self.writer.mesh(points, cells, region, names, surfaces, layout)
+
+    def run(self, times: dict, start, begin: int | None) -> str:
+        started = time.perf_counter()
+        steps, supports = load_steps(self.spec, self.model), supports_of(self.spec.supports)
+        progress = self.stepper.run(steps, supports, start, begin)
+        times["solve"] = time.perf_counter() - started - self.write_time
+        times |= {"measure_and_write": self.write_time, **self.stepper.newton.times}
+        memory = self.model.comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+        status = "no_equilibrium" if progress.stopped else "complete"
+        messages = [progress.stopped, *progress.remarks, self._unstable(), *self._beyond_test()]
+        messages = [message for message in messages if message]
+        if self.writer is not None:
+            summary = parameters(self.spec) | self.row
+            counts = {
+                "increments": len(progress.attempts) - progress.cutbacks - 1,
+                "cutbacks": progress.cutbacks,
+                **asdict(self.stepper.newton.counts),
+            }
+            self.writer.finish(
+                status,
+                summary,
+                {
+                    "times_s": {name: round(t, 4) for name, t in times.items()},
+                    "counts": counts,
+                    "memory_MB": round(memory / 1024),
+                    "messages": messages,
+                    "history": [asdict(a) for a in progress.attempts],
+                },
+            )
+        self.tell({"stage": "done", "status": status, "message": progress.stopped})
+        return status
+
+    def _unstable(self) -> str | None:
+        """What to say of the first unstable equilibrium."""
+        for attempt in self.stepper.progress.attempts:
+            if attempt.converged and attempt.unstable_modes > 0:
+                return (
+                    f"unstable from {attempt.fraction:.2%} of step '{attempt.step}' on: the "
+                    "potential energy falls in some direction, so the actuator would snap or buckle"
+                )
+        return None
+
+    def _beyond_test(self) -> list[str]:
+        """What to say of material that is stretched further at the end than its card was tested."""
+        said = []
+        for name, solid in self.model.solids.items():
+            card = solid.material.card
+            if card is None or card.stretch_range is None:
+                continue
+            f = solid.deformation_gradient(self.stepper.state.x)
+            stretch = np.linalg.svd(f, compute_uv=False)
+            low, high = card.stretch_range
+            beyond = stretch[..., 0] > high
+            if low < 1:  # a tension test says nothing of its transverse stretches below 1
+                beyond |= stretch[..., -1] < low
+            part = self.model.sum(float(solid.volumes[beyond].sum()))
+            whole = self.model.sum(float(solid.volumes.sum()))
+            if part > 0:
+                said.append(
+                    f"region '{name}': {part / whole:.2%} of the volume leaves the stretches "
+                    f"{low:g} to {high:g} to which {card.name or 'its material'} was tested"
+                )
+        return said
+
+    def _accept(self, state, attempt, number) -> None:
+        started = time.perf_counter()
+        snapshot = Snapshot(self.model, state, self.row, self.spec.safety_factor)
+        row = {"step": attempt.step, "increment": number, "step_fraction": attempt.fraction}
+        for measure in self.measures:
+            row |= measure.evaluate(snapshot)
+        row["unstable_modes"] = attempt.unstable_modes
+        row["newton_iterations"] = attempt.iterations
+        row["residual"] = attempt.residuals[-1] if attempt.residuals else 0.0
+        self.row = row
+        fields = {
+            name: gather_nodes(self.model, values)
+            for name, values in snapshot.nodal_fields().items()
+        }
+        if self.writer is not None:
+            self.writer.increment(row, fields)
+        self.write_time += time.perf_counter() - started
+        self.tell({"stage": "increment", "steps": len(self.spec.steps), **asdict(attempt), **row})
+
+    def _checkpoint(self, checkpoint) -> None:
+        started = time.perf_counter()
+        data = pack(self.model, checkpoint)
+        if self.writer is not None:
+            self.writer.checkpoint(data)
+        self.write_time += time.perf_counter() - started
+
+    def _reject(self, attempt) -> None:
+        self.tell({"stage": "cutback", **asdict(attempt)})
