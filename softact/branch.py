@@ -135,7 +135,8 @@ class _Trace:
         return outcome.converged
 
     def _limit(self, seen) -> float | None:
-        """The highest maximum of the fraction on the way: top of the parabola through it."""
+        """The highest maximum of the fraction on the way: top of the parabola through it, which
+        stays below the end of the step, where the way has not been."""
         t = np.array([p.q[0] for p in seen])
         tops = [i for i in range(1, len(t) - 1) if t[i - 1] < t[i] >= t[i + 1]]
         if not tops:
@@ -143,7 +144,8 @@ class _Trace:
         top = max(tops, key=t.__getitem__)
         s = np.array([p.s for p in seen[top - 1 : top + 2]])
         a, b, c = np.polyfit(s - s[1], t[top - 1 : top + 2], 2)
-        return float(c - b * b / (4 * a))
+        peak = float(c - b * b / (4 * a))
+        return peak if peak < 1.0 else float(t[top])
 
     def _told(self, fraction: float) -> str:
         name, (start, end) = max(self.ramp.pressures.items(), key=lambda p: abs(p[1][1] - p[1][0]))

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from softact import branch
 from softact.drive import Point, extrapolate
 from softact.ladder import SMALL, Ladder, next_size
 from softact.stepping import Attempt
@@ -90,3 +91,16 @@ def test_no_limit_is_seen(speeds):
     """A steady way, one that slows down, and one whose last speed is not known."""
     way = [accepted(0.1 * (n + 1), speed) for n, speed in enumerate(speeds)]
     assert limit_ahead(*way) == np.inf
+
+
+def test_a_traced_limit_lies_below_the_end_of_the_step():
+    """A parabola through three points of uneven distances rises above what was reached."""
+
+    def limit(fractions):
+        places = (0.0, 1.0, 1.1)
+        seen = [Point(s, None, np.array([t])) for s, t in zip(places, fractions, strict=True)]
+        return branch._Trace._limit(None, seen)
+
+    assert 0.7 < limit((0.5, 0.7, 0.65)) < 1.0
+    assert limit((0.9, 0.99, 0.7)) == 0.99
+    assert limit((0.5, 0.6, 0.7)) is None
