@@ -38,6 +38,7 @@ LONGER = ((6, 2.0), (12, 1.5), (20, 1.1))  # Newton iterations up to which one g
 IN_SIGHT = 0.8  # of the way that contact looks ahead, for the next time step
 LOOSE = 1e-4  # tolerance of a time step, also by the full pressure's force; statics: the solver's
 TIGHT = 1e-6  # ... of one under the full load
+TIGHTER = 1e-8  # ... and of one that the last would have left where it was
 TRIES_APART = 4  # time steps between tries of statics, doubling
 SELDOM = 8  # ... at most under the full load
 SETTLING = 200  # time steps at most after the loads have reached their value
@@ -159,15 +160,21 @@ class _Inflation:
 
     def _next(self, x, s, q):
         """Outcome of a time step from x. Under the full load to TIGHT, where that is found: else a
-        long limb, which small forces move far, would be taken to rest."""
+        long limb, which small forces move far, would be taken to rest; to TIGHTER where x is in
+        balance to TIGHT, for it would stay there whatever the time step."""
+        if s < 1.0:
+            return self._solve(s, q, search=True)
+        outcome = self._solve(s, q, TIGHT, search=True)
+        self.tight = outcome.converged
+        if self.tight and outcome.iterations:
+            return outcome
         state = self.stepper.state
-        if s >= 1.0:
-            outcome = self._solve(s, q, TIGHT, search=True)
-            self.tight = outcome.converged
-            if self.tight:
-                return outcome
+        state.x = x.copy()
+        again = self._solve(s, q, TIGHTER if self.tight else LOOSE, search=True)
+        if self.tight and not again.converged:
             state.x = x.copy()
-        return self._solve(s, q, search=True)
+            return outcome
+        return again
 
     def _solve(self, s, q, tolerance=LOOSE, search=False):
         held, control = self.drive.set(self.stepper.state, s, q)

@@ -2,6 +2,7 @@
 
 import re
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from sheet_meshes import build, edges_of, grid, quarter_disc
 from solving import solve
 
 from softact.drive import LoadDrive, Point
-from softact.inflation import inflate
+from softact.inflation import TIGHT, TIGHTER, _Inflation, inflate
 from softact.materials import LAWS
 from softact.model import Support
 from softact.ramp import Ramp
@@ -182,3 +183,24 @@ def test_a_balloon_falls_back(part):
     np.testing.assert_allclose(state.x, straight.state.x, atol=1e-4)
     moved = [np.abs(b.x - a.x).max() for a, b in pairwise(solution.path[first:])]
     assert len(moved) > 3 and moved[-1] < 0.1 < 1.0 < np.abs(state.x - begun).max()
+
+
+@pytest.mark.parametrize("found", [True, False])
+def test_a_time_step_that_leaves_the_sheets_where_they_are_is_solved_further(found):
+    """In balance to TIGHT they would stay at any time step, though a long limb has far to go."""
+    inflation = object.__new__(_Inflation)
+    inflation.stepper = SimpleNamespace(state=SimpleNamespace(x=np.zeros(2)))
+    asked = []
+
+    def solved(s, q, tolerance, search):
+        asked.append(tolerance)
+        finer = tolerance == TIGHTER
+        inflation.stepper.state.x = np.full(2, 7.0 if finer else 1e-7)
+        return SimpleNamespace(converged=not finer or found, iterations=3 * finer)
+
+    inflation._solve = solved
+    outcome = inflation._next(np.zeros(2), 1.0, None)
+    assert asked == [TIGHT, TIGHTER]
+    assert inflation.tight
+    assert outcome.converged
+    assert (outcome.iterations, inflation.stepper.state.x[0]) == ((3, 7.0) if found else (0, 0.0))
