@@ -12,24 +12,31 @@ from __future__ import annotations
 
 import numpy as np
 
-from softact.drive import Point
+from softact.drive import Point, extrapolate
 
-MOST_TIME_STEPS, MOST_ITERATIONS = 100, 200
+MOST_TIME_STEPS, MOST_ITERATIONS = 300, 600
 MOST_OF_SHEETS = 400  # iterations where sheets without stiffness move far
-SLOWER, QUICKER = 1.6, 0.3
-SHORTEST = 1e-4  # of the first time step
+# A time step is solved to this tolerance, in at most so many iterations; part of its length that
+# one which fails keeps, and that of the first below which there is no hope.
+ROUGHLY, MOST_AT_ONCE = 1e-4, 6
+CUT, SHORTEST = 0.25, 1e-3
 RELAXATION = 10.0  # viscosity by shear modulus, in times that a shear wave takes through the body
-# Kinetic by internal energy below which the body is taken to rest, and above which the motion is
-# not quasi-static.
-AT_REST, QUASI_STATIC = 1e-9, 0.05
+# Kinetic by internal energy below which the body is taken to rest, part of it below which that is
+# tried again, and ratio above which the motion is not quasi-static.
+AT_REST, REST_AGAIN, QUASI_STATIC = 1e-9, 0.01, 0.05
 
 
-def settle(stepper, step, drive, path: list[Point], largest: float) -> tuple[list[Point], bool]:
-    """Load further by ``largest`` of the step and let the body come to rest.
+def growth(iterations: int) -> float:
+    """Factor for the next time step after one of so many Newton iterations."""
+    return {0: 2.0, 1: 2.0, 2: 2.0, 3: 1.5, 4: 1.2}.get(iterations, 0.8)
+
+
+def settle(stepper, step, drive, path: list[Point], further: float) -> tuple[list[Point], bool]:
+    """Load further by this fraction of the step and let the body come to rest.
 
     Returns the path from there and whether an equilibrium was found; the state is at its end.
     """
-    motion = _Motion(stepper, drive, path[-1], min(1.0, path[-1].s + largest))
+    motion = _Motion(stepper, drive, path[-1], min(1.0, path[-1].s + further))
     outcome = motion.run()
     if outcome is None or not outcome.converged:
         stepper.go_to(drive, path[-1])
@@ -47,51 +54,88 @@ def settle(stepper, step, drive, path: list[Point], largest: float) -> tuple[lis
 
 
 class _Motion:
+    """path: the last two states of the motion, s being the time (s)."""
+
     def __init__(self, stepper, drive, start: Point, goal: float):
         self.stepper, self.drive, self.start, self.goal = stepper, drive, start, goal
+        self.path = [Point(0.0, start.x, start.q)]
         self.kinetic_ratio, self.time_steps = 0.0, 0
 
     def run(self):
         """Outcome of the static solve after the motion; None where it did not come to rest."""
-        model, state = self.stepper.model, self.stepper.state
+        model, counts = self.stepper.model, self.stepper.newton.counts
         model.add_inertia()
-        x, velocity = self.start.x, np.zeros_like(self.start.x)
         first = time_step = self._sound_crosses()
-        q = self.start.q
-        counts = self.stepper.newton.counts
-        most = MOST_OF_SHEETS if model.sheets else MOST_ITERATIONS
-        last = counts.newton_iterations + most
+        last = counts.newton_iterations + (MOST_OF_SHEETS if model.sheets else MOST_ITERATIONS)
+        at_rest, failed = AT_REST, False
         while (
             self.time_steps < MOST_TIME_STEPS
             and time_step > SHORTEST * first
             and counts.newton_iterations < last
         ):
             self.time_steps += 1
-            for inertia in model.inertia:
-                inertia.time_step, inertia.away_from = time_step, x + time_step * velocity
-            for solid in model.solids.values():
-                solid.resist(x, RELAXATION * first / time_step)
-            state.x = x.copy()
-            outcome = self._solve(q)
+            outcome = self._go_on(time_step, RELAXATION * first / time_step)
             if not outcome.converged:
-                time_step *= QUICKER
+                time_step, failed = CUT * time_step, True
                 continue
-            velocity, x, q = (state.x - x) / time_step, state.x.copy(), self.drive.loads(state)
-            ratio = self._ratio(velocity)
+            ratio = self._ratio(self._velocity)
             self.kinetic_ratio = max(self.kinetic_ratio, ratio)
-            if ratio < AT_REST:
-                self._stop_motion()
-                outcome = self._solve(q)
-                if outcome.converged:
-                    return outcome
-                state.x = x.copy()
-            time_step *= SLOWER
+            if ratio < at_rest:
+                rest = self._rest()
+                if rest.converged:
+                    return rest
+                at_rest = REST_AGAIN * ratio
+            time_step *= min(growth(outcome.iterations), 1.0 if failed else np.inf)
+            failed = False
         self._stop_motion()
         return None
 
-    def _solve(self, q):
-        held, control = self.drive.set(self.stepper.state, self.goal, q)
-        return self.stepper.newton.solve(self.stepper.state, held, control)
+    @property
+    def _velocity(self) -> np.ndarray:
+        """Rate of the unknowns over the last time step (local,)."""
+        if len(self.path) < 2:
+            return np.zeros_like(self.start.x)
+        before, now = self.path
+        return (now.x - before.x) / (now.s - before.s)
+
+    def _go_on(self, time_step: float, resistance: float):
+        """Solve a time step, from where the motion would go on to or else from its begin."""
+        model, state, now = self.stepper.model, self.stepper.state, self.path[-1]
+        for inertia in model.inertia:
+            inertia.time_step, inertia.away_from = time_step, now.x + time_step * self._velocity
+        for solid in model.solids.values():
+            solid.resist(now.x, resistance)
+        time = now.s + time_step
+        guesses = [extrapolate(self.path, time)] if len(self.path) > 1 else []
+        for guess in [*guesses, now]:
+            if guess is not now and not model.contacts.admissible(state, now.x, guess.x):
+                continue
+            outcome = self._solve(guess, ROUGHLY, MOST_AT_ONCE)
+            if outcome.converged or outcome.iterations > 1:
+                break  # a guess with inverted elements ends at once
+        if outcome.converged:
+            self.path = [now, Point(time, state.x.copy(), self.drive.loads(state))]
+        return outcome
+
+    def _rest(self):
+        """Solve without inertia from the last state of the motion, which stands where it fails."""
+        now = self.path[-1]
+        self._stop_motion()
+        outcome = self._solve(now)
+        if not outcome.converged:
+            self.stepper.state.x = now.x.copy()
+        return outcome
+
+    def _solve(self, guess: Point, tolerance: float = 0.0, at_most: int | None = None):
+        state = self.stepper.state
+        held, control = self.drive.set(state, self.goal, guess.q)
+        state.x = guess.x.copy()
+        newton = self.stepper.newton
+        exact, newton.tolerance = newton.tolerance, max(tolerance, newton.tolerance)
+        try:
+            return newton.solve(state, held, control, guess.origin, at_most)
+        finally:
+            newton.tolerance = exact
 
     def _stop_motion(self) -> None:
         for inertia in self.stepper.model.inertia:

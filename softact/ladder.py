@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import asdict, replace
+from itertools import takewhile
 
 import numpy as np
 
@@ -38,6 +39,9 @@ VOLUME_BELOW = 0.05
 # A limit of the load is expected where displacements grow this much faster than at first; part of
 # the way to it that the next increment may go.
 RUNS_AHEAD, TOWARDS_LIMIT = 1.3, 0.5
+# Part of the largest increment by which a motion loads further, and how much farther the next one
+# goes where nothing was gained since the last.
+REACH, FARTHER = 0.2, 2.5
 
 
 class Ladder:
@@ -144,7 +148,10 @@ class Ladder:
             return None
         # Far from here there may be equilibria again.
         self.stepper.go_to(self.drive, self.path[-1])
-        return self._move_on(lambda: found.limit)
+        fault = self._move_on(lambda: found.limit)
+        if fault is None:
+            self.stepper.progress.remarks.insert(-1, found.limit)
+        return fault
 
     def _move_on(self, why: Callable[[], str]) -> str | None:
         """Damped motion to the next equilibrium, where it is allowed (``dynamics.settle``); None
@@ -152,10 +159,20 @@ class Ladder:
         settings = self.stepper.settings
         if not settings.dynamics:
             return why()
-        moved = dynamics.settle(self.stepper, self.step, self.drive, self.path, self.largest)
-        self.path, reached = moved
+        self.path, reached = dynamics.settle(
+            self.stepper, self.step, self.drive, self.path, self._reach()
+        )
         self.size = min(settings.initial_increment, self.largest)
-        return None if reached else why()
+        if not reached:
+            return why()
+        self.vain_before = self._in_vain()
+        return None
+
+    def _reach(self) -> float:
+        """How much further (fraction of the step) a motion loads that begins now."""
+        controls = [a.control for a in self._attempts if a.converged]
+        moved = len(list(takewhile(lambda c: c == "dynamics", reversed(controls))))
+        return self.largest * min(1.0, REACH * FARTHER**moved)
 
     def _inflate(self) -> str | None:
         """Carry sheets without stiffness to their first equilibrium."""

@@ -175,14 +175,17 @@ class Newton:
         fixed_values: np.ndarray,
         control: VolumeControl | None = None,
         origin: Origin | None = None,
+        at_most: int | None = None,
     ) -> NewtonOutcome:
         """Bring ``state`` to equilibrium under its loads; ``state.x`` is the first guess.
 
         control: volumes to reach; the pressures of their cavities are then unknowns, with those of
-        ``state`` as the first guess. origin: what the guess was extrapolated from. The state is
-        changed in place, also where the solve fails.
+        ``state`` as the first guess. origin: what the guess was extrapolated from. at_most:
+        iterations, where fewer are allowed than otherwise. The state is changed in place, also
+        where the solve fails.
         """
         self._state, self._origin = state, origin
+        self._allowed = min(at_most or self._max_iterations, self._max_iterations)
         self._border = Border(self.model, control, self._fixed_dofs) if control else None
         self._held = fixed_values
         state.x[self._fixed_dofs] = fixed_values
@@ -373,7 +376,7 @@ class Newton:
         if error > DIVERGENCE * max(1.0, self._residuals[0]):
             self._reason = "the residual grew without bound"
             return reason.DIVERGED_DTOL
-        if iteration >= self._max_iterations and not self._falls():
+        if iteration >= self._allowed and not self._falls():
             return reason.DIVERGED_MAX_IT
         return reason.ITERATING
 
