@@ -25,11 +25,12 @@ CONFIDENT = 2
 @dataclass(frozen=True)
 class Found:
     """How a trace ended: points of the ``LoadDrive`` to go on from and the increment to go on
-    with; or limit: why the load cannot be reached."""
+    with; or limit: why the load cannot be reached, and snap: the same where a motion gets past."""
 
     path: list[Point]
     size: float = 0.0
     limit: str | None = None
+    snap: str | None = None
 
 
 def trace(stepper, step, ramp, path: list[Point], size: float, largest: float) -> Found:
@@ -164,11 +165,13 @@ class _Trace:
         """Nothing passed: a limit, or no more than load control knew."""
         limit = self._limit(seen)
         if limit is not None:
+            at, end = self._told(limit), self._told(float(seen[-1].q[0]))
+            branch = "could not be traced" if end == at else f"was traced down to {end}"
+            branch, step = f"the unstable branch {branch}", f"step '{self.step.name}'"
             return Found(
                 path,
-                limit=f"step '{self.step.name}': pressure cannot exceed {self._told(limit)}: the "
-                f"structure snaps; the unstable branch was traced down to "
-                f"{self._told(float(seen[-1].q[0]))}",
+                limit=f"{step}: pressure cannot exceed {at}: the structure snaps; {branch}",
+                snap=f"{step}: snaps at {at}; {branch}",
             )
         for p in seen[len(points) :]:
             point = Point(float(p.q[0]), p.x, np.empty(0))

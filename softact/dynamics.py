@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softact.drive import Point, extrapolate
+from softact.drive import Point
 
 MOST_TIME_STEPS, MOST_ITERATIONS = 300, 600
 MOST_OF_SHEETS = 400  # iterations where sheets without stiffness move far
@@ -99,22 +99,15 @@ class _Motion:
         return (now.x - before.x) / (now.s - before.s)
 
     def _go_on(self, time_step: float, resistance: float):
-        """Solve a time step, from where the motion would go on to or else from its begin."""
+        """Solve a time step and, where that is found, add its end to the path."""
         model, state, now = self.stepper.model, self.stepper.state, self.path[-1]
         for inertia in model.inertia:
             inertia.time_step, inertia.away_from = time_step, now.x + time_step * self._velocity
         for solid in model.solids.values():
             solid.resist(now.x, resistance)
-        time = now.s + time_step
-        guesses = [extrapolate(self.path, time)] if len(self.path) > 1 else []
-        for guess in [*guesses, now]:
-            if guess is not now and not model.contacts.admissible(state, now.x, guess.x):
-                continue
-            outcome = self._solve(guess, ROUGHLY, MOST_AT_ONCE)
-            if outcome.converged or outcome.iterations > 1:
-                break  # a guess with inverted elements ends at once
+        outcome = self._solve(now, ROUGHLY, MOST_AT_ONCE)
         if outcome.converged:
-            self.path = [now, Point(time, state.x.copy(), self.drive.loads(state))]
+            self.path = [now, Point(now.s + time_step, state.x.copy(), self.drive.loads(state))]
         return outcome
 
     def _rest(self):
@@ -126,14 +119,14 @@ class _Motion:
             self.stepper.state.x = now.x.copy()
         return outcome
 
-    def _solve(self, guess: Point, tolerance: float = 0.0, at_most: int | None = None):
+    def _solve(self, start: Point, tolerance: float = 0.0, at_most: int | None = None):
         state = self.stepper.state
-        held, control = self.drive.set(state, self.goal, guess.q)
-        state.x = guess.x.copy()
+        held, control = self.drive.set(state, self.goal, start.q)
+        state.x = start.x.copy()
         newton = self.stepper.newton
         exact, newton.tolerance = newton.tolerance, max(tolerance, newton.tolerance)
         try:
-            return newton.solve(state, held, control, guess.origin, at_most)
+            return newton.solve(state, held, control, None, at_most)
         finally:
             newton.tolerance = exact
 

@@ -150,7 +150,7 @@ class Ladder:
         self.stepper.go_to(self.drive, self.path[-1])
         fault = self._move_on(lambda: found.limit)
         if fault is None:
-            self.stepper.progress.remarks.insert(-1, found.limit)
+            self.stepper.progress.remarks.insert(-1, found.snap)
         return fault
 
     def _move_on(self, why: Callable[[], str]) -> str | None:

@@ -16,13 +16,11 @@ from softact.settings import Settings
 from softact.snapshot import Snapshot, gather_mesh, gather_nodes
 from softact.stepping import Stepper
 
-Tell = Callable[[dict], None]
-
 
 class Recorder:
     """Runs the steps of a spec and writes down each accepted state."""
 
-    def __init__(self, spec, model, writer, tell: Tell, start):
+    def __init__(self, spec, model, writer, tell: Callable[[dict], None], start):
         self.spec, self.model, self.writer, self.tell = spec, model, writer, tell
         wanted = MEASURES if spec.measures == "all" else dict.fromkeys(spec.measures)
         self.measures = [MEASURES[name] for name in wanted]

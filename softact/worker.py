@@ -21,7 +21,6 @@ import numpy as np
 
 from softact.errors import OUT_OF_MEMORY, SoftactError
 
-Tell = Callable[[dict], None]
 PETSC_OUT_OF_MEMORY = 55
 _BLAS_BUFFER = 1 << 27  # bytes that OpenBLAS asks for on x86-64
 
@@ -32,7 +31,7 @@ def solve(
     mesh_file: Path,
     directory: Path,
     times: dict,
-    tell: Tell,
+    tell: Callable[[dict], None],
     old_steps: list[dict] | None = None,
 ) -> str:
     """Solve ``spec`` on the mesh in ``mesh_file`` and write the result folder.

@@ -16,8 +16,8 @@ ELASTIC_SLIP = 0.005
 
 
 def _mapped(along, limit):
-    """Elastic slip (n, 3), and whether the rest of ``along`` (n, 3) is true slip, its length and
-    the projection (n, 3, 3) of changes of ``along`` on those of the elastic slip."""
+    """Elastic part (n, 3) of a slip ``along`` (n, 3) the surface, mm, no longer than ``limit``
+    (n,), and its derivative by ``along`` (n, 3, 3)."""
     length = np.linalg.norm(along, axis=1)
     slips = length > limit
     part = np.where(slips, limit / np.where(slips, length, 1.0), 1.0)
@@ -54,10 +54,11 @@ def slide(coefficient, pressure, slope, limit, normal, trial):
     """The same where the normal is that of the last equilibrium and the point faced moves too.
 
     Arguments as in ``friction``. Returns (traction (n, 3), its derivative by the trial slip
-    (n, 3, 3), its derivative by the gap (n, 3), elastic slip (n, 3)).
+    (n, 3, 3), its derivative by the gap (n, 3), elastic slip (n, 3)), none where no pressure is.
     """
     tangent = np.eye(3) - normal[:, :, None] * normal[:, None]
     elastic, mapped = _mapped(np.einsum("nab,nb->na", tangent, trial), limit)
     stick = (coefficient * pressure / limit)[:, None]
     by_gap = (coefficient * slope / limit)[:, None] * elastic
-    return -stick * elastic, -stick[:, None] * (mapped @ tangent), by_gap, elastic
+    kept = elastic * (pressure > 0.0)[:, None]
+    return -stick * elastic, -stick[:, None] * (mapped @ tangent), by_gap, kept

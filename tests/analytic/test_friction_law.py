@@ -26,8 +26,9 @@ def test_traction_over_slip(pressure, slip):
 def test_nothing_is_kept_where_nothing_touches():
     """A point that left has no elastic slip when it comes back."""
     none, trial = np.zeros(1), np.array([[0.01, 0.0, 0.0]])
-    traction, _, elastic = friction(0.4, none, none, LIMIT, NORMAL, FLAT, trial)
-    assert not traction.any() and not elastic.any()
+    for law, more in ((friction, [FLAT]), (slide, [])):
+        traction, *_, elastic = law(0.4, none, none, LIMIT, NORMAL, *more, trial)
+        assert not traction.any() and not elastic.any()
 
 
 @pytest.mark.parametrize(

@@ -1,10 +1,19 @@
 """The slow PneuNet's own rules: what closes the chambers below, and what is refused."""
 
+import csv
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 from pydantic import ValidationError
 
 from softact.geometries.slow_pneunet import SlowPneunet
+from softact.run import run
+from softact.spec import load
+
+REPOSITORY = Path(__file__).parents[2]
+MEASURED = REPOSITORY.parent / "shared" / "data" / "ecoflex30_epfl" / "bending_angle_c5_w7.csv"
 
 
 def slow(**given):
@@ -65,3 +74,43 @@ def test_impossible_parameters_are_refused(given, field, reason):
         slow(**given)
     (fault,) = caught.value.errors()
     assert fault["loc"] == (field,) and reason in fault["msg"]
+
+
+@pytest.fixture(scope="module")
+def epfl(tmp_path_factory):
+    """EPFL's c5-w7 on a coarse mesh: states (n, 2) of pressure (kPa) and chord angle (degrees),
+    and what run.json holds."""
+    folder = tmp_path_factory.mktemp("epfl") / "run"
+    spec = load(str(REPOSITORY / "configs" / "epfl_c5_w7.yaml"), ["geometry.mesh_size=4 mm"])
+    assert run(spec, folder, report=False).status == "complete"
+    with (folder / "curve.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    curve = [[float(r["pressure_kPa"]), float(r["chord_angle_deg"])] for r in rows]
+    return np.array(curve), json.loads((folder / "run.json").read_text())
+
+
+def test_epfls_actuator_bends_on_beyond_its_snap(epfl):
+    """It snaps near 39 kPa, moves quasi-statically to a stable state far away, and goes on."""
+    curve, known = epfl
+    history = [a for a in known["history"] if a["converged"]]
+    (moved,) = (i for i, a in enumerate(history) if a["control"] == "dynamics")
+    under_load = [i for i, a in enumerate(history[:moved]) if a["control"] == "load"]
+    before, after = curve[under_load[-1]], curve[moved]
+    assert 38 < before[0] < 40 and after[0] < before[0] + 1.5
+    assert after[1] > before[1] + 10
+    assert 0 < history[moved]["kinetic_ratio"] < 0.05
+    assert all(a["unstable_modes"] == 0 for a in history[moved:])
+    assert curve[-1, 0] == pytest.approx(45)
+    snaps, motion = known["messages"][:2]
+    assert "snaps at 39." in snaps and "damped time steps" in motion
+
+
+@pytest.mark.skipif(not MEASURED.is_file(), reason="the measurement is not here")
+def test_epfls_actuator_beside_the_measurement(epfl):
+    """RMSE of 0.5 degrees up to 32 kPa; from 43 to 45 kPa, beyond the rise, within 8 degrees."""
+    curve, _ = epfl
+    rising = curve[curve[:, 0] >= np.maximum.accumulate(curve[:, 0])]
+    pressure, angle = np.loadtxt(MEASURED, delimiter=",").T
+    deviation = np.interp(1e3 * pressure, *rising.T) - angle
+    assert np.sqrt(np.mean(deviation[1e3 * pressure < 32] ** 2)) < 0.5
+    assert abs(deviation[1e3 * pressure > 43]).max() < 8
