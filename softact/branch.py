@@ -3,21 +3,27 @@ the volume turns back too, the way through the displacements."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from softact.drive import ArcDrive, LoadDrive, Point, VolumeDrive, extrapolate
+from softact.newton import NewtonOutcome
 
 # A traced branch ends after so many increments or Newton iterations of one kind of control, when it
 # has come down to this part of the limit, or when volume control itself makes no way.
-MOST_INCREMENTS, MOST_ITERATIONS = 40, 150
+MOST_INCREMENTS, MOST_ITERATIONS = 40, 100
+MOST_AT_ONCE = 8  # iterations of one increment
 LOWEST = 0.3
 SMALLEST = 1e-3  # of the first increment
 # Conjugate volume that one increment may add, as a part of what there is.
 LARGEST = 0.25
 # Increments that fail in a row of a volume that may be turning back.
 TURNS_BACK = 2
+# What is left of an increment after an attempt that failed.
+CUT = 0.4
+# An increment through the displacements may be so much longer than the way that was prescribed.
+ASIDE = 2.0
 # Stable increments with rising loads after which pressure takes over again.
 CONFIDENT = 2
 
@@ -48,6 +54,7 @@ class _Trace:
         self.stepper, self.step, self.ramp, self.largest = stepper, step, ramp, largest
         self.drive, self.load = VolumeDrive(stepper.model, ramp), LoadDrive(ramp)
         self.arc = ArcDrive(stepper.model, ramp)
+        self._beyond = False  # whether an unstable equilibrium has been seen
         self._set_bounds(0)
 
     def run(self, path: list[Point], size: float) -> Found:
@@ -56,26 +63,23 @@ class _Trace:
         increment = first = self._first(points, size)
         seen, rising, failed = list(points), 0, 0
         while self._worth_while(seen, len(points)) and increment >= SMALLEST * first:
-            if failed >= TURNS_BACK and self.drive is not self.arc and len(seen) > len(points) + 1:
+            if failed >= TURNS_BACK and self.drive is not self.arc and len(seen) > 1:
                 seen = self._follow_arc(seen)
                 increment = first = seen[-1].s - seen[-2].s
-            if self.drive is self.arc:
-                self.arc.aim(*seen[-2:])
             target = seen[-1].s + increment
-            outcome = stepper.attempt(self.drive, seen[-3:], target)
-            failed += not outcome.converged
+            outcome = self._attempt(seen, target)
             fraction = float(self.drive.loads(stepper.state)[0])
-            if outcome.converged and fraction >= 1.0:
-                if self._arrive(seen):
-                    self._remark(seen)
-                    return Found([Point(1.0, stepper.state.x.copy(), np.empty(0))])
-                outcome = None
-            if outcome is None or not outcome.converged:
-                if outcome is not None:
+            if outcome.converged and fraction >= 1.0 and self._arrive(seen):
+                self._remark(seen)
+                return Found([Point(1.0, stepper.state.x.copy(), np.empty(0))])
+            if not outcome.converged or fraction >= 1.0:
+                if not outcome.converged:
                     stepper.reject(self.step, self.drive, seen[-1:], target, outcome)
-                increment *= 0.4
+                    failed += 1
+                increment *= CUT
                 continue
-            failed, before = 0, seen[-1]
+            before = seen[-1]
+            self._beyond |= outcome.unstable_modes > 0
             seen += stepper.accept(self.step, self.drive, [], target, outcome)
             stable = outcome.unstable_modes == 0 and seen[-1].q[0] > before.q[0]
             rising = rising + 1 if stable and outcome.iterations <= 6 else 0
@@ -83,8 +87,34 @@ class _Trace:
                 self._remark(seen)
                 back = [Point(float(p.q[0]), p.x, np.empty(0)) for p in seen[-3:]]
                 return Found(back, min(self.largest, abs(back[-1].s - back[-2].s)))
-            increment = self._next(seen, increment, outcome.iterations)
+            held_back = increment if failed else np.inf
+            increment = min(self._next(seen, increment, outcome.iterations), held_back)
+            failed = 0
         return self._end(path, points, seen, size)
+
+    def _attempt(self, seen, target: float) -> NewtonOutcome:
+        """Seek the next point, which has to lie ahead."""
+        if self.drive is self.arc:
+            self.arc.aim(*seen[-2:])
+        outcome = self.stepper.attempt(self.drive, seen[-3:], target, MOST_AT_ONCE)
+        if outcome.converged and self._lies_back(seen[-1], target, outcome.unstable_modes):
+            return replace(outcome, converged=False, reason="that equilibrium lies back")
+        return outcome
+
+    def _lies_back(self, last: Point, target: float, unstable_modes: int) -> bool:
+        """Whether an equilibrium is none of the branch ahead: far aside of the way to it, or on
+        the way to the limit again.
+
+        Along a path the determinant of the tangent and the rate of the load change their signs
+        together: no stable equilibria follow each other under falling loads.
+        """
+        state, symmetric = self.stepper.state, self.stepper.model.contacts.symmetric
+        falls = float(self.drive.loads(state)[0]) < last.q[0]
+        if symmetric and falls and unstable_modes == 0 and self._beyond:
+            return True
+        if self.drive is not self.arc:
+            return False
+        return self.arc.length(state.x - last.x) > ASIDE * (target - last.s)
 
     def _follow_arc(self, seen) -> list[Point]:
         """Prescribe the way through the displacements from here on."""

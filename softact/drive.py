@@ -115,15 +115,16 @@ class ArcDrive(VolumeDrive):
         """Points of a ``VolumeDrive`` as ones of this drive."""
         places = [0.0]
         for before, after in pairwise(path):
-            places.append(places[-1] + self._length(after.x - before.x))
+            places.append(places[-1] + self.length(after.x - before.x))
         return [replace(point, s=s) for point, s in zip(path, places, strict=True)]
 
     def aim(self, before: Point, last: Point) -> None:
         """Go on from the last point in the direction of these two."""
         change = np.where(self._is_displacement, last.x - before.x, 0.0)
-        self._last, self._tangent = last, change / self._length(change)
+        self._last, self._tangent = last, change / self.length(change)
 
-    def _length(self, change: np.ndarray) -> float:
+    def length(self, change: np.ndarray) -> float:
+        """Norm of the displacements in a change of the unknowns (local,)."""
         owned = slice(self._model.unknowns.owned)
         change = np.where(self._is_displacement, change, 0.0)[owned]
         return float(np.sqrt(self._model.sum(float(change @ change))))

@@ -156,13 +156,13 @@ class Ladder:
     def _move_on(self, why: Callable[[], str]) -> str | None:
         """Damped motion to the next equilibrium, where it is allowed (``dynamics.settle``); None
         where it arrives, else ``why()``."""
-        settings = self.stepper.settings
+        settings, reach = self.stepper.settings, self._reach()
         if not settings.dynamics:
             return why()
         self.path, reached = dynamics.settle(
-            self.stepper, self.step, self.drive, self.path, self._reach()
+            self.stepper, self.step, self.drive, self.path, reach
         )
-        self.size = min(settings.initial_increment, self.largest)
+        self.size = min(settings.initial_increment, reach)
         if not reached:
             return why()
         self.vain_before = self._in_vain()

@@ -184,6 +184,11 @@ class Model:
         )
 
     @property
+    def smooth(self) -> bool:
+        """Whether no force has a kink anywhere."""
+        return not (len(self.contacts) or self.sheets or self.layers.slacken)
+
+    @property
     def terms(self):
         """All parts of the potential energy."""
         return [

@@ -16,6 +16,10 @@ from softact.terms import Origin, State
 # A residual that has grown by this factor does not come back.
 DIVERGENCE = 1e6
 
+# Where forces are smooth, a solve is lost when from this iteration on the residual is above the one
+# and so many times what it had been.
+LOST_FROM, LOST_ABOVE, LOST_RISE = 5, 1e-2, 10.0
+
 # A step that is still inadmissible after so many halvings is a wrong direction.
 MAX_HALVINGS = 8
 
@@ -376,9 +380,17 @@ class Newton:
         if error > DIVERGENCE * max(1.0, self._residuals[0]):
             self._reason = "the residual grew without bound"
             return reason.DIVERGED_DTOL
+        if iteration >= LOST_FROM and self._rose():
+            self._reason = "the residual grew again"
+            return reason.DIVERGED_DTOL
         if iteration >= self._allowed and not self._falls():
             return reason.DIVERGED_MAX_IT
         return reason.ITERATING
+
+    def _rose(self) -> bool:
+        """Whether the residual has grown by so much that it hardly comes back."""
+        now, least = self._residuals[-1], min(self._residuals)
+        return self.model.smooth and now > max(LOST_ABOVE, LOST_RISE * least)
 
     def _falls(self) -> bool:
         """Whether the residual falls steadily, as it does where the tangent is not exact."""

@@ -74,14 +74,19 @@ class Recorder:
         return status
 
     def _unstable(self) -> str | None:
-        """What to say of the first unstable equilibrium."""
-        for attempt in self.stepper.progress.attempts:
-            if attempt.converged and attempt.unstable_modes > 0:
-                return (
-                    f"unstable from {attempt.fraction:.2%} of step '{attempt.step}' on: the "
-                    "potential energy falls in some direction, so the actuator would snap or buckle"
-                )
-        return None
+        """What to say of unstable equilibria."""
+        found = [attempt for attempt in self.stepper.progress.attempts if attempt.converged]
+        unstable = [i for i, attempt in enumerate(found) if attempt.unstable_modes > 0]
+        if not unstable:
+            return None
+        first, after = found[unstable[0]], found[unstable[-1] + 1 :]
+        again = ""
+        if after:
+            again = f"; stable again from {after[0].fraction:.2%} of step '{after[0].step}' on"
+        return (
+            f"unstable from {first.fraction:.2%} of step '{first.step}' on: the potential energy "
+            f"falls in some direction, so the actuator would snap or buckle{again}"
+        )
 
     def _beyond_test(self) -> list[str]:
         """What to say of material that is stretched further at the end than its card was tested."""

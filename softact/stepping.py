@@ -143,15 +143,18 @@ class Stepper:
         else:
             self.on_reject(attempt)
 
-    def attempt(self, drive: Drive, path: Sequence[Point], s: float) -> NewtonOutcome:
-        """Seek the equilibrium at the place ``s``, from a prediction or from the last point."""
+    def attempt(
+        self, drive: Drive, path: Sequence[Point], s: float, at_most: int | None = None
+    ) -> NewtonOutcome:
+        """Seek the equilibrium at the place ``s``, from a prediction or from the last point, in at
+        most so many iterations where fewer are allowed than otherwise."""
         outcome, contacts, start = None, self.model.contacts, path[-1]
         for guess in self._guesses(drive, path, s):
             held, control = drive.set(self.state, s, guess.q)
             if guess is not start and not contacts.admissible(self.state, start.x, guess.x):
                 continue
             self.state.x = guess.x.copy()
-            outcome = self._equilibrium(held, control, guess.origin)
+            outcome = self._equilibrium(held, control, guess.origin, at_most)
             if outcome.converged or outcome.iterations > 1:
                 break  # a guess with inverted elements ends at once: then start from the last state
         return outcome
@@ -170,9 +173,9 @@ class Stepper:
             guesses = [] if best is None or errors[best] > 1.0 else [guesses[best]]
         return [*guesses, path[-1]]
 
-    def _equilibrium(self, held, control, origin) -> NewtonOutcome:
+    def _equilibrium(self, held, control, origin, at_most) -> NewtonOutcome:
         """Newton, and once more with stiffer contact as long as bodies overlap too far."""
-        outcome = self.newton.solve(self.state, held, control, origin)
+        outcome = self.newton.solve(self.state, held, control, origin, at_most)
         while outcome.converged and self.model.contacts.stiffen(self.state):
             again = self.newton.solve(self.state, held, control)
             outcome = replace(again, iterations=outcome.iterations + again.iterations)

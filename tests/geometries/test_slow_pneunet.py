@@ -2,6 +2,7 @@
 
 import csv
 import json
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -101,8 +102,20 @@ def test_epfls_actuator_bends_on_beyond_its_snap(epfl):
     assert 0 < history[moved]["kinetic_ratio"] < 0.05
     assert all(a["unstable_modes"] == 0 for a in history[moved:])
     assert curve[-1, 0] == pytest.approx(45)
-    snaps, motion = known["messages"][:2]
+    snaps, motion, unstable = known["messages"][:3]
     assert "snaps at 39." in snaps and "damped time steps" in motion
+    assert f"stable again from {history[moved]['fraction']:.2%}" in unstable
+
+
+def test_unstable_branch_does_not_turn_back_to_the_stable_one(epfl):
+    """Below the limit the traced branch has equilibria that no load control could have found; it
+    had been followed down the stable branch, where one trial had fallen back to that."""
+    _, known = epfl
+    history = [a for a in known["history"] if a["converged"]]
+    traced = [a for a in history if a["control"] in ("volume", "arc")]
+    falling = [b for a, b in pairwise(traced) if b["fraction"] < a["fraction"]]
+    assert len(falling) > 5
+    assert min(a["unstable_modes"] for a in falling) > 0
 
 
 @pytest.mark.skipif(not MEASURED.is_file(), reason="the measurement is not here")
