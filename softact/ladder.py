@@ -159,9 +159,7 @@ class Ladder:
         settings, reach = self.stepper.settings, self._reach()
         if not settings.dynamics:
             return why()
-        self.path, reached = dynamics.settle(
-            self.stepper, self.step, self.drive, self.path, reach
-        )
+        self.path, reached = dynamics.settle(self.stepper, self.step, self.drive, self.path, reach)
         self.size = min(settings.initial_increment, reach)
         if not reached:
             return why()
