@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from softact.drive import ArcDrive, LoadDrive, Point, VolumeDrive, extrapolate
+from softact.increments import CUT, growth
 from softact.newton import NewtonOutcome
 
 # A traced branch ends after so many increments or Newton iterations of one kind of control, when it
@@ -20,8 +21,6 @@ SMALLEST = 1e-3  # of the first increment
 LARGEST = 0.25
 # Increments that fail in a row of a volume that may be turning back.
 TURNS_BACK = 2
-# What is left of an increment after an attempt that failed.
-CUT = 0.4
 # An increment through the displacements may be so much longer than the way that was prescribed.
 ASIDE = 2.0
 # Stable increments with rising loads after which pressure takes over again.
@@ -108,13 +107,13 @@ class _Trace:
         Along a path the determinant of the tangent and the rate of the load change their signs
         together: no stable equilibria follow each other under falling loads.
         """
-        state, symmetric = self.stepper.state, self.stepper.model.contacts.symmetric
+        state, told = self.stepper.state, self.stepper.model.contacts.symmetric  # by the inertia
         falls = float(self.drive.loads(state)[0]) < last.q[0]
-        if symmetric and falls and unstable_modes == 0 and self._beyond:
-            return True
-        if self.drive is not self.arc:
-            return False
-        return self.arc.length(state.x - last.x) > ASIDE * (target - last.s)
+        returned = told and self._beyond and falls and unstable_modes == 0
+        way = target - last.s
+        return returned or (
+            self.drive is self.arc and self.arc.length(state.x - last.x) > ASIDE * way
+        )
 
     def _follow_arc(self, seen) -> list[Point]:
         """Prescribe the way through the displacements from here on."""
@@ -142,8 +141,6 @@ class _Trace:
         return 0.01 * abs(points[-1].s)
 
     def _next(self, seen, increment, iterations) -> float:
-        from softact.ladder import growth
-
         change = abs(seen[-1].q[0] - seen[-2].q[0])
         wanted = increment * growth(iterations)
         if change > 0:

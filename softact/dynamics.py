@@ -126,7 +126,7 @@ class _Motion:
         newton = self.stepper.newton
         exact, newton.tolerance = newton.tolerance, max(tolerance, newton.tolerance)
         try:
-            return newton.solve(state, held, control, None, at_most)
+            return newton.solve(state, held, control, at_most=at_most)
         finally:
             newton.tolerance = exact
 

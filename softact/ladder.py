@@ -18,17 +18,13 @@ from softact import branch, dynamics, inflation
 from softact.checkpoint import Checkpoint, told
 from softact.diagnosis import causes
 from softact.drive import LoadDrive, Point
+from softact.increments import CUT, next_size
 from softact.newton import NewtonOutcome
 from softact.ramp import LoadStep, Ramp
 from softact.terms import State
 
-# Newton counts that let the increment grow, and beyond which it shrinks.
-EASY, HARD = 5, 8
-# ... and how many more friction takes, at any increment, to find out what sticks and what slips.
+# Newton iterations that friction takes more, at any increment, to find out what sticks and slips.
 FOR_FRICTION = 3
-GROWTH, SHRINK, CUT = 1.6, 0.7, 0.4
-# Part of the largest increment below which an accepted one always grows, by this factor at least.
-SMALL, RECOVERY = 0.1, 1.25
 # The rungs between are left out where so many attempts have gained less than this part of a step.
 PATIENCE, LEAST_GAIN = 25, 0.01
 # Newton iterations of a step, after a first inflation, that may bring no increment under load
@@ -257,25 +253,6 @@ class Ladder:
             f"no equilibrium found beyond {self.path[-1].s:.2%} of step '{self.step.name}' "
             f"({_loads(state)}): {'; '.join(why)}"
         )
-
-
-def next_size(size: float, iterations: int, largest: float) -> float:
-    """Increment after one that was accepted.
-
-    A small one does not shrink for its many iterations: where they converge slowly in themselves
-    (a follower pressure on an open face) no increment would be small enough.
-    """
-    factor = growth(iterations)
-    if size < SMALL * largest:
-        factor = max(factor, RECOVERY)
-    return min(largest, size * factor)
-
-
-def growth(iterations: int) -> float:
-    """Factor for the next increment after so many iterations."""
-    if iterations <= EASY:
-        return GROWTH
-    return 1.0 if iterations <= HARD else SHRINK
 
 
 def _loads(state: State) -> str:

@@ -81,7 +81,7 @@ class Recorder:
             return None
         first, after = found[unstable[0]], found[unstable[-1] + 1 :]
         again = ""
-        if after:
+        if after and self.model.contacts.symmetric:  # else the factors tell nothing
             again = f"; stable again from {after[0].fraction:.2%} of step '{after[0].step}' on"
         return (
             f"unstable from {first.fraction:.2%} of step '{first.step}' on: the potential energy "

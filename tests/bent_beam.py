@@ -23,6 +23,7 @@ LENGTH, HALF_WIDTH, HEIGHT = 120.0, 8.0, 14.0
 WALL = 2.0
 SHEAR_MODULUS = 0.22
 PRESSURE = 50.0
+ANGLE, INCREMENTS = 200.0, 8  # of the tests of the report
 EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
 
 LAYOUT = Layout(

@@ -1,10 +1,13 @@
-"""One headless Chromium for all tests of pages."""
+"""One headless Chromium for all tests of pages, and the folder of the tests of the report."""
 
 import pytest
 
 pytest.register_assert_rewrite("browsing")
 
+import bent_beam  # noqa: E402
 import browsing  # noqa: E402
+
+from softact.report import write_report  # noqa: E402
 
 
 @pytest.fixture(scope="session")
@@ -15,3 +18,12 @@ def browser(tmp_path_factory):
         yield started
     finally:
         started.quit()
+
+
+@pytest.fixture(scope="module")
+def reported_beam(tmp_path_factory):
+    """Result folder of a block bent to ``bent_beam.ANGLE``, with its report."""
+    directory = tmp_path_factory.mktemp("report") / "beam"
+    bent_beam.write(directory, bent_beam.ANGLE, bent_beam.INCREMENTS)
+    write_report(directory)
+    return directory

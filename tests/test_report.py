@@ -22,15 +22,7 @@ from softact.results import read
 from softact.results_writer import ResultsWriter
 
 LENGTH, HEIGHT = bent_beam.LENGTH, bent_beam.HEIGHT
-ANGLE, INCREMENTS = 200.0, 8
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    directory = tmp_path_factory.mktemp("report") / "beam"
-    bent_beam.write(directory, ANGLE, INCREMENTS)
-    write_report(directory)
-    return directory
+ANGLE, INCREMENTS = bent_beam.ANGLE, bent_beam.INCREMENTS
 
 
 @pytest.fixture
@@ -65,8 +57,8 @@ def table_row(text, name):
     return re.findall(r"<td[^>]*>(.*?)</td>", row)
 
 
-def test_figures_are_those_of_the_closed_form(folder):
-    text = visible((folder / "report.html").read_text())
+def test_figures_are_those_of_the_closed_form(reported_beam):
+    text = visible((reported_beam / "report.html").read_text())
     heads = re.findall(r"<th scope='col'>(.*?)</th>", text)
     assert heads[2:] == ["0 kPa", "10 kPa", "20 kPa", "30 kPa", "40 kPa", "50 kPa (last)"]
     # The angle is in proportion to the pressure, so interpolation is exact.
@@ -86,8 +78,8 @@ def test_figures_are_those_of_the_closed_form(folder):
     assert table_row(text, "Cavity volume")[1:] == ["13.92"] * 6
 
 
-def test_it_tells_status_assumptions_history_and_provenance(folder):
-    text = visible((folder / "report.html").read_text())
+def test_it_tells_status_assumptions_history_and_provenance(reported_beam):
+    text = visible((reported_beam / "report.html").read_text())
     assert "<strong>Complete.</strong>" in text and "50 kPa" in text
     assert "The wall thickness of &lt;2 mm&gt; is not in the paper" in text
     assert "9 increments were tried, 1 of them" in text and "39 Newton iterations" in text
@@ -96,8 +88,8 @@ def test_it_tells_status_assumptions_history_and_provenance(folder):
     assert "spec hash 0f3a" in text and "softact run spec.yaml -n 2" in text
 
 
-def test_the_page_needs_nothing_else(folder):
-    text = (folder / "report.html").read_text()
+def test_the_page_needs_nothing_else(reported_beam):
+    text = (reported_beam / "report.html").read_text()
     assert len(text) < 10e6
     outside = re.findall(r"""(?:src|href)\s*=\s*["']?(?!data:|#)([^"'>\s]+)""", visible(text))
     assert outside == []
@@ -249,7 +241,7 @@ def test_places_of_largest_values_are_not_measures(tmp_path):
     assert curves.measures(read(tmp_path / "r")) == ["tip_x_mm", "max_principal_stress_MPa"]
 
 
-def test_states_at_even_loads(folder):
-    results = read(folder)  # at 0, 6.25, 12.5 ... 50 kPa
+def test_states_at_even_loads(reported_beam):
+    results = read(reported_beam)  # at 0, 6.25, 12.5 ... 50 kPa
     assert view.states(results, 4) == [2, 4, 6, 8]
     assert view.states(results, 3) == [3, 5, 8]

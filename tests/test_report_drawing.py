@@ -10,21 +10,13 @@ import pytest
 from PIL import Image
 
 from softact.geometry import Layout
-from softact.report import frames, obstacles, surface, view, viewer, write_report
+from softact.report import frames, obstacles, surface, view, viewer
 from softact.results import read
 from softact.results_writer import ResultsWriter
 
 LENGTH, HALF, HEIGHT = bent_beam.LENGTH, bent_beam.HALF_WIDTH, bent_beam.HEIGHT
 WALL = bent_beam.WALL
-ANGLE, INCREMENTS = 200.0, 8
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    directory = tmp_path_factory.mktemp("report") / "beam"
-    bent_beam.write(directory, ANGLE, INCREMENTS)
-    write_report(directory)
-    return directory
+ANGLE, INCREMENTS = bent_beam.ANGLE, bent_beam.INCREMENTS
 
 
 def area(points, triangles):
@@ -37,8 +29,8 @@ def volume(points, triangles):
     return (a * np.cross(b, c)).sum() / 6
 
 
-def test_skin_of_the_block(folder):
-    results = read(folder)
+def test_skin_of_the_block(reported_beam):
+    results = read(reported_beam)
     skin = surface.skin(results)
     points = results.points[skin.nodes]
     channel = (LENGTH - 2 * WALL) * (HALF - WALL) * (HEIGHT - 2 * WALL)
@@ -53,15 +45,15 @@ def test_skin_of_the_block(folder):
     assert length == pytest.approx(2 * each)  # once for each of the two faces that meet
 
 
-def test_mirrored_whole(folder):
-    results = read(folder)
+def test_mirrored_whole(reported_beam):
+    results = read(reported_beam)
     skin = surface.skin(results)
     points, triangles = surface.mirrored(results.points[skin.nodes], skin.outer, skin.mirrors)
     assert volume(points, triangles) == pytest.approx(LENGTH * 2 * HALF * HEIGHT)
 
 
-def test_many_triangles_are_drawn_by_their_corners(folder):
-    results = read(folder)
+def test_many_triangles_are_drawn_by_their_corners(reported_beam):
+    results = read(reported_beam)
     full, coarse = surface.skin(results), surface.skin(results, most=100)
     assert len(full.outer) == 4 * len(coarse.outer)
     assert area(results.points[coarse.nodes], coarse.outer) == pytest.approx(
@@ -82,8 +74,8 @@ def unpacked(packed):
     return triangles, places.transpose(0, 2, 1), np.cumsum(shades, axis=1, dtype=np.uint8)
 
 
-def test_the_3d_view_holds_the_deformed_surface(folder):
-    results = read(folder)
+def test_the_3d_view_holds_the_deformed_surface(reported_beam):
+    results = read(reported_beam)
     packed = viewer.pack(results)
     triangles, places, shades = unpacked(packed)
     assert len(places) == INCREMENTS + 1
@@ -142,10 +134,10 @@ def test_the_colour_range_leaves_out_a_lonely_peak(tmp_path):
         ({"axis": (0, 1, 0), "symmetry": {"symmetry": 0}}, (1, 0)),
     ],
 )
-def test_the_bending_plane_is_seen(folder, layout, seen):
+def test_the_bending_plane_is_seen(reported_beam, layout, seen):
     """The axis is drawn nearly at full length, to the right or up; the frame is orthonormal."""
     plain = Layout(regions=("body",), surfaces=(), cavities={}, **layout)
-    looked = view.bending_view(replace(read(folder), layout=plain, surfaces={}))
+    looked = view.bending_view(replace(read(reported_beam), layout=plain, surfaces={}))
     frame = np.array([looked.right, looked.up, looked.eye])
     assert frame @ frame.T == pytest.approx(np.eye(3))
     assert np.linalg.det(frame) == pytest.approx(1)
@@ -154,9 +146,9 @@ def test_the_bending_plane_is_seen(folder, layout, seen):
     assert drawn @ np.array(seen) > 0.9
 
 
-def test_pictures_are_drawn_to_scale(folder):
+def test_pictures_are_drawn_to_scale(reported_beam):
     """Extent of the opaque pixels against that of the projected block."""
-    results = read(folder)
+    results = read(reported_beam)
     scene = frames.make_scene(results)
     group = scene.group([8], ghost=False, pixels=600)
     with frames.renderer() as renderer:
@@ -177,9 +169,9 @@ def test_pictures_are_drawn_to_scale(folder):
     assert columns[0] * pixel == pytest.approx(margin, rel=0.1)
 
 
-def test_picture_files_show_colours_on_white(folder):
+def test_picture_files_show_colours_on_white(reported_beam):
     for name, width in (("states.png", 1200), ("shape.png", 700), ("curve.png", 1200)):
-        with Image.open(folder / name) as image:
+        with Image.open(reported_beam / name) as image:
             assert image.width >= width
             pixels = np.asarray(image.convert("RGB"), float)
         white = (pixels > 250).all(axis=2).mean()

@@ -8,7 +8,8 @@ import pytest
 
 from softact import branch
 from softact.drive import Point, extrapolate
-from softact.ladder import SMALL, Ladder, next_size
+from softact.increments import SMALL, next_size
+from softact.ladder import Ladder
 from softact.stepping import Attempt
 
 

@@ -118,6 +118,16 @@ def test_unstable_branch_does_not_turn_back_to_the_stable_one(epfl):
     assert min(a["unstable_modes"] for a in falling) > 0
 
 
+def test_solves_whose_residual_grows_again_end(epfl):
+    """Where forces are smooth; at the sixth residual at the earliest."""
+    _, known = epfl
+    lost = [a for a in known["history"] if a["reason"] == "the residual grew again"]
+    assert lost
+    for attempt in lost:
+        residuals = attempt["residuals"]
+        assert len(residuals) > 5 and residuals[-1] > 10 * min(residuals)
+
+
 @pytest.mark.skipif(not MEASURED.is_file(), reason="the measurement is not here")
 def test_epfls_actuator_beside_the_measurement(epfl):
     """RMSE of 0.5 degrees up to 32 kPa; from 43 to 45 kPa, beyond the rise, within 8 degrees."""
