@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from softact.contact.contacts import OUT_OF_SIGHT
 from softact.model import Model
-from softact.soundness import smallest_jacobian
+from softact.soundness import NOTHING, smallest_in_the_middle
 from softact.terms import State
 
 # Volume that a cavity with walls of solids keeps at least, of its first one.
@@ -38,9 +38,9 @@ def _empty_cavity(model: Model, state: State) -> str | None:
 
 
 def _inverted(model: Model, state: State) -> str | None:
-    worst = min((smallest_jacobian(s, state.x) for s in model.solids.values()), default=None)
-    worst = min((w for w in model.comm.allgather(worst) if w is not None), default=None)
-    if worst is None or worst.jacobian > 0.0:
+    found = [smallest_in_the_middle(solid, state.x) for solid in model.solids.values()]
+    worst = min(model.comm.allgather(min(found, default=NOTHING)))
+    if worst.jacobian > 0.0:
         return None
     where = ", ".join(f"{c:.3g}" for c in worst.place)
-    return f"an element at ({where}) mm is turned inside out between its quadrature points"
+    return f"an element at ({where}) mm is turned inside out"

@@ -1,5 +1,9 @@
 """Whether elements keep their orientation everywhere, not only at their quadrature points.
 
+An element whose middle is inside out is none any more. One that is folded at a corner alone still
+carries its forces (a coarse mesh of a balloon has such elements, and the balloon's pressure): that
+is told, not refused.
+
 With quadratic displacements on straight edges J = det F is a cubic polynomial over the tetrahedron.
 It lies between the smallest and the largest of its Bernstein coefficients (Johnen, Remacle and
 Geuzaine 2013, J. Comput. Phys. 233:359); where these do not decide, the tetrahedron is cut into
@@ -20,6 +24,7 @@ from softact.solid import Solid
 from softact.tensors import determinant
 
 DEGREE = 3  # of J
+MIDDLE = np.full((1, 3), 0.25)  # reference coordinates
 # Times that an undecided element is cut into eight; what is undecided then counts as sound.
 CUTS = 2
 
@@ -40,6 +45,9 @@ class Smallest:
 
     jacobian: float
     place: tuple[float, float, float]
+
+
+NOTHING = Smallest(np.inf, (np.nan, np.nan, np.nan))  # where there are no tetrahedra
 
 
 def lattice(order: int) -> np.ndarray:
@@ -76,9 +84,19 @@ def _pieces(cuts: int) -> tuple[np.ndarray, np.ndarray]:
     return whole / order, members
 
 
+def smallest_in_the_middle(solid: Solid, x: np.ndarray) -> Smallest:
+    """The smallest J at the middle of a tetrahedron of a region."""
+    if not len(solid.cells):
+        return NOTHING
+    gradients = compat.tabulate_gradients(solid.degree, MIDDLE)
+    jacobian = determinant(solid.deformation_gradient(x, gradients))[:, 0]
+    least = int(np.argmin(jacobian))
+    return Smallest(float(jacobian[least]), tuple(map(float, solid.centres()[least])))
+
+
 def smallest_jacobian(solid: Solid, x: np.ndarray) -> Smallest:
     """The smallest J over a region of tetrahedra, as far as it decides whether it is above zero."""
-    cells, best = np.arange(len(solid.cells)), Smallest(np.inf, (np.nan,) * 3)
+    cells, best = np.arange(len(solid.cells)), NOTHING
     for cuts in range(CUTS + 1):
         if not len(cells):
             return best

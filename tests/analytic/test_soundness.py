@@ -9,7 +9,13 @@ from softact import acceptance
 from softact.contact.surfaces import Touching
 from softact.errors import SpecError
 from softact.materials import LAWS
-from softact.soundness import _pieces, _to_bernstein, lattice, smallest_jacobian
+from softact.soundness import (
+    _pieces,
+    _to_bernstein,
+    lattice,
+    smallest_in_the_middle,
+    smallest_jacobian,
+)
 from softact.stepping import LoadStep
 
 SOFT = LAWS["neo_hookean"].of(c10=0.05, bulk_modulus=50.0)
@@ -57,30 +63,33 @@ def test_coefficients_bound_a_cubic():
     assert bound == pytest.approx(lowest, abs=0.05)
 
 
-def folded():
-    """A block and a state with a positive J at all quadrature points, and a node pulled so far that
-    an element is inside out at a corner."""
+def pulled(until):
+    """A block, and the first state at which ``until(solid, x)`` is below zero, on the way of a
+    corner's node to the opposite one, and of all its neighbours in part."""
     model = build(block((1, 1, 1), (1.0, 1.0, 1.0)), SOFT)
-    state = model.initial_state()
-    places = model.nodes.places
-    corner = int(np.argmin(np.linalg.norm(places - 1.0, axis=1)))
-    way = np.array([1.0, 1.0, 1.0])
-    for pull in np.linspace(0, 1, 101):
-        state.x[model.displacement_dofs[corner]] = -pull * way
-        (solid,) = model.solids.values()
-        if smallest_jacobian(solid, state.x).jacobian < 0:
+    state, places = model.initial_state(), model.nodes.places
+    (solid,) = model.solids.values()
+    distance = np.linalg.norm(places - 1.0, axis=1)
+    for pull in np.linspace(0, 2, 401):
+        away = np.clip(1.0 - distance, 0.0, 1.0)
+        state.x[model.displacement_dofs] = -pull * away[:, None]
+        if until(solid, state.x).jacobian < 0:
             return model, state
     raise AssertionError("nothing folds")
 
 
-def test_an_element_that_is_inside_out_at_its_corner_is_seen():
-    model, state = folded()
-    assert model.smallest_jacobian(state.x) > 0
-    (solid,) = model.solids.values()
-    found = smallest_jacobian(solid, state.x)
-    assert found.jacobian < 0
-    assert "inside out" in acceptance.state_fault(model, state)
+def test_an_element_that_is_folded_at_its_corner_is_seen():
+    model, state = pulled(smallest_jacobian)
+    assert model.smallest_jacobian(state.x) > 0  # at the quadrature points
+    assert acceptance.state_fault(model, state) is None
     assert acceptance.state_fault(model, model.initial_state()) is None
+
+
+def test_an_element_whose_middle_is_inside_out_is_refused():
+    model, state = pulled(smallest_in_the_middle)
+    (solid,) = model.solids.values()
+    assert smallest_jacobian(solid, state.x).jacobian < 0
+    assert "is turned inside out" in acceptance.state_fault(model, state)
 
 
 def test_smallest_jacobian_of_a_homogeneous_stretch():
