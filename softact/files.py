@@ -1,15 +1,65 @@
-"""Text files of softact: replaced in one step, CSV with all digits, strict JSON."""
+"""Files: those of the user read within bounds, those of softact replaced in one step."""
 
 import contextlib
 import csv
+import errno
 import io
 import json
 import math
 import os
+import stat
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+
+from softact.errors import SpecError
+from softact.units import one_line, show
+
+NOT_IN_LOCALE = "this locale has no such characters; run softact with LC_ALL=C.UTF-8"
+
+
+def read_file(path: Path, most: int, wanted: str) -> bytes:
+    """The content of a file that the user names, of at most ``most`` bytes.
+
+    wanted: what should have been named, for the end of a message: "the YAML file of a spec".
+    Raises SpecError with one line where there is no such file, or a folder, a pipe that nobody may
+    ever write into, a device without an end, or more bytes.
+    """
+    name = one_line(str(path))
+    try:
+        content = _regular(path, most + 1)
+    except IsADirectoryError:
+        raise SpecError(f"{name}: this is a folder; give {wanted}") from None
+    except FileNotFoundError:
+        raise SpecError(f"{name}: there is no such file") from None
+    except UnicodeEncodeError:
+        raise SpecError(f"{show(name)}: {NOT_IN_LOCALE}") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise SpecError(f"{show(name)}: the file cannot be read: {reason}") from None
+    if content is None:
+        raise SpecError(f"{name}: this is a pipe or a device and no file; give {wanted}")
+    if len(content) > most:
+        size = f"{most // 1000} kB" if most < 10_000_000 else f"{most // 1_000_000} MB"
+        raise SpecError(f"{name}: the file is larger than {size}; give {wanted}")
+    return content
+
+
+def _regular(path: Path, most: int) -> bytes | None:
+    """The first bytes of a regular file, None of anything else that can be opened."""
+    # Without waiting for the writer of a pipe, or for a terminal.
+    handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY)
+    try:
+        kind = os.fstat(handle).st_mode
+        if stat.S_ISDIR(kind):
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+        if not stat.S_ISREG(kind):
+            return None
+        with open(handle, "rb", closefd=False) as file:
+            return file.read(most)
+    finally:
+        os.close(handle)
 
 
 def write_atomic(path: Path, data: str | bytes) -> None:

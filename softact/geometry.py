@@ -369,9 +369,9 @@ def main(kind: type[Geometry]) -> None:
 
 def _as_in_spec(text: str):
     """6 is a number, true a truth, and '16 mm' a text, as YAML reads them."""
-    import yaml
+    from softact.spec.document import scalar
 
     try:
-        return yaml.safe_load(text)
-    except yaml.YAMLError:
+        return scalar(text)
+    except SpecError:
         return text

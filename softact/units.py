@@ -139,8 +139,9 @@ def conversion(unit: str, to: str) -> float:
     if factor is None:
         what = "no unit" if kind == UNKNOWN else kind
         other = meant(unit, to)
-        right = f"did you mean '{other}'?" if other else f"a unit such as {show(to)} is wanted"
-        raise ValueError(f"{show(unit)} is {what}; {right}")
+        wanted = f", and a unit such as {show(to)} is wanted"
+        right = f"; did you mean '{other}'?" if other else wanted
+        raise ValueError(f"{show(unit)} is {what}{right}")
     return _to_float(factor)
 
 
