@@ -7,16 +7,19 @@ import io
 import json
 import math
 import os
+import re
 import stat
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from softact.errors import SpecError
+from softact.errors import NOT_IN_LOCALE, SpecError
 from softact.units import one_line, show
 
-NOT_IN_LOCALE = "this locale has no such characters; run softact with LC_ALL=C.UTF-8"
+# A spreadsheet computes a cell that begins so, and an apostrophe before it says that it is text.
+_FORMULA = re.compile(r"'*[=+@\t-]")
+_SIGNED = re.compile(r"[+-](?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?(?: ?[A-Za-z°%µ][\w°/^]*)?")
 
 
 def read_file(path: Path, most: int, wanted: str) -> bytes:
@@ -85,12 +88,13 @@ def write_atomic(path: Path, data: str | bytes) -> None:
 def csv_text(rows: Sequence[Mapping[str, float | str]]) -> str:
     """CSV of ``rows``; columns in order of first appearance, numbers with all their digits.
 
-    A column that a row lacks is left empty in it.
+    A column that a row lacks is left empty in it. A text that a spreadsheet would take for a
+    formula gets an apostrophe, as spreadsheets do it; ``csv_rows`` takes it away.
     """
     columns = list(dict.fromkeys(name for row in rows for name in row))
     out = io.StringIO()
     table = csv.writer(out, lineterminator="\n")
-    table.writerow(columns)
+    table.writerow([_cell(name) for name in columns])
     for row in rows:
         table.writerow([_cell(row.get(name, "")) for name in columns])
     return out.getvalue()
@@ -105,7 +109,21 @@ def _cell(value) -> str:
         return str(int(value))
     if isinstance(value, float | np.floating):
         return repr(float(value))
-    return str(value)
+    text = re.sub("\r\n?", "\n", str(value))
+    return f"'{text}" if _FORMULA.match(text) and not _SIGNED.fullmatch(text) else text
+
+
+def csv_rows(path: Path) -> list[list[str]]:
+    """The rows of a CSV of ``csv_text``, its headings first, all cells as text.
+
+    Raises OSError as ``open`` does, and ValueError where it is no text in UTF-8.
+    """
+    with open(path, newline="", encoding="utf-8") as file:
+        return [[_unescaped(cell) for cell in row] for row in csv.reader(file)]
+
+
+def _unescaped(cell: str) -> str:
+    return cell[1:] if cell.startswith("'") and _FORMULA.match(cell) else cell
 
 
 def json_text(data: Mapping) -> str:
