@@ -167,6 +167,15 @@ def one_line(text: str) -> str:
     return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in words)
 
 
+def is_utf8(text: str) -> bool:
+    """Whether a text can be written into a file: one out of '\\ud800' or of odd bytes cannot."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
 def dimension_of(annotation: Any) -> Dimension | None:
     """Return the dimension of an annotation or of a pydantic ``FieldInfo``, None if it has none."""
     for entry in getattr(annotation, "__metadata__", None) or getattr(annotation, "metadata", ()):

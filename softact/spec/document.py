@@ -9,7 +9,7 @@ import yaml
 
 from softact.errors import SpecError
 from softact.files import read_file
-from softact.units import one_line, show
+from softact.units import is_utf8, one_line, show
 
 MAX_BYTES = 1_000_000
 MAX_VALUES = 20_000
@@ -210,7 +210,7 @@ class _Walk:
             if not isinstance(key_node, yaml.ScalarNode):
                 self._fault(line, place, "a key must be a word, not a list or mapping")
                 continue
-            key = key_node.value
+            key = self._text(key_node, place)
             if key in result:
                 first = self.lines[(*place, key)]
                 self._fault(line, (*place, key), f"given twice, first in line {first}; keep one")
@@ -224,7 +224,7 @@ class _Walk:
 
     def _scalar(self, node: yaml.ScalarNode, place: Place) -> Any:
         kind = node.tag.removeprefix("tag:yaml.org,2002:")
-        text = node.value
+        text = self._text(node, place)
         try:
             if kind == "str":
                 return text
@@ -240,6 +240,12 @@ class _Walk:
             pass
         self._fault(node.start_mark.line + 1, place, f"a value with the tag {show(node.tag)}")
         return None
+
+    def _text(self, node: yaml.ScalarNode, place: Place) -> str:
+        if not is_utf8(node.value):
+            fault = "half of a character (a surrogate), which no file can hold"
+            self._fault(node.start_mark.line + 1, place, fault)
+        return node.value
 
     def _known_tag(self, node: yaml.Node, place: Place, kind: str) -> None:
         if node.tag != f"tag:yaml.org,2002:{kind}":
