@@ -21,6 +21,7 @@ from softact.files import write_atomic
 from softact.geometry import make_mesh
 from softact.orphans import bound
 from softact.results import RESTART
+from softact.spec import plausible
 from softact.streams import UTF8
 
 # Events that ``progress`` receives: {"stage": "mesh"}; {"stage": "solve", "cells", "unknowns"};
@@ -71,13 +72,13 @@ def run(
     """
     progress = progress or (lambda event: None)
     directory = Path(directory)
-    notes = []
+    notes = plausible.lines(spec)
     if spec.contact and processes > 1:
         processes = 1
-        notes = ["contact between surfaces is computed by one process: the others are left out"]
+        notes += ["contact between surfaces is computed by one process: the others are left out"]
     if spec.sheets and processes > 1:
         processes = 1
-        notes = ["sheets are computed by one process: the others are left out"]
+        notes += ["sheets are computed by one process: the others are left out"]
     started = time.perf_counter()
     old = _to_resume(spec, directory) if resume else None
     if old and old.finished_as(spec):
