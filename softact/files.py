@@ -18,7 +18,7 @@ from softact.errors import NOT_IN_LOCALE, SpecError
 from softact.units import one_line, show
 
 # A spreadsheet computes a cell that begins so, and an apostrophe before it says that it is text.
-_FORMULA = re.compile(r"'*[=+@\t-]")
+_FORMULA = re.compile(r"'*[=+@\t\n-]")
 _SIGNED = re.compile(r"[+-](?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?(?: ?[A-Za-z°%µ][\w°/^]*)?")
 
 

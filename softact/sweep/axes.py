@@ -65,6 +65,8 @@ class Axis(BaseModel):
 
     @model_validator(mode="after")
     def _one_kind(self) -> Self:
+        if self.name is not None and not (self.name.strip() and self.name.isprintable()):
+            raise fault_at(("name",), f"{show(self.name)} is no heading: write words on one line")
         if not self.path:
             raise fault_at(("path",), "no path is given; write for example geometry.roof")
         ranged = self.from_ is not None or self.to is not None
@@ -94,9 +96,7 @@ class Axis(BaseModel):
             if end is None or not math.isfinite(end[0]):
                 raise fault_at((key,), f"{show(given)} is no number with its unit")
             if self._whole and abs(given) > LARGEST_WHOLE:
-                raise fault_at(
-                    (key,), f"{show(given)} is beyond {LARGEST_WHOLE}, the largest count"
-                )
+                raise fault_at((key,), f"{show(given)}: whole numbers go to {LARGEST_WHOLE} here")
         (low, unit), (high, other) = ends["from"], ends["to"]
         if unit != other:
             raise fault_at(("to",), f"{show(self.to)} has another unit than 'from': {show(unit)}")
