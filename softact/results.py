@@ -108,7 +108,7 @@ def read(directory: str | Path) -> Results:
         raise SpecError(f"{directory}: no run.json in it, so it is not a result folder of softact")
     try:
         run = json.loads((directory / "run.json").read_text(encoding="utf-8"))
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise SpecError(f"{directory / 'run.json'}: not JSON: {error}") from error
     spec = directory / "spec.yaml"
     curve = _read_columns(directory / "curve.csv")
@@ -145,7 +145,7 @@ def _column(cells: list[str]) -> np.ndarray:
 def sheets_of(mesh: h5py.Group) -> tuple[int, int] | None:
     """Shape of the triangles of the sheets beside a solid, of a mesh in fields.h5; None: there are
     none."""
-    layout = _layout(json.loads(mesh["layout"].asstr()[()]))
+    layout = _layout(json.loads(_text(mesh["layout"])))
     shapes = [mesh["surfaces"][name].shape for name in layout.covers]
     return (sum(shape[0] for shape in shapes), shapes[0][1]) if shapes else None
 
@@ -160,9 +160,9 @@ def _read_mesh(path: Path) -> dict:
                 "points": _whole(mesh["points"]),
                 "cells": _whole(mesh["cells"]),
                 "region": _whole(mesh["region"]),
-                "region_names": tuple(json.loads(mesh["region_names"].asstr()[()])),
+                "region_names": tuple(json.loads(_text(mesh["region_names"]))),
                 "surfaces": {name: _whole(item) for name, item in mesh["surfaces"].items()},
-                "layout": _layout(json.loads(mesh["layout"].asstr()[()])),
+                "layout": _layout(json.loads(_text(mesh["layout"]))),
                 "increments": tuple(file["increments"]),
             }
     except (OSError, KeyError, SpecError) as error:
@@ -172,13 +172,23 @@ def _read_mesh(path: Path) -> dict:
 def _whole(item: h5py.Dataset) -> np.ndarray:
     """All numbers of a dataset. Raises SpecError where there cannot be so many in the file: softact
     compresses nothing, and a damaged size would take all memory."""
+    _check_size(item)
+    return item[()]
+
+
+def _text(item: h5py.Dataset) -> str:
+    """The text of a dataset. Raises as ``_whole``."""
+    _check_size(item)
+    return item.asstr()[()]
+
+
+def _check_size(item: h5py.Dataset) -> None:
     path = Path(item.file.filename)
     if item.nbytes > path.stat().st_size:
         raise SpecError(
             f"{path}: is damaged: {item.name} would take {item.nbytes:.2g} bytes, and the file has "
             f"{path.stat().st_size:.2g}; solve the spec again"
         )
-    return item[()]
 
 
 def _layout(data: dict) -> Layout:

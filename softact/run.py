@@ -114,7 +114,13 @@ def run(
 def _scratch(parent: Path | None) -> Iterator[Path]:
     """A fresh folder, removed afterwards as far as that is allowed; tempfile.TemporaryDirectory of
     Python 3.11 never comes back from a folder that it may not empty."""
-    folder = Path(tempfile.mkdtemp(prefix="softact-", dir=parent))
+    try:
+        folder = Path(tempfile.mkdtemp(prefix="softact-", dir=parent))
+    except OSError as error:
+        why = error.strerror or str(error)
+        raise CannotWriteError(
+            f"no temporary files: {why}; export TMPDIR=DIR names a folder"
+        ) from None
     try:
         yield folder
     finally:
@@ -266,6 +272,8 @@ def _environment(processes: int, threads: int | None = None) -> dict[str, str]:
         environment["OPENBLAS_NUM_THREADS"] = str(threads)
     # All processes are on this machine and talk by shared memory: looking for networks takes each
     # of them 0.2 s, and leaving them at the end 1 s; without one, Open MPI 5 complains of TCP.
+    # Python looks for a folder that can be written; Open MPI would end where TMPDIR is none.
+    environment["TMPDIR"] = tempfile.gettempdir()
     environment |= {"OMPI_MCA_pml": "ob1", "OMPI_MCA_btl": "self,vader"}
     if processes > 1:
         environment["OPENBLAS_NUM_THREADS"] = "1"

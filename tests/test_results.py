@@ -294,3 +294,9 @@ def test_a_stored_spec_is_read_within_bounds(tmp_path):
         assert read(directory).spec == {}
     (directory / "spec.yaml").write_text("name: größe\n", encoding="utf-8")
     assert read(directory).spec == {"name": "größe"}
+
+
+def test_a_run_json_that_is_nested_without_end_is_told(tmp_path):
+    (tmp_path / "run.json").write_text("[" * 100_000)
+    with pytest.raises(SpecError, match=r"run.json: not JSON: maximum recursion depth"):
+        read(tmp_path)

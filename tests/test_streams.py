@@ -2,6 +2,7 @@
 leave, a home that cannot be written."""
 
 import ast
+import errno
 import json
 import os
 import subprocess
@@ -12,6 +13,8 @@ import pytest
 import yaml
 
 import softact
+from softact.run import CannotWriteError, run
+from softact.spec import loads
 
 SOFTACT = [sys.executable, "-m", "softact.cli.main"]
 ROOT = Path(__file__).resolve().parent.parent
@@ -192,3 +195,20 @@ def test_a_home_that_cannot_be_written_is_told_with_the_remedy(tmp_path, environ
 def test_shell_completion_still_works():
     words = {"_SOFTACT_COMPLETE": "bash_complete", "COMP_WORDS": "softact val", "COMP_CWORD": "1"}
     assert call(environment=words).stdout == b"plain,validate\n"
+
+
+def test_a_folder_for_temporary_files_that_is_none_is_not_taken(tmp_path):
+    """Python falls back to another one; Open MPI would end the solver without a word."""
+    (tmp_path / "cube.yaml").write_text(CUBE)
+    done = call("run", "cube.yaml", folder=tmp_path, environment={"TMPDIR": "/proc/none"})
+    assert (done.returncode, done.stderr) == (0, b"")
+
+
+def test_no_folder_for_temporary_files_is_told_with_the_remedy(tmp_path, monkeypatch):
+    def none_usable(**options):
+        raise FileNotFoundError(errno.ENOENT, "No usable temporary directory found in ['/tmp']")
+
+    monkeypatch.setattr("tempfile.mkdtemp", none_usable)
+    with pytest.raises(CannotWriteError, match="No usable temporary .*; export TMPDIR=DIR names"):
+        run(loads(CUBE), tmp_path / "out")
+    assert not (tmp_path / "out").exists()
