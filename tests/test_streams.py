@@ -209,6 +209,6 @@ def test_no_folder_for_temporary_files_is_told_with_the_remedy(tmp_path, monkeyp
         raise FileNotFoundError(errno.ENOENT, "No usable temporary directory found in ['/tmp']")
 
     monkeypatch.setattr("tempfile.mkdtemp", none_usable)
-    with pytest.raises(CannotWriteError, match="No usable temporary .*; export TMPDIR=DIR names"):
+    with pytest.raises(CannotWriteError, match=r"No usable temporary .*; export TMPDIR=DIR names"):
         run(loads(CUBE), tmp_path / "out")
     assert not (tmp_path / "out").exists()
