@@ -173,6 +173,12 @@ ODD = {
     "friction": (CUBE, "obstacles.floor.friction=5", "obstacles.floor.friction", "5 is above"),
     "friction of surfaces": (CUBE, "contact.0.friction=4", "contact.0.friction", "4 is above"),
     "distance": (CUBE, "contact.0.distance=1 m", "contact.0.distance", "1 m is above"),
+    "place": (
+        CUBE,
+        "obstacles.floor.center=[0 mm, 0 mm, -99 m]",
+        "obstacles.floor.center.2",
+        "99 m is above what is usual for where obstacles are",
+    ),
     "obstacle": (CUBE, "obstacles.floor.radius=9 nm", "obstacles.floor.radius", "is below"),
 }
 

@@ -166,6 +166,9 @@ RANGES = {
     "distance": Range(
         "distances of contact", 1e-5, 5.0, LENGTH, "interferences of some µm to thick fabrics"
     ),
+    "place": Range(
+        "where obstacles are", 0.0, 1e4, LENGTH, "at the actuator to the other end of a room"
+    ),
     "obstacle": Range(
         "sizes of obstacles", 0.01, 1e4, LENGTH, "a hair to the floor of a room"
     ),
@@ -272,6 +275,9 @@ def _obstacle(obstacle, place: Place) -> Iterator[Oddity]:
     yield from _say("friction", obstacle.friction, (*place, "friction"))
     for name in ("radius", "length"):
         yield from _size("obstacle", getattr(obstacle, name, None), (*place, name))
+    for name in ("center", "point"):
+        for i, coordinate in enumerate(getattr(obstacle, name, ())):
+            yield from _size("place", coordinate, (*place, name, i))
     for i, edge in enumerate(getattr(obstacle, "size", ())):
         yield from _size("obstacle", edge, (*place, "size", i))
 
