@@ -115,6 +115,9 @@ def page() -> str:
         "## Units",
         "",
         *units(),
+        "",
+        "An exponent is written `mm^2`, `mm²` or `mm2`. A pressure counts from the ambient, as "
+        "that of a gauge does (`psig`, `barg`).",
     ]
     for model, title in PARTS:
         sentence = " ".join((model.__doc__ or "").split())

@@ -233,14 +233,18 @@ def look_at_compiler() -> Iterable[Finding]:
 
 def look_at_cache() -> Iterable[Finding]:
     """The folder in which dolfinx keeps compiled forms: without it every run compiles anew."""
-    base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    mend = "export XDG_CACHE_HOME=$(mktemp -d)"
+    try:
+        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    except RuntimeError:
+        yield Finding("cache", "broken", "HOME is not set, and the user has none", mend)
+        return
     folder = base / "fenics"
     nearest = next(p for p in (folder, *folder.parents) if p.exists())
     try:
         with tempfile.TemporaryFile(dir=nearest):
             yield Finding("cache", "ok", f"{folder} can be written")
     except OSError as error:
-        mend = "export XDG_CACHE_HOME=$(mktemp -d)"
         yield Finding("cache", "broken", f"{nearest} cannot be written: {error.strerror}", mend)
 
 

@@ -13,6 +13,7 @@ import pytest
 import yaml
 
 import softact
+from softact.errors import SoftactError
 from softact.run import CannotWriteError, run
 from softact.spec import loads
 
@@ -212,3 +213,21 @@ def test_no_folder_for_temporary_files_is_told_with_the_remedy(tmp_path, monkeyp
     with pytest.raises(CannotWriteError, match=r"No usable temporary .*; export TMPDIR=DIR names"):
         run(loads(CUBE), tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+def test_a_user_without_a_home_is_told_with_the_remedy(monkeypatch):
+    """As in a container whose user is a number: Python knows no home then."""
+    from softact import doctor, jit
+    from softact.report.base.page import plotly
+
+    def homeless():
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setattr(Path, "home", homeless)
+    with pytest.raises(SoftactError, match=r"home directory.*export HOME=\$\(mktemp -d\)"):
+        jit.cache_folder()
+    (finding,) = doctor.look_at_cache()
+    assert (finding.state, finding.mend) == ("broken", "export XDG_CACHE_HOME=$(mktemp -d)")
+    plotly.cache_clear()
+    assert len(plotly()) > 1_000_000
