@@ -121,6 +121,6 @@ def check_folder(directory: Path, force: bool) -> None:
 def _holds_results(directory: Path) -> bool:
     try:
         found = json.loads((directory / "run.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return False
     return isinstance(found, dict) and "status" in found

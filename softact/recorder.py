@@ -14,6 +14,7 @@ from softact.from_spec import load_steps, parameters, supports_of
 from softact.measures import MEASURES
 from softact.settings import Settings
 from softact.snapshot import Snapshot, gather_mesh, gather_nodes
+from softact.spec import plausible
 from softact.stepping import Stepper
 
 
@@ -51,6 +52,7 @@ class Recorder:
         memory = self.model.comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
         status = "no_equilibrium" if progress.stopped else "complete"
         messages = [progress.stopped, *progress.remarks, self._unstable(), *self._beyond_test()]
+        messages += plausible.lines(self.spec)
         messages = [message for message in messages if message]
         if self.writer is not None:
             summary = parameters(self.spec) | self.row

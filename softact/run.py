@@ -21,6 +21,8 @@ from softact.files import write_atomic
 from softact.geometry import make_mesh
 from softact.orphans import bound
 from softact.results import RESTART
+from softact.spec import plausible
+from softact.streams import UTF8
 
 # Events that ``progress`` receives: {"stage": "mesh"}; {"stage": "solve", "cells", "unknowns"};
 # {"stage": "increment", "step", "fraction", "iterations", ... and the row of curve.csv};
@@ -70,13 +72,13 @@ def run(
     """
     progress = progress or (lambda event: None)
     directory = Path(directory)
-    notes = []
+    notes = plausible.lines(spec)
     if spec.contact and processes > 1:
         processes = 1
-        notes = ["contact between surfaces is computed by one process: the others are left out"]
+        notes += ["contact between surfaces is computed by one process: the others are left out"]
     if spec.sheets and processes > 1:
         processes = 1
-        notes = ["sheets are computed by one process: the others are left out"]
+        notes += ["sheets are computed by one process: the others are left out"]
     started = time.perf_counter()
     old = _to_resume(spec, directory) if resume else None
     if old and old.finished_as(spec):
@@ -89,7 +91,7 @@ def run(
             """Mesh, and the job that the solver waits for."""
             progress({"stage": "mesh"})
             make_mesh(spec.geometry, mesh_file)
-            spec_file.write_text(spec.to_yaml())
+            spec_file.write_text(spec.to_yaml(), encoding="utf-8")
             job = {
                 "spec": str(spec_file),
                 "mesh": str(mesh_file),
@@ -112,7 +114,13 @@ def run(
 def _scratch(parent: Path | None) -> Iterator[Path]:
     """A fresh folder, removed afterwards as far as that is allowed; tempfile.TemporaryDirectory of
     Python 3.11 never comes back from a folder that it may not empty."""
-    folder = Path(tempfile.mkdtemp(prefix="softact-", dir=parent))
+    try:
+        folder = Path(tempfile.mkdtemp(prefix="softact-", dir=parent))
+    except OSError as error:
+        why = error.strerror or str(error)
+        raise CannotWriteError(
+            f"no temporary files: {why}; export TMPDIR=DIR names a folder"
+        ) from None
     try:
         yield folder
     finally:
@@ -153,7 +161,7 @@ def _to_resume(spec, directory: Path) -> _Old | None:
             f"{directory}: holds the run of another spec ({', '.join(differing)} differ); a run is "
             "resumed with its own spec, in which only later steps may change"
         )
-    return _Old(json.loads(known.read_text())["status"], old["steps"])
+    return _Old(json.loads(known.read_text(encoding="utf-8"))["status"], old["steps"])
 
 
 def _solve(
@@ -178,12 +186,12 @@ def _solve(
     beside = threads != 1
     if not beside:
         prepare()
-    with errors.open("w") as stderr:
+    with errors.open("wb") as stderr:
         process = subprocess.Popen(
             _command(job_file, processes),
             stdout=subprocess.PIPE,
             stderr=stderr,
-            text=True,
+            **UTF8,
             env=_environment(processes, threads),
             start_new_session=True,
         )
@@ -204,7 +212,7 @@ def _solve(
             process.wait()
             raise
     if directory.is_dir():
-        noise = errors.read_text(errors="replace")
+        noise = errors.read_text(encoding="utf-8", errors="replace")
         write_atomic(directory / "log.txt", "\n".join(lines) + "\n" + noise)
     if last.get("stage") == "error":
         if last.get("cannot_write"):
@@ -235,7 +243,7 @@ class SolverCrashError(SoftactError):
 
 
 def _crash(code: int, errors: Path) -> str:
-    noise = errors.read_text(errors="replace")
+    noise = errors.read_text(encoding="utf-8", errors="replace")
     if _NO_MEMORY.search(noise):
         return OUT_OF_MEMORY
     words = [line for line in noise.splitlines() if line.strip()]
@@ -264,6 +272,8 @@ def _environment(processes: int, threads: int | None = None) -> dict[str, str]:
         environment["OPENBLAS_NUM_THREADS"] = str(threads)
     # All processes are on this machine and talk by shared memory: looking for networks takes each
     # of them 0.2 s, and leaving them at the end 1 s; without one, Open MPI 5 complains of TCP.
+    # Python looks for a folder that can be written; Open MPI would end where TMPDIR is none.
+    environment["TMPDIR"] = tempfile.gettempdir()
     environment |= {"OMPI_MCA_pml": "ob1", "OMPI_MCA_btl": "self,vader"}
     if processes > 1:
         environment["OPENBLAS_NUM_THREADS"] = "1"
