@@ -57,6 +57,7 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, values: tuple[str, ..
 @click.option("--area", help="Cross-section of the specimen, such as '18 mm^2'.")
 @click.option("--loading", is_flag=True, help="Keep the first loading only.")
 @click.option("--cycle", help="Keep the loading of this cycle: 1, 2, ... or last.")
+@click.option("--whole", is_flag=True, help="Keep the break, and a hold at the end.")
 @click.option("--zero", is_flag=True, help="Subtract the stress of the first point.")
 @click.option("--toe", help="Drop points below this stress, shift the zero of strain.")
 @click.option("--from", "stretch_from", type=float, help="Smallest stretch to use.")
