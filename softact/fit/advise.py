@@ -9,10 +9,14 @@ import numpy as np
 from softact.fit.choose import DEFORMATIONS, LOADS, TRAVEL
 from softact.fit.columns import QUANTITIES, Column, read_heading
 from softact.fit.sheet import TestSheet
-from softact.fit.spelling import registry_unit
+from softact.fit.spelling import is_time, registry_unit
 from softact.fit.trimming import turning_points
 from softact.units import LENGTH, PRESSURE
 
+_OPTIONS = {"stress": "stress", "cycle": "cycle", "stretch_from": "from", "stretch_to": "to",
+            "smooth": "smooth", "points": "points"}  # fmt: skip
+_USUAL = {"displacement": "mm", "position": "mm", "length": "mm", "force": "N"}
+_OPEN = ("stress", "standard_stress")  # the name does not say which stress
 UNKNOWN = "?"  # stands for a size that only the user knows
 
 
@@ -84,27 +88,43 @@ def _holds(values: np.ndarray, i: int) -> bool:
 
 
 def _guess(columns, values, role: str, taken) -> int | None:
-    """The first column of numbers that move, without a known name; a deformation rises or falls."""
+    """A column of numbers that move and of unknown name, for a deformation one that goes one way.
+
+    Lengths come first for a deformation. Where there are columns enough, even steps are the time.
+    """
+    moving = []
     for i, column in enumerate(columns):
         numbers = values[:, i][np.isfinite(values[:, i])]
-        if i in taken or column.quantity is not QUANTITIES[0] or len(numbers) < 2:
-            continue
-        if np.ptp(numbers) > 0 and (role == "y" or len(turning_points(numbers)) <= 3):
-            return i
-    return None
+        if i not in taken and column.quantity is QUANTITIES[0] and len(numbers) > 1:
+            if np.ptp(numbers) > 0 and not is_time(_unit_of(column)):
+                moving.append((i, numbers))
+    wanted = 2 if role == "x" and not taken else 1
+    steps = np.diff(moving[0][1]) if len(moving) > wanted else np.zeros(0)
+    if len(steps) and np.ptp(steps) <= 1e-6 * np.max(np.abs(steps)):
+        moving = moving[1:]
+    if role == "x":
+        moving = [(i, numbers) for i, numbers in moving if len(turning_points(numbers)) <= 3]
+        moving.sort(key=lambda entry: registry_unit(_unit_of(columns[entry[0]]), LENGTH) is None)
+    return moving[0][0] if moving else None
+
+
+def _unit_of(column: Column) -> str:
+    """What stands where a heading has its unit."""
+    inside = re.findall(r"[(\[]([^()\[\]]*)[)\]]", column.heading)
+    words = re.split(r"[\s_/]", column.heading)
+    return inside[-1] if inside else words[-1] if len(words) > 1 else ""
 
 
 def _written(column: Column, sheet: TestSheet, role: str = "", numbers=None) -> str:
     """The heading of a column as it is read without a question."""
     name, fault = column.quantity.name, column.fault is not None
-    if name in ("stress", "standard_stress"):
-        text = column.written.replace("nominal", sheet.stress or "nominal")
-        return text if not fault else f"{text} MPa"
     if column.quantity.role:
-        unit = {"displacement": "mm", "position": "mm", "length": "mm", "force": "N"}
-        return f"{column.written} {unit.get(name, '')}".strip() if fault else column.written
-    inside = re.findall(r"[(\[]([^()\[\]]*)[)\]]", column.heading)
-    unit = inside[-1] if inside else re.split(r"[\s_/]", column.heading)[-1]
+        unit = _USUAL.get(name, "MPa" if column.quantity.role == "y" else "")
+        written = f"{column.written} {unit}".strip() if fault else column.written
+        return (
+            written.replace("nominal", sheet.stress) if name in _OPEN and sheet.stress else written
+        )
+    unit = _unit_of(column)
     if role == "y":
         return f"nominal_stress {registry_unit(unit, PRESSURE) or 'MPa'}"
     if length := registry_unit(unit, LENGTH):
@@ -150,8 +170,7 @@ def _given(sheet: TestSheet, needed: list[str]) -> list[str]:
         words += ["--area", f"{sheet.area:g} mm^2"]
     if sheet.toe is not None:
         words += ["--toe", f"{sheet.toe:g} MPa"]
-    for name, option in (("stress", "stress"), ("cycle", "cycle"), ("stretch_from", "from"),
-                         ("stretch_to", "to"), ("smooth", "smooth"), ("points", "points")):  # fmt: skip
+    for name, option in _OPTIONS.items():
         if (given := getattr(sheet, name)) is not None:
             words += [f"--{option}", f"{given:g}" if isinstance(given, float) else str(given)]
     words += [f"--{name}" for name in ("zero", "loading", "whole") if getattr(sheet, name)]

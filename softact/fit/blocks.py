@@ -15,14 +15,13 @@ _SAID_UNIT = {"unit", "units", "einheit", "einheiten", "unite", "unites"}
 class Block:
     """Rows ``start`` to ``end`` (not included) of a file: numbers, row under row.
 
-    width: cells of most of its rows. before, after: rows at its ends that hold text where the
-    others hold numbers, and are no part of it.
+    width: cells of most of its rows. after: rows at its end that hold text where the others hold
+    numbers, and are no part of it.
     """
 
     start: int
     end: int
     width: int
-    before: tuple[Row, ...] = ()
     after: tuple[Row, ...] = ()
 
     @property
@@ -33,11 +32,15 @@ class Block:
 
 @dataclass(frozen=True)
 class Heading:
-    """Names of columns, each with the unit that stood under it. end: the row after the units."""
+    """Names of columns, each with the unit that stood under it.
+
+    end: the row after the units. comment: the names stand in a comment.
+    """
 
     line: int
     names: tuple[str, ...]
     end: int
+    comment: bool = False
 
 
 def find_blocks(rows: Sequence[Row]) -> list[Block]:
@@ -72,8 +75,25 @@ def _trimmed(rows, kinds, start: int, end: int) -> Block:
     first = next((i for i in inside if not foreign(i)), end)
     last = next((i for i in reversed(inside) if not foreign(i)), first - 1)
     width = Counter(len(rows[i].cells) for i in inside).most_common(1)[0][0]
-    before = tuple(rows[i] for i in inside if i < first)
-    return Block(first, last + 1, width, before, tuple(rows[i] for i in inside if i > last))
+    return Block(first, last + 1, width, tuple(rows[i] for i in inside if i > last))
+
+
+def largest(blocks: Sequence[Block]) -> Block | None:
+    """The block with most rows, the last of those; None where there is none."""
+    return max(blocks, key=lambda block: (block.count, block.start), default=None)
+
+
+def end_above(blocks: Sequence[Block], block: Block) -> int:
+    """The row at which the block before ends."""
+    return max((other.end for other in blocks if other.end <= block.start), default=0)
+
+
+def from_heading(rows: Sequence[Row], block: Block, first: int) -> Block:
+    """The block with the rows below its heading in which some cell is a number: bad ones too."""
+    start = block.start
+    while start > first and any(cell_kind(cell) == "number" for cell in rows[start - 1].cells):
+        start -= 1
+    return Block(start, block.end, block.width, block.after)
 
 
 def headings(rows: Sequence[Row], block: Block, above: int) -> Iterator[Heading]:
@@ -91,18 +111,18 @@ def headings(rows: Sequence[Row], block: Block, above: int) -> Iterator[Heading]
         if is_unit_row(cells):
             units = units or (i, cells)
         elif sum(bool(cell) for cell in cells) > 1:
-            yield _joined(rows[i].line, i, cells, units)
+            yield _joined(rows[i], i, cells, units)
 
 
-def _joined(line: int, i: int, cells: tuple[str, ...], units) -> Heading:
+def _joined(row: Row, i: int, cells: tuple[str, ...], units) -> Heading:
     if units is None or units[0] < i:
-        return Heading(line, cells, i + 1)
+        return Heading(row.line, cells, i + 1, row.comment)
     under = [*units[1], *[""] * len(cells)]
     names = [
         f"{name} ({unit})" if name and (unit := under[j].strip("()[]{}<> ")) else name
         for j, name in enumerate(cells)
     ]
-    return Heading(line, tuple(names), units[0] + 1)
+    return Heading(row.line, tuple(names), units[0] + 1, row.comment)
 
 
 def is_unit_row(cells: Sequence[str]) -> bool:

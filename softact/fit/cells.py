@@ -3,9 +3,11 @@
 import csv
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+import numpy as np
 
 from softact.errors import SpecError
 from softact.fit.encoding import read_text
@@ -23,7 +25,8 @@ _POINT = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _COMMA = re.compile(r"[+-]?(?:[0-9]+(?:,[0-9]*)?|,[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _GROUPED_BY_COMMA = re.compile(r"[+-]?[0-9]{1,3}(?:,[0-9]{3})+(?:\.[0-9]*)?")
 _GROUPED_BY_POINT = re.compile(r"[+-]?[0-9]{1,3}(?:\.[0-9]{3})+(?:,[0-9]*)?")
-_GROUPED_BY_BLANK = re.compile(r"[+-]?[0-9]{1,3}(?:[ \u00a0\u2009\u202f'’][0-9]{3})+(?:[.,][0-9]*)?")
+_BLANKS = "[ \u00a0\u2009\u202f'’]"
+_GROUPED_BY_BLANK = re.compile(rf"[+-]?[0-9]{{1,3}}(?:{_BLANKS}[0-9]{{3}})+(?:[.,][0-9]*)?")
 _CLOCK = re.compile(r"[0-9]+(?::[0-9]+)+(?:[.,][0-9]+)?")
 _NOT_FINITE = re.compile(r"[+-]?inf(?:inity)?", re.IGNORECASE)
 _COMMENT = re.compile(r"\s*#(?!(?:n/?a|nv|value|wert|valeur|div|ref|num|zahl)\b)", re.IGNORECASE)
@@ -142,6 +145,28 @@ def value(cell: str, mark: str) -> float | None:
     return float(cell.replace(",", "."))
 
 
+def numbers(rows: Sequence[Row], places: Iterable[int]):
+    """Return the numbers of columns and the faults of their cells.
+
+    Numbers: place -> (rows,), NaN where a cell is empty or none. Faults: place -> list of line and
+    what is wrong there. The cells of all columns tell the decimal mark, or those of each.
+    """
+    cells = {i: [row.cells[i] if i < len(row.cells) else "" for row in rows] for i in places}
+    common = decimal_mark(cell for column in cells.values() for cell in column)
+    found, faults = {}, {}
+    for i, column in cells.items():
+        mark = decimal_mark(column) if common == "?" else common
+        found[i] = np.full(len(rows), math.nan)
+        faults[i] = []
+        for r, cell in enumerate(column):
+            number = value(cell, mark)
+            if number is not None and math.isfinite(number):
+                found[i][r] = number
+            elif cell_kind(cell) != "missing":
+                faults[i].append((rows[r].line, cell_fault(cell, mark)))
+    return found, faults
+
+
 def cell_fault(cell: str, mark: str = ".") -> str | None:
     """Return what is wrong with a cell that should hold a number, None where it does."""
     number = value(cell, mark)
@@ -161,5 +186,5 @@ def _bare(cell: str) -> str:
         cell = cell[2:-1]
     cell = cell.strip("\"'").replace("\N{MINUS SIGN}", "-").strip()
     if _GROUPED_BY_BLANK.fullmatch(cell):
-        cell = re.sub("[ \u00a0\u2009\u202f'’]", "", cell)
+        cell = re.sub(_BLANKS, "", cell)
     return cell

@@ -153,7 +153,8 @@ def _by_load(table: Table, rows, x: int, y: int):
     for i, column in enumerate(table.columns):
         if column.quantity.name != "force" or column.fault or stretch is None:
             continue
-        areas = table.values[rows, i] * column.factor / table.values[rows, y]
+        with np.errstate(all="ignore"):
+            areas = table.values[rows, i] * column.factor / table.values[rows, y]
         far = np.isfinite(areas * stretch) & (np.abs(stretch - 1.0) > 0.05)
         if np.sum(far) < 5 or np.ptp(stretch[far]) < 5 * CONSTANT:
             continue
@@ -212,9 +213,10 @@ def contradictions(
 
 
 def _filled(table: Table, rows, role: str, names) -> int | None:
-    return next(
-        (i for i in _candidates(table, rows, role, None)
-         if table.columns[i].quantity.name in names and not table.columns[i].fault), None)  # fmt: skip
+    for i in _candidates(table, rows, role, None):
+        if table.columns[i].quantity.name in names and not table.columns[i].fault:
+            return i
+    return None
 
 
 def _ratio(table: Table, rows, first: int, second: int) -> tuple[float, float]:

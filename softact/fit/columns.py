@@ -50,7 +50,8 @@ QUANTITIES = (
     Quantity("nominal_stress", "y", PRESSURE, rf"((?=.*{_NOMINAL}).*{_STRESS}|\bpk1\b)"),
     Quantity("standard_stress", "y", PRESSURE, rf"(?=.*{_BY_STANDARD}).*{_STRESS}"),
     Quantity("stress", "y", PRESSURE, _STRESS),
-    Quantity("stretch", "x", RATIO, r"(\bstretch\b|streckung|\blambda\b|λ|\b(draw|extension) ratio)"),
+    Quantity("stretch", "x", RATIO,
+             r"(\bstretch\b|streckung|\blambda\b|λ|\b(draw|extension) ratio)"),
     Quantity("strain", "x", RATIO, _STRAIN),
     Quantity("displacement", "x", LENGTH,
              r"(\bdisp(lacement)?\b|\bextension\b|\belongation\b|\bstroke\b|\bcrosshead\b"
@@ -93,6 +94,12 @@ class Column:
             name = "nominal_stress"
         direction = f"{self.direction} " if self.direction else ""
         return f"{direction}{name} {self.unit}".strip()
+
+
+def counts_only(text: str) -> bool:
+    """Whether a heading names the time or a number of the row, which no curve needs."""
+    words = plain_words(re.sub(r"[(\[].*", "", text))
+    return bool(re.search(rf"^({_COUNTER}|\d| )+$|\btime\b|zeit\b|\btemps\b|\bcycles?\b", words))
 
 
 def read_heading(text: str) -> Column:
@@ -147,9 +154,10 @@ def _split(outside: str, inside: list[str], dimension) -> tuple[str, str]:
     parts = [part for part in re.split(r"[\s_]+", text) if part]
     for count in (3, 2, 1):
         end = " ".join(parts[-count:])
-        if count < len(parts) and (count == 1 or "/" in end) and _known(end.lstrip("/ "), dimension):
+        unit = end.lstrip("/ ")
+        if count < len(parts) and (count == 1 or "/" in end) and _known(unit, dimension):
             rest = parts[:-count]
-            return " ".join(rest[:-1] if rest[-1] in ("in", "/", "-") else rest), end.lstrip("/ ")
+            return " ".join(rest[:-1] if rest[-1] in ("in", "/", "-") else rest), unit
     name, slash, unit = (parts[-1] if parts else "").partition("/")
     if slash and name and _known(unit, dimension):
         return " ".join([*parts[:-1], name]), unit

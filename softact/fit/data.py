@@ -19,6 +19,7 @@ from softact.fit.trimming import (
     without_hold,
 )
 
+
 @dataclass(frozen=True)
 class Test:
     """Nominal stress (n,) in MPa over stretch (n,) of one specimen in one mode.
@@ -144,8 +145,8 @@ def _full_rows(table: Table, rows: np.ndarray, used: list[int]) -> tuple[np.ndar
     lost = len(rows) - len(full)
     if not lost:
         return full, []
-    first = next(table.rows[i] for i in rows if i not in set(full.tolist()))
-    return full, [f"{lost} of {len(rows)} rows without a value are left out, the first in line {first}"]
+    first = table.rows[np.setdiff1d(rows, full)[0]]
+    return full, [f"{lost} of {len(rows)} rows lack a value and are left out, first line {first}"]
 
 
 def _elastic(reading: Reading, test: Test, messages: list[str]) -> Test:

@@ -1,4 +1,4 @@
-"""The specimen's sizes as they stand above the table: in a line of their own, or in a results table."""
+"""The specimen's sizes as they stand above the table: in lines, or in a table of results."""
 
 import math
 import re
@@ -14,8 +14,8 @@ WORDS = {
     "thickness": r"(\bthickness\b|dicke\b|\bepaisseur\b)",
     "width": r"(\bwidth\b|breite\b|\blargeur\b)",
     "diameter": r"(\bdiameter\b|durchmesser)",
-    "area": r"(\bcross ?section|\bquerschnitt|\barea\b|\bs0\b)",
-    "gauge": r"(\bgau?ge\b|\bl0\b|messlange|einspannlange|\bgrip separation\b|\bklemmlange)",
+    "area": r"(\bcross ?section|\bquerschnitt|\barea\b|\bs 0\b)",
+    "gauge": r"(\bgau?ge\b|\bl 0\b|messlange|einspannlange|\bgrip separation\b|\bklemmlange)",
     "length": r"(\blength\b|lange\b|\blongueur\b|\bheight\b|\bhohe\b)",
 }
 _LINE = re.compile(r"([^:=]{2,60})[:=]\s*([-+.,0-9eE]{1,20})\s*([^\s]{0,12})")

@@ -22,7 +22,8 @@ RATIOS = {"%": 0.01, "percent": 0.01, "pct": 0.01, "prozent": 0.01, "‰": 1e-3,
           "1": 1.0, "mm/mm": 1.0, "m/m": 1.0, "in/in": 1.0, "none": 1.0, "ratio": 1.0,
           "µe": 1e-6, "µε": 1e-6, "με": 1e-6, "ue": 1e-6, "microstrain": 1e-6}  # fmt: skip
 # Units of columns that are not used, so that a row of units is known for one.
-_OTHERS = {"s", "sec", "secs", "second", "seconds", "sek", "ms", "min", "h", "hr", "°c", "degc",
+_TIMES = {"s", "sec", "secs", "second", "seconds", "sek", "ms", "min", "h", "hr"}
+_OTHERS = {"°c", "degc",
            "c", "°f", "°", "deg", "rad", "k", "v", "mv", "a", "ma", "hz", "j", "mj", "nm", "nmm",
            "ml", "cm3", "mm3", "mm2", "cm2", "mm/s", "mm/min", "in/min", "1/s", "%/s", "%/min",
            "l", "cycles", "segments"}  # fmt: skip
@@ -35,9 +36,14 @@ def is_unit(text: str) -> bool:
     if re.fullmatch(r"[(\[{<][^()\[\]{}<>]*[)\]}>]", text):
         return True
     plain = clean(text).lower()
-    if plain in _OTHERS or (plain in RATIOS and plain not in ("", "ratio", "1")):
+    if plain in _OTHERS | _TIMES or (plain in RATIOS and plain not in ("", "ratio", "1")):
         return True
     return any(registry_unit(text, dimension) for dimension in (LENGTH, FORCE, PRESSURE))
+
+
+def is_time(text: str) -> bool:
+    """Whether a text is a unit of time."""
+    return clean(text).lower() in _TIMES
 
 
 def registry_unit(text: str, dimension: Dimension) -> str | None:

@@ -7,8 +7,16 @@ from pathlib import Path
 
 import numpy as np
 
-from softact.fit.blocks import Block, Heading, find_blocks, headings
-from softact.fit.cells import Row, cell_fault, cell_kind, decimal_mark, read_rows, value
+from softact.fit.blocks import (
+    Block,
+    Heading,
+    end_above,
+    find_blocks,
+    from_heading,
+    headings,
+    largest,
+)
+from softact.fit.cells import Row, numbers, read_rows
 from softact.fit.columns import Column, plain_words, read_heading
 from softact.fit.sizes import sizes_above
 from softact.units import show
@@ -60,7 +68,7 @@ def read_table(path: Path, given: tuple[str, ...] | None) -> Table:
     """
     rows = read_rows(path)
     blocks = find_blocks(rows)
-    main = max(blocks, key=lambda block: (block.count, block.start), default=None)
+    main = largest(blocks)
     if given is not None:
         heading = None
         columns = tuple(read_heading(name) for name in given)
@@ -71,7 +79,7 @@ def read_table(path: Path, given: tuple[str, ...] | None) -> Table:
         parts = _alike(rows, blocks, main, columns)
 
     def named(block: Block) -> Heading | None:
-        return next(headings(rows, block, _above(blocks, block)), None)
+        return next(headings(rows, block, end_above(blocks, block)), None)
 
     sizes = sizes_above(rows, blocks, main, named, plain_words)
     kept = [row for part in parts for row in rows[part.start : part.end] if not row.comment]
@@ -84,10 +92,6 @@ def read_table(path: Path, given: tuple[str, ...] | None) -> Table:
     )
 
 
-def _above(blocks: Sequence[Block], block: Block) -> int:
-    return max((other.end for other in blocks if other.end <= block.start), default=0)
-
-
 def roles(columns: Sequence[Column]) -> set[str]:
     """The roles that columns play: 'x', 'y' or both."""
     return {column.quantity.role for column in columns} - {""}
@@ -98,11 +102,11 @@ def _heading_of(rows, blocks, main: Block | None) -> tuple[Heading, Block]:
     if main is None:
         return _without_numbers(rows)
     nearest = None
-    for heading in headings(rows, main, _above(blocks, main)):
+    for heading in headings(rows, main, end_above(blocks, main)):
         columns = [read_heading(name) for name in heading.names]
         nearest = nearest or columns
         if roles(columns) == {"x", "y"}:
-            return heading, _from(rows, main, heading.end)
+            return heading, from_heading(rows, main, heading.end)
     _check_above(rows, blocks, main)
     kept = [row for row in rows[main.start : main.end] if not row.comment]
     columns = (nearest or [])[: main.width]
@@ -119,7 +123,7 @@ def _check_above(rows, blocks, main: Block) -> None:
     """A line of text may part a table under good headings in two."""
     for block in blocks:
         if block.end <= main.start and block.width == main.width:
-            for heading in headings(rows, block, _above(blocks, block)):
+            for heading in headings(rows, block, end_above(blocks, block)):
                 if roles([read_heading(name) for name in heading.names]) == {"x", "y"}:
                     raise _parted(rows[block.end])
 
@@ -141,14 +145,6 @@ def _without_numbers(rows) -> tuple[Heading, Block]:
     raise UnreadableError(f"there is no table of numbers (the first line is {first})")
 
 
-def _from(rows, block: Block, first: int) -> Block:
-    """The block with the rows below the heading in which some cell is a number: bad ones too."""
-    start = block.start
-    while start > first and any(cell_kind(cell) == "number" for cell in rows[start - 1].cells):
-        start -= 1
-    return Block(start, block.end, block.width, (), block.after)
-
-
 def _alike(rows, blocks, main: Block, columns) -> list[Block]:
     """The blocks under headings that mean what those of the main block mean: other specimens."""
     meant = [(column.quantity.name, column.factor) for column in columns]
@@ -157,10 +153,10 @@ def _alike(rows, blocks, main: Block, columns) -> list[Block]:
         if block.start <= main.start < block.end or block.end == main.end:
             parts.append(main)
             continue
-        for heading in headings(rows, block, _above(blocks, block)):
+        for heading in headings(rows, block, end_above(blocks, block)):
             others = [read_heading(name) for name in heading.names]
             if [(c.quantity.name, c.factor) for c in others] == meant:
-                parts.append(_from(rows, block, heading.end))
+                parts.append(from_heading(rows, block, heading.end))
                 break
         else:
             if block.start >= main.end and block.width == main.width and block.count >= MANY:
@@ -216,21 +212,13 @@ def _check_width(columns, kept: Sequence[Row], heading: Heading | None) -> None:
 
 def _numbers(columns, kept: Sequence[Row], every: bool = False):
     """Values (rows, columns), and the faults of each column that could be used."""
+    used = [i for i, column in enumerate(columns) if column.quantity.role or every]
+    found, wrong = numbers(kept, used)
     values = np.full((len(kept), len(columns)), math.nan)
-    faults: dict[int, list[str]] = {}
-    used = {
-        i: [row.cells[i] if i < len(row.cells) else "" for row in kept]
-        for i, column in enumerate(columns)
-        if column.quantity.role or every
+    for i in used:
+        values[:, i] = found[i]
+    return values, {
+        i: [f"{line}: column '{columns[i].heading}': {fault}" for line, fault in wrong[i]]
+        for i in used
+        if wrong[i]
     }
-    common = decimal_mark(cell for cells in used.values() for cell in cells)
-    for i, cells in used.items():
-        mark = decimal_mark(cells) if common == "?" else common
-        for r, (row, cell) in enumerate(zip(kept, cells, strict=True)):
-            number = value(cell, mark)
-            if number is not None and math.isfinite(number):
-                values[r, i] = number
-            elif cell_kind(cell) != "missing":
-                fault = cell_fault(cell, mark)
-                faults.setdefault(i, []).append(f"{row.line}: column '{columns[i].heading}': {fault}")
-    return values, faults
