@@ -35,6 +35,8 @@ def advice(
     if not columns or values is None or not len(values):
         return ""
     names, guessed = _names(columns, values, sheet, renamed or {})
+    while len(names) > 1 and names[-1] == "-":
+        names.pop()
     options = _needed(sheet, names, known, values)
     words = ["--columns", ", ".join(names), *_given(sheet, options)]
     command = shlex.join(["softact", "fit", _file(sheet), *words])

@@ -13,6 +13,7 @@ from softact.errors import SpecError
 from softact.fit.encoding import read_text
 from softact.units import show
 
+MOST_CELLS = 1000
 SEPARATORS = (";", "\t", ",", "|", None)  # None: blanks
 # What machines and spreadsheets write where they have no value.
 MISSING = {
@@ -50,6 +51,11 @@ def read_rows(path: Path) -> list[Row]:
     rows = [Row(n, text, split(text, separator), comment) for n, text, comment in lines]
     if all(row.comment for row in rows):
         raise SpecError(f"{path}: holds no data")
+    if wide := next((row for row in rows if len(row.cells) > MOST_CELLS), None):
+        raise SpecError(
+            f"{path}:{wide.line}: {len(wide.cells)} cells in a row; a table of data has at most "
+            f"{MOST_CELLS}, each row of them one moment of the test"
+        )
     return rows
 
 
