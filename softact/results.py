@@ -1,15 +1,17 @@
 """The result folder: what is in it, read back for the report, for tests and for scripts."""
 
-import csv
 import json
 import math
 from dataclasses import dataclass, fields
+from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
 
 from softact.errors import SpecError
+from softact.files import csv_rows
 from softact.geometry import Layout
 
 INCOMPLETE = "incomplete"
@@ -68,15 +70,27 @@ class Results:
         """ "complete", "no_equilibrium" or "incomplete"."""
         return self.run.get("status", INCOMPLETE)
 
+    @cached_property
+    def spec(self) -> dict[str, Any]:
+        """The resolved spec as plain data; empty where spec.yaml is missing or damaged."""
+        from softact.spec import document  # which imports the geometries
+
+        try:
+            return document.parse(self.spec_yaml, "spec.yaml").data
+        except SpecError:
+            return {}
+
     def field_names(self, number: int) -> tuple[str, ...]:
         """Names of the fields of state ``number``."""
         with h5py.File(self.directory / "fields.h5", "r") as file:
             return tuple(file["increments"][self.increments[number]])
 
     def field(self, number: int, name: str) -> np.ndarray:
-        """Field ``name`` of state ``number`` (row of the curve); KeyError if it is not there."""
+        """Field ``name`` of state ``number`` (row of the curve); KeyError if it is not there.
+
+        Raises SpecError where fields.h5 is damaged."""
         with h5py.File(self.directory / "fields.h5", "r") as file:
-            return file["increments"][self.increments[number]][name][()]
+            return _whole(file["increments"][self.increments[number]][name])
 
     def scalar(self, number: int, name: str) -> np.ndarray:
         """(n,) the field, or its magnitude where it is a vector field."""
@@ -93,7 +107,7 @@ def read(directory: str | Path) -> Results:
     if not (directory / "run.json").is_file():
         raise SpecError(f"{directory}: no run.json in it, so it is not a result folder of softact")
     try:
-        run = json.loads((directory / "run.json").read_text())
+        run = json.loads((directory / "run.json").read_text(encoding="utf-8"))
     except ValueError as error:
         raise SpecError(f"{directory / 'run.json'}: not JSON: {error}") from error
     spec = directory / "spec.yaml"
@@ -105,7 +119,7 @@ def read(directory: str | Path) -> Results:
     return Results(
         directory=directory,
         run=run,
-        spec_yaml=spec.read_text() if spec.is_file() else "",
+        spec_yaml=spec.read_text(encoding="utf-8", errors="replace") if spec.is_file() else "",
         curve=curve,
         summary={k: v[0] for k, v in _read_columns(directory / "summary.csv").items() if len(v)},
         **mesh,
@@ -115,8 +129,7 @@ def read(directory: str | Path) -> Results:
 def _read_columns(path: Path) -> dict[str, np.ndarray]:
     if not path.is_file():
         return {}
-    with open(path, newline="") as file:
-        table = list(csv.reader(file))
+    table = csv_rows(path)
     if not table:
         return {}
     return {name: _column([row[place] for row in table[1:]]) for place, name in enumerate(table[0])}
@@ -144,16 +157,28 @@ def _read_mesh(path: Path) -> dict:
         with h5py.File(path, "r") as file:
             mesh = file["mesh"]
             return {
-                "points": mesh["points"][()],
-                "cells": mesh["cells"][()],
-                "region": mesh["region"][()],
+                "points": _whole(mesh["points"]),
+                "cells": _whole(mesh["cells"]),
+                "region": _whole(mesh["region"]),
                 "region_names": tuple(json.loads(mesh["region_names"].asstr()[()])),
-                "surfaces": {name: item[()] for name, item in mesh["surfaces"].items()},
+                "surfaces": {name: _whole(item) for name, item in mesh["surfaces"].items()},
                 "layout": _layout(json.loads(mesh["layout"].asstr()[()])),
                 "increments": tuple(file["increments"]),
             }
-    except (OSError, KeyError) as error:
+    except (OSError, KeyError, SpecError) as error:
         return {"faults": (f"{path.name} cannot be read: {error}",)}
+
+
+def _whole(item: h5py.Dataset) -> np.ndarray:
+    """All numbers of a dataset. Raises SpecError where there cannot be so many in the file: softact
+    compresses nothing, and a damaged size would take all memory."""
+    path = Path(item.file.filename)
+    if item.nbytes > path.stat().st_size:
+        raise SpecError(
+            f"{path}: is damaged: {item.name} would take {item.nbytes:.2g} bytes, and the file has "
+            f"{path.stat().st_size:.2g}; solve the spec again"
+        )
+    return item[()]
 
 
 def _layout(data: dict) -> Layout:

@@ -5,7 +5,6 @@ step (temporary file, then rename); ``run.json`` says "incomplete" from the firs
 last.
 """
 
-import csv
 import json
 import shutil
 from collections.abc import Mapping, Sequence
@@ -16,7 +15,7 @@ import h5py
 import numpy as np
 
 from softact.errors import SpecError
-from softact.files import csv_text, json_text, write_atomic
+from softact.files import csv_rows, csv_text, json_text, write_atomic
 from softact.geometry import Layout
 from softact.results import (
     COMPLETE,
@@ -68,8 +67,8 @@ class ResultsWriter:
         writer.directory = Path(directory)
         writer._provenance = dict(provenance or {})
         writer._steps = []
-        with open(writer.directory / "curve.csv", newline="") as file:
-            writer._rows = [dict(row) for row in csv.DictReader(file)][:rows]
+        names, *cells = csv_rows(writer.directory / "curve.csv") or [[]]
+        writer._rows = [dict(zip(names, row, strict=False)) for row in cells[:rows]]
         with h5py.File(writer.directory / "fields.h5", "a") as file:
             if len(writer._rows) < rows or len(file["increments"]) < rows:
                 raise OSError(f"{directory}: has fewer increments than it was interrupted after")

@@ -21,6 +21,7 @@ from softact.files import write_atomic
 from softact.geometry import make_mesh
 from softact.orphans import bound
 from softact.results import RESTART
+from softact.streams import UTF8
 
 # Events that ``progress`` receives: {"stage": "mesh"}; {"stage": "solve", "cells", "unknowns"};
 # {"stage": "increment", "step", "fraction", "iterations", ... and the row of curve.csv};
@@ -89,7 +90,7 @@ def run(
             """Mesh, and the job that the solver waits for."""
             progress({"stage": "mesh"})
             make_mesh(spec.geometry, mesh_file)
-            spec_file.write_text(spec.to_yaml())
+            spec_file.write_text(spec.to_yaml(), encoding="utf-8")
             job = {
                 "spec": str(spec_file),
                 "mesh": str(mesh_file),
@@ -153,7 +154,7 @@ def _to_resume(spec, directory: Path) -> _Old | None:
             f"{directory}: holds the run of another spec ({', '.join(differing)} differ); a run is "
             "resumed with its own spec, in which only later steps may change"
         )
-    return _Old(json.loads(known.read_text())["status"], old["steps"])
+    return _Old(json.loads(known.read_text(encoding="utf-8"))["status"], old["steps"])
 
 
 def _solve(
@@ -178,12 +179,12 @@ def _solve(
     beside = threads != 1
     if not beside:
         prepare()
-    with errors.open("w") as stderr:
+    with errors.open("wb") as stderr:
         process = subprocess.Popen(
             _command(job_file, processes),
             stdout=subprocess.PIPE,
             stderr=stderr,
-            text=True,
+            **UTF8,
             env=_environment(processes, threads),
             start_new_session=True,
         )
@@ -204,7 +205,7 @@ def _solve(
             process.wait()
             raise
     if directory.is_dir():
-        noise = errors.read_text(errors="replace")
+        noise = errors.read_text(encoding="utf-8", errors="replace")
         write_atomic(directory / "log.txt", "\n".join(lines) + "\n" + noise)
     if last.get("stage") == "error":
         if last.get("cannot_write"):
@@ -235,7 +236,7 @@ class SolverCrashError(SoftactError):
 
 
 def _crash(code: int, errors: Path) -> str:
-    noise = errors.read_text(errors="replace")
+    noise = errors.read_text(encoding="utf-8", errors="replace")
     if _NO_MEMORY.search(noise):
         return OUT_OF_MEMORY
     words = [line for line in noise.splitlines() if line.strip()]

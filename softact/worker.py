@@ -40,11 +40,12 @@ def solve(
     tell: receives events, see ``softact.run``. old_steps: of the run that stands in the folder, to
     go on with it; None: start anew.
     """
-    from softact import checkpoint
+    from softact import checkpoint, jit
     from softact.from_spec import build_model
     from softact.recorder import Recorder
 
     started = time.perf_counter()
+    jit.cache_folder()  # on all processes alike, before they wait for each other
     model = build_model(comm, spec, mesh_file)
     mesh = model.mesh
     model.contacts.check_clear(model.initial_state())
@@ -112,7 +113,7 @@ def _await(job_file: Path) -> dict:
     """The job, as soon as it is there; ``softact.run`` ends this process where none will come."""
     while not job_file.exists():
         time.sleep(0.01)
-    return json.loads(job_file.read_text())
+    return json.loads(job_file.read_text(encoding="utf-8"))
 
 
 def main(job_file: str, parent: str | None = None) -> int:
@@ -132,7 +133,7 @@ def main(job_file: str, parent: str | None = None) -> int:
     from mpi4py import MPI
 
     # While the mesh is made: these take as long.
-    from softact import recorder, results_writer  # noqa: F401
+    from softact import jit, recorder, results_writer  # noqa: F401
     from softact import spec as specs
 
     comm = MPI.COMM_WORLD
@@ -150,8 +151,10 @@ def main(job_file: str, parent: str | None = None) -> int:
     except OSError as error:  # a full disk, a folder that has gone
         if error.errno == errno.ENOMEM:
             _abort_without_memory(comm)
-        lines = [f"cannot write: {error}"]
-        print_event({"stage": "error", "exit_code": 2, "lines": lines, "cannot_write": True})
+        told = {"lines": [f"cannot write: {error}"], "cannot_write": True}
+        if jit.concerns(error):
+            told = {"lines": jit.no_room(error).lines}
+        print_event({"stage": "error", "exit_code": 2, **told})
         comm.Abort(2)
     except MemoryError:
         _abort_without_memory(comm)

@@ -143,7 +143,7 @@ def test_held_constant_and_warning_of_a_wrong_unit(folder, capsys):
         (["uniaxial.csv", "--stress", "cauchy"], "is not the cauchy stress"),
         (["uniaxial.csv", "--name", "../x"], "no name for files"),
         (["uniaxial.csv", "--cycle", "0"], "is no cycle"),
-        (["."], "Is a directory"),
+        (["."], "this is a folder"),
         ([], "FILE"),
     ],
 )

@@ -353,7 +353,7 @@ WRONG = {
     ),
     "an alias of itself": ("a: &a [*a]\n", [(1, None, "an alias that holds itself")]),
     "an alias of nothing": (changed(6, "  roof: *wall"), [(6, None, "undefined alias 'wall'")]),
-    "deep nesting": ("a: " + "[" * 5000, [(None, None, "nested too deeply")]),
+    "deep nesting": ("a: " + "[" * 5000, [(1, None, "nested too deeply")]),
     "nesting of 100": ("a: " + "[" * 100 + "]" * 100, [(1, None, "nested too deeply")]),
     "a control character": ("name: a\x07b\n", [(1, None, "a control character")]),
     "binary": (b"\x7fELF\x02\x01\x01\0\0\0", [(None, None, "this is not a text file")]),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -10,7 +9,7 @@ from softact.converge.output import summary
 from softact.converge.richardson import NOTHING, SAFETY
 from softact.converge.study import Convergence
 from softact.errors import SpecError
-from softact.files import csv_text, json_text, write_atomic
+from softact.files import csv_rows, csv_text, json_text, write_atomic
 from softact.report import write_report
 from softact.results import COMPLETE, MESH_ERROR, read
 from softact.sweep import record
@@ -50,9 +49,9 @@ def carry_into(study: Convergence, directory: Path) -> str:
                 "same mesh; the folder is of another softact: run it again"
             )
     story = {"error_bars": bars, "level": level, "safety": SAFETY, **summary(study)}
-    with open(directory / "summary.csv", newline="") as file:
-        cells = next(csv.DictReader(file))
-    row = {name: cell for name, cell in cells.items() if not name.endswith(_COLUMN)}
+    names, cells = csv_rows(directory / "summary.csv")[:2]
+    pairs = zip(names, cells, strict=True)
+    row = {name: cell for name, cell in pairs if not name.endswith(_COLUMN)}
     row |= {f"{measure}{_COLUMN}": bar for measure, bar in bars.items()}
     write_atomic(directory / MESH_ERROR, json_text(story))
     write_atomic(directory / "summary.csv", csv_text([row]))

@@ -1,10 +1,10 @@
 """The text of a table's file, in whatever encoding a machine wrote it."""
 
 import codecs
-import stat
 from pathlib import Path
 
 from softact.errors import SpecError
+from softact.files import read_file
 
 MAX_BYTES = 200_000_000
 # The marks of UTF-32 begin with those of UTF-16, so they are tried first.
@@ -30,7 +30,7 @@ def read_text(path: Path) -> str:
 
     Raises SpecError where the file cannot be read or is no text.
     """
-    raw = _bytes(path)
+    raw = read_file(path, MAX_BYTES, "a table of test data")
     for begins, what in _NO_TEXT:
         if raw.startswith(begins):
             raise SpecError(f"{path}: is {what}, not a text file; save the table as CSV")
@@ -41,23 +41,6 @@ def read_text(path: Path) -> str:
     if "\0" in text:
         raise SpecError(f"{path}: is not a text file; save the table as CSV")
     return text
-
-
-def _bytes(path: Path) -> bytes:
-    try:
-        found = path.stat()
-        if stat.S_ISFIFO(found.st_mode) or stat.S_ISCHR(found.st_mode):
-            # Reading one waits for whoever writes it, perhaps for ever.
-            raise SpecError(f"{path}: is a pipe or a device, not a file; save the table first")
-        if found.st_size > MAX_BYTES:
-            raise SpecError(f"{path}: is larger than {MAX_BYTES // 1_000_000} MB")
-        return path.read_bytes()
-    except FileNotFoundError:
-        raise SpecError(f"{path}: there is no such file") from None
-    except OSError as error:
-        raise SpecError(f"{path}: cannot be read: {error.strerror}") from None
-    except ValueError:
-        raise SpecError(f"{str(path)!r}: is no name of a file") from None
 
 
 def _encoding(raw: bytes) -> str:

@@ -483,7 +483,7 @@ def test_a_pipe_is_refused_at_once(tmp_path):
 
     path = tmp_path / "pipe"
     os.mkfifo(path)
-    with pytest.raises(SpecError, match="is a pipe or a device"):
+    with pytest.raises(SpecError, match="this is a pipe or a device"):
         read(path)
 
 
