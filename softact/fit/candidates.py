@@ -1,6 +1,8 @@
 """The laws that can be fitted, with their free constants, bounds and where starts are drawn."""
 
+import math
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import cached_property
@@ -12,11 +14,17 @@ from softact.errors import SpecError
 from softact.materials import LAWS, Law
 
 INFINITY = float("inf")
+SMALLEST_EXPONENT = 1e-4  # of Ogden's law, which divides by it; its limit at 0 is met to 1e-8
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """A free constant. linear: the stress is proportional to it. seek: where starts are drawn."""
+    """A free constant.
+
+    linear: the stress is proportional to it. seek: where starts are drawn. apart: how far it stays
+    from 0. reach: for a constant that locks, the value that the law needs to have a stress where
+    the larger of Ī1 and Ī2 is its argument.
+    """
 
     name: str
     lower: float = -INFINITY
@@ -24,6 +32,14 @@ class Parameter:
     linear: bool = True
     seek: tuple[float, float] = (0.0, 1.0)
     logarithmic: bool = False
+    apart: float = 0.0
+    reach: Callable[[float], float] | None = None
+
+    def settled(self, value: float) -> float:
+        """The value, moved away from 0 where the law has none there."""
+        if abs(value) >= self.apart:
+            return float(value)
+        return -self.apart if value < 0 else self.apart
 
 
 @dataclass(frozen=True)
@@ -39,8 +55,12 @@ class Candidate:
         """Return the constants by name (MPa), for the law's energy."""
         values = dict(self._held)
         for parameter, value in zip(self.parameters, vector, strict=True):
-            values[parameter.name] = float(value)
+            values[parameter.name] = parameter.settled(value)
         return SimpleNamespace(**values)
+
+    def settled(self, vector: np.ndarray) -> np.ndarray:
+        """The constants as ``constants`` takes them."""
+        return np.array([p.settled(v) for p, v in zip(self.parameters, vector, strict=True)])
 
     @cached_property
     def _held(self) -> dict[str, object]:
@@ -52,6 +72,12 @@ class Candidate:
         """Return the law with these constants; ``fields`` are of the card, in internal units."""
         values = {p.name: float(v) for p, v in zip(self.parameters, vector, strict=True)}
         return self.law.of(**self.fixed, **values, **fields)
+
+    @property
+    def held_names(self) -> set[str]:
+        """Own fields of the law that are no free constants, such as the number of families."""
+        numbered = {name.rstrip("0123456789") for name in self.names}
+        return {name for name in self._held if name.rstrip("0123456789") not in numbered}
 
     @property
     def names(self) -> list[str]:
@@ -105,7 +131,14 @@ def _ogden(order: int) -> Candidate:
     # Positive moduli in Abaqus's convention make every term, and so the law, stable at any stretch.
     moduli = [Parameter(f"mu{i}", lower=0.0) for i in range(1, order + 1)]
     exponents = [
-        Parameter(f"alpha{i}", lower=-25.0, upper=25.0, linear=False, seek=(-6.0, 8.0))
+        Parameter(
+            f"alpha{i}",
+            lower=-25.0,
+            upper=25.0,
+            linear=False,
+            seek=(-6.0, 8.0),
+            apart=SMALLEST_EXPONENT,
+        )
         for i in range(1, order + 1)
     ]
     pairs = [p for pair in zip(moduli, exponents, strict=True) for p in pair]
@@ -138,7 +171,13 @@ def _candidates() -> dict[str, Candidate]:
             (
                 modulus,
                 Parameter(
-                    "lambda_m", 1.75, 100.0, linear=False, seek=(2.0, 20.0), logarithmic=True
+                    "lambda_m",
+                    1.75,
+                    100.0,
+                    linear=False,
+                    seek=(2.0, 20.0),
+                    logarithmic=True,
+                    reach=math.sqrt,
                 ),
                 Parameter("a", -2.0, 5.0, linear=False, seek=(0.0, 1.0)),
                 Parameter("beta", 0.0, 1.0, linear=False, seek=(0.0, 1.0)),
@@ -149,7 +188,15 @@ def _candidates() -> dict[str, Candidate]:
             LAWS["gent"],
             (
                 modulus,
-                Parameter("jm", 0.05, 1e4, linear=False, seek=(0.5, 200.0), logarithmic=True),
+                Parameter(
+                    "jm",
+                    0.05,
+                    1e4,
+                    linear=False,
+                    seek=(0.5, 200.0),
+                    logarithmic=True,
+                    reach=lambda invariant: invariant - 3.0,
+                ),
             ),
         ),
         Candidate(

@@ -10,7 +10,7 @@ from softact.fit.sheet import TestSheet
 from softact.fit.table import Table, UnreadableError
 
 SMALLEST_STRETCH, LARGEST_STRETCH = 0.01, 100.0
-LARGEST_STRESS = 1e6  # MPa
+SMALLEST_STRESS, LARGEST_STRESS = 1e-9, 1e6  # MPa
 
 
 @dataclass(frozen=True)
@@ -174,5 +174,10 @@ def stress_of(reading: Reading, stretch: np.ndarray) -> np.ndarray:
     if not largest <= LARGEST_STRESS:
         raise reading.refuse(
             f"the stress goes to {largest:.3g} MPa; no material bears that. Is the unit right?"
+        )
+    if 0 < largest < SMALLEST_STRESS:
+        raise reading.refuse(
+            f"the stress goes to {1e6 * largest:.3g} Pa only; nothing measures that. Is the unit "
+            "right?"
         )
     return values

@@ -47,6 +47,20 @@ class Problem:
             [np.full(len(t.stress), UNREACHED * np.max(np.abs(t.stress))) for t in self.tests]
         )
 
+    @cached_property
+    def largest_invariant(self) -> float:
+        """The larger of Ī1 and Ī2 that the tests reach; of biaxial ones at their stretches."""
+        largest = 3.0
+        for test in self.tests:
+            if test.mode in MODES:
+                powers = np.array(MODES[test.mode].powers)[:, None]
+                stretches = test.stretch**powers
+            else:
+                stretches = np.stack([test.stretch, test.other, 1 / (test.stretch * test.other)])
+            for sign in (2, -2):
+                largest = max(largest, float(np.max(np.sum(stretches**sign, axis=0))))
+        return largest
+
     @property
     def size(self) -> int:
         """Number of data points."""
