@@ -7,7 +7,7 @@ import click
 
 LAWS = (
     "neo_hookean, mooney_rivlin_2 (3, 5, 9), yeoh, reduced_polynomial_1 to _6, ogden_1 to _6, "
-    "arruda_boyce, van_der_waals, gent, holzapfel, or all"
+    "arruda_boyce, van_der_waals, gent, fung, holzapfel, or all"
 )
 
 
@@ -64,7 +64,12 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, values: tuple[str, ..
 @click.option("--to", "stretch_to", type=float, help="Largest stretch to use.")
 @click.option("--smooth", type=int, help="Savitzky-Golay window in points.")
 @click.option("--points", type=int, help="Thin every test to so many points.")
-@click.option("--relative", is_flag=True, help="Residuals relative to the measured stress.")
+@click.option(
+    "--relative",
+    is_flag=True,
+    help="Residuals in parts of the law's stress; below 2 % of a test's largest stress, in parts of "
+    "that.",
+)
 @click.option("--balance", is_flag=True, help="Let every test count alike.")
 @click.option(
     "--method",

@@ -58,7 +58,7 @@ the actuator meets a curve that was measured on it.
 | what you have | law |
 | --- | --- |
 | a data sheet's modulus only, stretch below 1.4 | neo_hookean |
-| a uniaxial test to large stretch | yeoh; arruda_boyce or gent where it must be stable beyond |
+| a uniaxial test to large stretch | yeoh; arruda_boyce, gent or fung where it must be stable beyond |
 | uniaxial and planar or equibiaxial tests | ogden of order 2 or 3, mooney_rivlin |
 | a knitted or coated fabric, course and wale | holzapfel |
 | paper, film, woven fabric, printed fittings | linear |

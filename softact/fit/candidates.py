@@ -22,8 +22,7 @@ class Parameter:
     """A free constant.
 
     linear: the stress is proportional to it. seek: where starts are drawn. apart: how far it stays
-    from 0. reach: for a constant that locks, the value that the law needs to have a stress where
-    the larger of Ī1 and Ī2 is its argument.
+    from 0. seek_at: gives ``seek`` from the larger of Ī1 and Ī2 that the data reach, in its place.
     """
 
     name: str
@@ -33,7 +32,12 @@ class Parameter:
     seek: tuple[float, float] = (0.0, 1.0)
     logarithmic: bool = False
     apart: float = 0.0
-    reach: Callable[[float], float] | None = None
+    seek_at: Callable[[float], tuple[float, float]] | None = None
+
+    def range_at(self, invariant: float) -> tuple[float, float]:
+        """Where starts are drawn for data that reach an invariant, within the bounds."""
+        low, high = self.seek_at(invariant) if self.seek_at else self.seek
+        return tuple(min(max(end, self.lower), self.upper) for end in (low, high))
 
     def settled(self, value: float) -> float:
         """The value, moved away from 0 where the law has none there."""
@@ -145,6 +149,24 @@ def _ogden(order: int) -> Candidate:
     return Candidate(f"ogden_{order}", LAWS["ogden"], tuple(pairs))
 
 
+def _beyond_locking(invariant: float) -> tuple[float, float]:
+    """Gent's Jm: the law has no stress where Ī1 − 3 is larger."""
+    least = 1.02 * (invariant - 3.0)
+    return max(0.5, least), max(200.0, 10.0 * least)
+
+
+def _chain(invariant: float) -> tuple[float, float]:
+    """The van der Waals law's λm: no stress where Ī1, or Ī2, is larger than its square."""
+    least = 1.02 * math.sqrt(invariant)
+    return max(2.0, least), max(20.0, 10.0 * least)
+
+
+def _bounded_growth(invariant: float) -> tuple[float, float]:
+    """Fung's b: the exponential grows by 5 % to e^10 over the data."""
+    reached = max(invariant - 3.0, 1e-6)
+    return 0.05 / reached, 10.0 / reached
+
+
 def _candidates() -> dict[str, Candidate]:
     modulus = Parameter("mu", lower=0.0)
     locking = Parameter("lambda_m", 1.05, 100.0, linear=False, seek=(1.2, 15.0), logarithmic=True)
@@ -170,15 +192,7 @@ def _candidates() -> dict[str, Candidate]:
             LAWS["van_der_waals"],
             (
                 modulus,
-                Parameter(
-                    "lambda_m",
-                    1.75,
-                    100.0,
-                    linear=False,
-                    seek=(2.0, 20.0),
-                    logarithmic=True,
-                    reach=math.sqrt,
-                ),
+                Parameter("lambda_m", 1.75, 100.0, linear=False, logarithmic=True, seek_at=_chain),
                 Parameter("a", -2.0, 5.0, linear=False, seek=(0.0, 1.0)),
                 Parameter("beta", 0.0, 1.0, linear=False, seek=(0.0, 1.0)),
             ),
@@ -188,15 +202,15 @@ def _candidates() -> dict[str, Candidate]:
             LAWS["gent"],
             (
                 modulus,
-                Parameter(
-                    "jm",
-                    0.05,
-                    1e4,
-                    linear=False,
-                    seek=(0.5, 200.0),
-                    logarithmic=True,
-                    reach=lambda invariant: invariant - 3.0,
-                ),
+                Parameter("jm", 0.05, 1e6, linear=False, logarithmic=True, seek_at=_beyond_locking),
+            ),
+        ),
+        Candidate(
+            "fung",
+            LAWS["fung"],
+            (
+                modulus,
+                Parameter("b", 1e-6, 1e4, linear=False, logarithmic=True, seek_at=_bounded_growth),
             ),
         ),
         Candidate(
@@ -227,7 +241,7 @@ ALL_ISOTROPIC = (
     "neo_hookean", "mooney_rivlin_2", "mooney_rivlin_3", "mooney_rivlin_5", "mooney_rivlin_9",
     "yeoh", "reduced_polynomial_2", "reduced_polynomial_4", "reduced_polynomial_5",
     "reduced_polynomial_6", "ogden_1", "ogden_2", "ogden_3", "ogden_4", "arruda_boyce",
-    "van_der_waals", "gent",
+    "van_der_waals", "gent", "fung",
 )  # fmt: skip
 
 

@@ -9,7 +9,7 @@ from softact.fit.candidates import Candidate
 from softact.fit.data import Test
 from softact.fit.modes import MODES, first_invariant, stretch_reaching
 from softact.fit.optimise import Solution, solve
-from softact.fit.problem import Problem, make_problem, model_stress
+from softact.fit.problem import Problem, make_problem, model_stress, reweighted
 from softact.fit.stability import Stability, drucker
 from softact.fit.statistics import (
     Certainty,
@@ -25,6 +25,7 @@ from softact.fit.statistics import (
     spreads,
 )
 
+REWEIGHTINGS = 12  # at most; two or three do where the law suits the data
 # Laws that are not functions of Ī1 alone: one mode does not fix what they do in the others.
 TWO_INVARIANTS = ("mooney_rivlin", "ogden", "van_der_waals")
 
@@ -177,6 +178,8 @@ def fit(tests: list[Test], candidate: Candidate, options: Options | None = None)
     options = options or Options()
     problem = make_problem(tests, options.relative, options.balance)
     solution = solve(problem, candidate, options.method, options.starts, options.seed)
+    if options.relative:
+        problem, solution = _with_own_weights(problem, candidate, solution, options.method)
     vector = solution.vector
     isotropic = not candidate.law.anisotropic
     return Fit(
@@ -193,6 +196,17 @@ def fit(tests: list[Test], candidate: Candidate, options: Options | None = None)
         spreads=tuple(spreads(problem.tests)),
         specimens=_each_specimen(tests, candidate, vector, options),
     )
+
+
+def _with_own_weights(problem: Problem, candidate: Candidate, solution: Solution, method: str):
+    """Weigh by the law's stress and solve again until the constants stay."""
+    for _ in range(REWEIGHTINGS):
+        before = solution.vector
+        problem = reweighted(problem, candidate, before)
+        solution = solve(problem, candidate, method, starts=1, first=before)
+        if np.allclose(solution.vector, before, rtol=1e-8, atol=0.0):
+            break
+    return problem, solution
 
 
 def _each_specimen(tests, candidate, vector, options) -> tuple[Specimen, ...]:

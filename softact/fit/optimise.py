@@ -82,7 +82,8 @@ def _starts(problem: Problem, candidate: Candidate, count: int, seed: int) -> li
         return [_with_linear(problem, candidate, np.zeros(len(candidate.parameters)))]
     rng = np.random.default_rng(seed)
     coarse = thinned(problem)
-    ranges = [_range(problem, candidate.parameters[i]) for i in curved]
+    reached = problem.largest_invariant
+    ranges = [candidate.parameters[i].range_at(reached) for i in curved]
     drawn = []
     for _ in range(12 * count):
         vector = np.zeros(len(candidate.parameters))
@@ -94,15 +95,6 @@ def _starts(problem: Problem, candidate: Candidate, count: int, seed: int) -> li
     drawn.sort()
     span = np.array([high - low for low, high in ranges])
     return _apart([np.array(vector) for _, vector in drawn], curved, span, count)
-
-
-def _range(problem: Problem, parameter: Parameter) -> tuple[float, float]:
-    """Where starts of a constant are drawn: beyond what the data reach for one that locks."""
-    low, high = parameter.seek
-    if parameter.reach is not None:
-        least = 1.02 * parameter.reach(problem.largest_invariant)
-        low, high = max(low, least), max(high, 10.0 * least)
-    return max(low, parameter.lower), min(high, parameter.upper)
 
 
 def _apart(points: list[np.ndarray], curved, span: np.ndarray, count: int) -> list[np.ndarray]:

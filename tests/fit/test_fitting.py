@@ -46,6 +46,7 @@ RECOVER = {
     "arruda_boyce": {"mu": 0.2, "lambda_m": 2.2},
     "van_der_waals": {"mu": 0.3, "lambda_m": 6.0, "a": 0.3, "beta": 0.2},
     "gent": {"mu": 0.3, "jm": 20.0},
+    "fung": {"mu": 0.3, "b": 0.15},
 }
 
 
