@@ -67,8 +67,8 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, values: tuple[str, ..
 @click.option(
     "--relative",
     is_flag=True,
-    help="Residuals in parts of the law's stress; below 2 % of a test's largest stress, in parts of "
-    "that.",
+    help="Residuals in parts of the law's stress; where that is below 2 % of a test's largest, in "
+    "parts of these 2 %.",
 )
 @click.option("--balance", is_flag=True, help="Let every test count alike.")
 @click.option(
