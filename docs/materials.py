@@ -89,7 +89,14 @@ law in these modes is the derivative of its energy along the incompressible path
   others, and 3 % of scatter would make a modulus 0.18 % too small. Where the stress is below 2 % of
   the largest of its test, the residual is a part of these 2 %, or a few points near zero load would
   outweigh the curve.
-- AICc and BIC. `--law all` ranks by BIC, laws that are unstable or undetermined last.
+- AICc and BIC, which are small for a law that follows the points and has few constants.
+- `--law all` looks further: at the error over the tests, at the error over what was held out of the
+  fit (each mode in turn; of one mode each quarter of the stretch), and at the constants. The law
+  with the smallest √(error · error held out) · n^(c/2n) is first. c counts the constants, those
+  that are poorly determined twice, and n the independent residuals: n (1 − ρ)/(1 + ρ) of n points
+  whose neighbours correlate by ρ. The last factor is Bayes' criterion written as an error. Laws that
+  are unstable within the tests, or that the tests do not determine, come last. One sentence says
+  why the first is first.
 
 Ogden's moduli are kept positive (Abaqus's convention), which makes the law stable at any stretch.
 Nothing is smoothed, trimmed or shifted unless an option asks for it, and then it is said.

@@ -105,6 +105,9 @@ def _fit_all(tests, candidates: list[Candidate], options: Options, say) -> list[
         raise SpecError(*refused)
     for line in refused:
         say(f"left out: {line}")
+    if len(fits) == 1:
+        return fits
+    say("trying what each law says of what it was not fitted to")
     return ranked(fits)
 
 

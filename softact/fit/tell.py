@@ -6,6 +6,7 @@ from softact.fit.candidates import as_candidate
 from softact.fit.data import Test
 from softact.fit.fit import Fit
 from softact.fit.problem import model_stress
+from softact.fit.reason import reason
 from softact.materials import Law
 
 
@@ -88,21 +89,34 @@ def _tell_scatter(fit: Fit) -> list[str]:
 
 
 def tell_ranking(fits: list[Fit]) -> list[str]:
-    """Return a table of the fits, best first."""
+    """Return a table of the fits, best first, and why the first is first."""
     width = max(len(f.name) for f in fits)
-    lines = [f"{'law':{width}s}  constants  smallest R²       AICc        BIC  remark"]
+    held = "modes" if fits[0].merit.modes else "quarters of the stretch"
+    lines = [
+        f"{'law':{width}s}  constants  smallest R²    error  held out       AICc        BIC  remark"
+    ]
     for f in fits:
-        remark = ""
-        if f.failures:
-            mode, stretch = f.failures[0]
-            remark = f"unstable in {mode} at {stretch:.3g}"
-        elif not f.certainty.identifiable:
-            remark = "not determined by these tests"
+        loose = f"{f.merit.loose} poorly determined" if f.merit.loose else ""
+        ahead = "-" if f.merit.predicted is None else _percent(f.merit.predicted)
         lines.append(
-            f"{f.name:{width}s}  {len(f.vector):9d}  {f.r2:11.5f}  {f.information.aicc:9.1f}  "
-            f"{f.information.bic:9.1f}  {remark}".rstrip()
+            f"{f.name:{width}s}  {f.merit.constants:9d}  {f.r2:11.5f}  {_percent(f.merit.fitted)}  "
+            f"{ahead:>8s}  {f.information.aicc:9.1f}  {f.information.bic:9.1f}  "
+            f"{'; '.join(filter(None, (remark_of(f), loose)))}".rstrip()
         )
-    return lines
+    lines.append(f"(held out: error over {held} that the law was not fitted to, each in turn)")
+    return [*lines, reason(fits)]
+
+
+def _percent(part: float) -> str:
+    return f"{100 * part:6.2f}%" if part < 5 else "  >500%"
+
+
+def remark_of(fit: Fit) -> str:
+    """Why a law is not sound, in a few words; empty where it is."""
+    if fit.failures:
+        mode, stretch = fit.failures[0]
+        return f"unstable in {mode} at {stretch:.3g}"
+    return "" if fit.certainty.identifiable else "not determined by these tests"
 
 
 def tell_comparison(fit: Fit, law: Law, name: str) -> list[str]:
