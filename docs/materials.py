@@ -67,6 +67,35 @@ the actuator meets a curve that was measured on it.
 used beyond the stretch it was fitted to; the fit says where it becomes unstable.
 """
 
+READING = """
+## What `softact fit` reads
+
+A table as the testing machine wrote it: separated by commas, semicolons, tabs or blanks, in UTF-8,
+UTF-16 or Latin-1, with decimal points or commas, with cells in quotes, with text, a table of
+results and sizes of the specimen above it, with a row of units under the names. `#` begins a
+comment. Cells such as `N/A` have no value, and their rows are left out. Several tables under the
+same headings, or a column `specimen`, are several specimens.
+
+- Headings are understood by their words, in English, German and French: `Tensile strain (%)`,
+  `Standard force [N]`, `Load Cell (N)`, `lambda`, `Stretch ratio`, `Extension (in)`,
+  `Kraft in N`. `kg/cm^2` is read as kgf/cm², `Load (kg)` as a weight, and that is said. Times,
+  counters and curves of a fit are left out.
+- Where a file has several measures, strain and nominal stress win over extension and load, since
+  they need no sizes and a strain may come from an extensometer. `--length` asks for the extension,
+  `--area` or `--width` and `--thickness` for the load; `--columns` names each column, `-` skips
+  one. What was taken is said, and so is a cross-section or a gauge length that the columns
+  contradict.
+- `tensile stress` and `compressive stress` are force per undeformed area, as ISO 37 and ISO 527
+  have it. What a `stress` is, a load beside it tells; else `--stress` has to.
+- The break, a sudden fall of the stress that never recovers, and a hold at the end, in which the
+  material relaxes, are left out and told; `--whole` keeps them. Unloading and cycles are refused
+  without `--loading` or `--cycle`.
+- A file that cannot be read as it is is refused with the command that reads it.
+
+Measured curves for `softact run --measured`, `softact report --measured` and
+`softact calibrate --data` are read by the same rules; their headings name columns of `curve.csv`.
+"""
+
 FITTING = """
 ## What `softact fit` reports
 
@@ -94,12 +123,13 @@ law in these modes is the derivative of its energy along the incompressible path
   fit (each mode in turn; of one mode each quarter of the stretch), and at the constants. The law
   with the smallest √(error · error held out) · n^(c/2n) is first. c counts the constants, those
   that are poorly determined twice, and n the independent residuals: n (1 − ρ)/(1 + ρ) of n points
-  whose neighbours correlate by ρ. The last factor is Bayes' criterion written as an error. Laws that
-  are unstable within the tests, or that the tests do not determine, come last. One sentence says
-  why the first is first.
+  whose neighbours correlate by ρ. The last factor is Bayes' criterion written as an error. Laws
+  that are unstable within the tests, or that the tests do not determine, come last. One sentence
+  says why the first is first.
 
 Ogden's moduli are kept positive (Abaqus's convention), which makes the law stable at any stretch.
-Nothing is smoothed, trimmed or shifted unless an option asks for it, and then it is said.
+Nothing is smoothed, trimmed or shifted unless an option asks for it, but a break and a hold at the
+end, and whatever is done is said.
 """
 
 
@@ -146,7 +176,9 @@ def cards() -> list[str]:
 
 def page() -> str:
     """The whole page."""
-    return "\n".join([INTRODUCTION.rstrip(), *laws(), *cards(), FITTING.rstrip(), ""])
+    return "\n".join(
+        [INTRODUCTION.rstrip(), *laws(), *cards(), READING.rstrip(), FITTING.rstrip(), ""]
+    )
 
 
 if __name__ == "__main__":

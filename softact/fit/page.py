@@ -10,7 +10,7 @@ from softact.fit.fit import Fit
 from softact.fit.plot import drawn_modes, path_of
 from softact.fit.problem import model_stress
 from softact.fit.reason import reason
-from softact.fit.tell import remark_of, stability_lines
+from softact.fit.tell import percent, remark_of, stability_lines
 from softact.materials import Law
 from softact.report import base
 from softact.report.base import Plot, Section
@@ -67,27 +67,30 @@ def _ranking(fits: Sequence[Fit]) -> str:
     rows = [
         [
             f.name,
+            remark_of(f),
             len(f.vector),
             f.merit.loose,
-            f"{f.r2:.5f}",
-            100.0 * f.merit.fitted,
-            None if f.merit.predicted is None else 100.0 * f.merit.predicted,
-            100.0 * f.merit.error,
-            float(f.information.aicc),
-            float(f.information.bic),
-            remark_of(f),
+            f"{f.r2:.4f}",
+            _unbroken(f.merit.fitted),
+            _unbroken(f.merit.predicted),
+            _unbroken(f.merit.error),
+            round(float(f.information.bic), 1),
         ]
         for f in fits
     ]
-    heads = ["Law", "Constants", "Poorly determined", "Smallest R²", "Error (%)", "Held out (%)",
-             "With constants (%)", "AICc", "BIC", "Remark"]  # fmt: skip
+    heads = ["Law", "Remark", "Constants", "Poor", "R²", "Error", "Held out", "In all", "BIC"]
     held = "modes" if fits[0].merit.modes else "quarters of the stretch"
     note = (
-        "<p class='note'>Error: root mean square, in parts of that of the stress. Held out: the "
-        f"same over {held} that the law was not fitted to, each in turn. With constants: both, "
-        "raised by what the constants cost, which makes the order.</p>"
+        "<p class='note'>Poor: constants whose interval is wider than their value. R²: the "
+        "smallest of the tests. Error: root mean square, in parts of that of the stress. Held out: "
+        f"the same over {held} that the law was not fitted to, each in turn. In all: both, raised "
+        "by what the constants cost, which makes the order.</p>"
     )
     return f"<p>{escape(reason(fits))}</p>" + base.table(heads, rows, file="ranking.csv") + note
+
+
+def _unbroken(part: float | None) -> str:
+    return percent(part).replace(" ", "\N{NO-BREAK SPACE}")
 
 
 def _curves(fits: Sequence[Fit], others: Mapping[str, Law]) -> list[Plot]:

@@ -92,23 +92,28 @@ def tell_ranking(fits: list[Fit]) -> list[str]:
     """Return a table of the fits, best first, and why the first is first."""
     width = max(len(f.name) for f in fits)
     held = "modes" if fits[0].merit.modes else "quarters of the stretch"
-    lines = [
-        f"{'law':{width}s}  constants  smallest R²    error  held out       AICc        BIC  remark"
-    ]
+    heads = ("smallest R²", "error", "held out", "AICc", "BIC")
+    lines = [f"{'law':{width}s}  constants  {'  '.join(f'{h:>10s}' for h in heads)}  remark"]
     for f in fits:
         loose = f"{f.merit.loose} poorly determined" if f.merit.loose else ""
-        ahead = "-" if f.merit.predicted is None else _percent(f.merit.predicted)
-        lines.append(
-            f"{f.name:{width}s}  {f.merit.constants:9d}  {f.r2:11.5f}  {_percent(f.merit.fitted)}  "
-            f"{ahead:>8s}  {f.information.aicc:9.1f}  {f.information.bic:9.1f}  "
-            f"{'; '.join(filter(None, (remark_of(f), loose)))}".rstrip()
+        figures = (
+            f"{f.r2:.5f}", percent(f.merit.fitted), percent(f.merit.predicted),
+            f"{f.information.aicc:.1f}", f"{f.information.bic:.1f}",
+        )  # fmt: skip
+        row = "  ".join(
+            f"{text:>{max(len(h), 10)}s}" for text, h in zip(figures, heads, strict=True)
         )
+        said = "; ".join(filter(None, (remark_of(f), loose)))
+        lines.append(f"{f.name:{width}s}  {f.merit.constants:9d}  {row}  {said}".rstrip())
     lines.append(f"(held out: error over {held} that the law was not fitted to, each in turn)")
     return [*lines, reason(fits)]
 
 
-def _percent(part: float) -> str:
-    return f"{100 * part:6.2f}%" if part < 5 else "  >500%"
+def percent(part: float | None) -> str:
+    """An error as people write it; one that is beyond use has no figure."""
+    if part is None:
+        return "-"
+    return f"{100 * part:.3g} %" if part < 5 else "> 500 %"
 
 
 def remark_of(fit: Fit) -> str:

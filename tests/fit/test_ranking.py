@@ -168,7 +168,7 @@ def test_page_console_and_numbers_say_why(tmp_path, monkeypatch):
     assert said in lines
     assert any("held out" in line for line in lines)
     page = (tmp_path / "mine.html").read_text(encoding="utf-8")
-    assert said.replace("'", "&#x27;") in page and "Poorly determined" in page
+    assert said.replace("'", "&#x27;") in page and "Held out" in page
     numbers = json.loads((tmp_path / "mine.json").read_text())
     assert numbers[0]["reason"] == said and "reason" not in numbers[1]
     assert numbers[0]["merit"]["constants"] == len(found[0].vector)
