@@ -118,8 +118,9 @@ def fit(data: tuple[str, ...], **given: object) -> None:
 
     MODE is uniaxial (the default), compression, equibiaxial, planar or biaxial; DIRECTION is
     course or wale, for fabrics. Headings name quantity and unit: 'stretch', 'strain %',
-    'nominal stress (MPa)', 'cauchy_stress_kPa', 'displacement mm', 'force N'. A YAML file in
-    place of FILE lists tests that are read differently.
+    'nominal stress (MPa)', 'cauchy_stress_kPa', 'displacement mm', 'force N', in the words of the
+    testing machine too; what cannot be read is refused with the command that reads it. The break
+    is left out. A YAML file in place of FILE lists tests that are read differently.
 
     \b
     Examples:

@@ -223,10 +223,8 @@ def _ratio(table: Table, rows, first: int, second: int) -> tuple[float, float]:
     """Slope of one column over another, and how much its points scatter about it."""
     a, b = (table.values[rows, i] * table.columns[i].factor for i in (first, second))
     good = np.isfinite(a) & np.isfinite(b)
-    a, b = a[good] - np.mean(a[good]), b[good] - np.mean(b[good])
-    size = float(np.sum(b * b))
-    if not size:
-        return 0.0, np.inf
-    slope = float(np.sum(a * b)) / size
-    rest = float(np.sqrt(np.sum((a - slope * b) ** 2) / max(float(np.sum(a * a)), 1e-300)))
-    return slope, rest
+    with np.errstate(all="ignore"):
+        a, b = a[good] - np.mean(a[good]), b[good] - np.mean(b[good])
+        slope = float(np.sum(a * b) / np.sum(b * b))
+        rest = float(np.sqrt(np.sum((a - slope * b) ** 2) / np.sum(a * a)))
+    return (slope, rest) if np.isfinite(slope) and np.isfinite(rest) else (0.0, np.inf)

@@ -374,8 +374,8 @@ def command_of(error) -> list[str]:
     return shlex.split(command)
 
 
-def assert_the_command_reads(error, folder, sizes=SIZES, **answers):
-    """Run the command of a refusal, with the sizes that only the user knows."""
+def run_command(error, folder, sizes=SIZES, **answers) -> tuple[list[str], str]:
+    """Run the command of a refusal, with the sizes that only the user knows: words and output."""
     words = command_of(error)
     assert "--columns" in words
     for i, word in enumerate(words):
@@ -385,7 +385,13 @@ def assert_the_command_reads(error, folder, sizes=SIZES, **answers):
         fit_command, [*words[1:], "--law", "neo_hookean", "-o", str(folder / "out")]
     )
     assert done.exit_code == 0, f"{words}: {done.exception}"
-    found = re.search(r"c10\s+=\s+(\S+)", done.output)
+    return words, done.output
+
+
+def assert_the_command_reads(error, folder, **answers) -> list[str]:
+    """The command of a refusal finds the strip's constant."""
+    words, output = run_command(error, folder, **answers)
+    found = re.search(r"c10\s+=\s+(\S+)", output)
     assert float(found[1]) == pytest.approx(0.14, rel=1e-3)
     return words
 
@@ -513,11 +519,10 @@ def test_field_kgf_in_four_spellings(mode):
 def test_field_mts(tmp_path):
     with pytest.raises(SpecError, match="needs the gauge length") as error:
         read(FIELD / "02-mts-two-line-header_strip.csv")
-    words = command_of(error)
-    options = dict(zip(words[2::2], words[3::2], strict=False))
-    assert options["--columns"] == "-, displacement mm, force kN" and words[-1] == "--loading"
-    (test,) = read(FIELD / "02-mts-two-line-header_strip.csv", **SIZES, loading=True,
-                   columns=options["--columns"])  # fmt: skip
+    words, output = run_command(error, tmp_path)
+    assert words[3] == "-, displacement mm, force kN" and "--loading" in words
+    assert "87 points, stretch 1 to 2.818, stress to 508 kPa" in output
+    (test,) = read(FIELD / "02-mts-two-line-header_strip.csv", **SIZES, loading=True)
     assert test.stretch[-1] == pytest.approx(1 + 60 / 33)
     assert test.stress[-2] == pytest.approx(6.1 / 12)
 
@@ -538,13 +543,14 @@ def test_field_cauchy():
 
 
 @needs_field
-def test_field_puck():
+def test_field_puck(tmp_path):
     path = FIELD / "32-squisher_puck.csv"
     with pytest.raises(SpecError, match="needs the gauge length") as error:
         read(path)
-    words = command_of(error)
+    words, output = run_command(error, tmp_path, length="12 mm", area="400 mm^2")
     assert words[1].endswith(":compression")
     assert words[3] == "-, force N, -, -, position mm"
+    assert "621 points, stretch 0.625 to 1" in output
     (test,) = read(path, mode="compression", columns=words[3], length="12 mm", area="400 mm^2")
     assert (test.stretch[-1], len(test.stretch)) == (pytest.approx(1 - 4.5 / 12), 621)
 
