@@ -120,6 +120,7 @@ class Model:
         ]
         self.weights += self.layers.weights()
         self.weights += [part.weight(self.unknowns.local) for part in self.sheets.values()]
+        self.supports: tuple[Support, ...] = ()
         self.inertia: list[Inertia] = []
         self.surface_loads: dict[tuple[type, str], SurfaceForce | SurfacePressure] = {}
         self.contacts = Contacts(
@@ -356,6 +357,7 @@ class Model:
                         f"{clash} points where another support prescribes a different value"
                     )
                 values[dofs] = value
+        self.supports = tuple(supports)
         dofs = np.flatnonzero(~np.isnan(values))
         self.assembler.fixed[:] = 0
         self.assembler.fixed[dofs] = 1

@@ -44,7 +44,11 @@ class Measured:
 def run_columns(spec) -> list[str]:
     """Names of the columns that a run of ``spec`` can have."""
     layout = spec.geometry.layout()
+    steps = (step.supports or () for step in spec.steps)
     parts = {
+        "<support>": dict.fromkeys(
+            s.surface for supports in (spec.supports, *steps) for s in supports
+        ),
         "<region>": layout.regions,
         "<obstacle>": list(spec.obstacles),
         "<contact>": [*spec.obstacles, *(c.name for c in spec.contact)],
