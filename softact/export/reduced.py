@@ -22,28 +22,18 @@ PIECE_TURN, FEWEST, MOST = 8.0, 6, 40
 #: How much less a neutral line is drawn from a stretch that the pressure alone explains.
 BY_PRESSURE = 0.1
 ROUNDS = 3
-
-
-@dataclass(frozen=True)
-class Reduced:
-    """A fitted model.
-
-    data: what ``model.json`` holds, without the errors. rod: the model itself. states: what it was
-    fitted to. lumps: masses of the clamp's end, the pieces, the tip's end. box: (2, 3) mm smallest
-    and largest coordinates of the actuator in the model's directions. runs: their results.
-    """
-
-    data: dict
-    rod: Rod
-    states: states.States
-    lumps: masses.Lumps
-    box: np.ndarray
-    runs: tuple[Results, ...]
+#: An actuator that bends by less, in radians, has its line through the centres of its ends.
+LEAST_BENT = 0.02
 
 
 @dataclass(frozen=True)
 class Body:
-    """The undeformed actuator in the model's directions, the clamp's centre in the origin, mm."""
+    """The undeformed actuator in the model's directions, the clamp's centre in the origin, mm.
+
+    base: that centre, and axes: (3, 3) the directions, both as the spec has them. length, tip: from
+    clamp to tip. active: between which x the driven cavities lie. places, masses: of its cells.
+    box: (2, 3) smallest and largest coordinates.
+    """
 
     base: np.ndarray
     axes: np.ndarray
@@ -53,6 +43,21 @@ class Body:
     places: np.ndarray
     masses: np.ndarray
     box: np.ndarray
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """A fitted model.
+
+    data: the model in numbers, as ``model.json`` holds it. rod: the model itself. states: what it
+    was fitted to. body: the undeformed actuator. runs: their results.
+    """
+
+    data: dict
+    rod: Rod
+    states: states.States
+    body: Body
+    runs: tuple[Results, ...]
 
 
 def fit(runs: Sequence[Results], pieces: int | None = None) -> Reduced:
@@ -70,14 +75,19 @@ def fit(runs: Sequence[Results], pieces: int | None = None) -> Reduced:
 
 def fit_states(runs: tuple[Results, ...], body: Body, found: states.States, pieces: int) -> Reduced:
     """The same for some of the states."""
-    data, lumps = _geometry(runs[0], body, found, pieces)
+    data = _geometry(runs[0], body, found, pieces)
     mean = strains(found, data)
     free, table, sources = _law(runs[0], body, found, data, mean)
     data |= {"components": free, "table": table, "stiffness_from": sources}
     rod = Rod(data)
     solved = rod.solve(found.pressure, found.force, found.moment, found.gravity)
     _fill_volume(data, found, rod, solved)
-    return Reduced(data, Rod(data), found, lumps, body.box, runs)
+    return Reduced(data, Rod(data), found, body, runs)
+
+
+def refit(model: Reduced, found: states.States) -> Reduced:
+    """The same model fitted to other states, such as a part of its own."""
+    return fit_states(model.runs, model.body, found, model.data["pieces"])
 
 
 def _pieces(found: states.States) -> int:
@@ -92,7 +102,7 @@ def _body(run: Results) -> Body:
     tip = axes @ (tip - base)
     places, mass = masses.point_masses(run, states.spec_of(run))
     places = (places - base) @ axes.T
-    walls = [run.surfaces[name] for names in layout.cavities.values() for name in names]
+    walls = [run.surfaces[name] for name in states.driven_walls(run)]
     walls = [wall for wall in walls if len(wall)]
     active = 0.0, float(tip[0])
     if walls:
@@ -108,7 +118,7 @@ def _body(run: Results) -> Body:
     return Body(base, axes, float(tip[0]), tip, active, places, mass, box)
 
 
-def _geometry(run, body: Body, found, pieces: int) -> tuple[dict, masses.Lumps]:
+def _geometry(run, body: Body, found, pieces: int) -> dict:
     """What the model holds of the undeformed actuator."""
     start, stop = body.active
     data = {
@@ -132,7 +142,7 @@ def _geometry(run, body: Body, found, pieces: int) -> tuple[dict, masses.Lumps]:
         "mass_tonne": lumps.mass.tolist(),
         "centre_mm": (np.where(lumps.mass[:, None] > 0, lumps.centre - line, 0.0)).tolist(),
     }
-    return data, lumps
+    return data
 
 
 def _arc(found: states.States, data: dict) -> np.ndarray:
@@ -153,7 +163,7 @@ def _neutral(found: states.States, data: dict, box: np.ndarray) -> tuple[float, 
     by_pressure = BY_PRESSURE * fitting.basis(fitting.knots_of(found.pressure), found.pressure)
     bent = np.column_stack([found.turned[:, 2], -found.turned[:, 1]])
     place = np.linalg.lstsq(np.hstack([bent, by_pressure]), longer, rcond=None)[0][:2]
-    place = np.where(np.ptp(bent, axis=0) > 1e-3, place, 0.0)
+    place = np.where(np.ptp(bent, axis=0) > LEAST_BENT, place, 0.0)
     return tuple(float(v) for v in np.clip(place, box[0, 1:], box[1, 1:]))
 
 
@@ -164,12 +174,14 @@ def strains(found: states.States, data: dict) -> np.ndarray:
 
 
 def _free(run: Results, mean: np.ndarray, length: float) -> list[str]:
-    """Components that the model has: the others do not occur."""
-    free = ["stretch", "bending_y"]
+    """Components that the model has: symmetry excludes others, or they do not occur."""
+    free = {"stretch"}
+    if len(run.layout.symmetry) < 2:
+        free.add("bending_y")
     if run.layout.bending_axis is None and not run.layout.symmetry:
-        free.append("bending_z")
+        free.add("bending_z")
     if np.degrees(np.abs(mean[:, 0]).max() * length) > states.TWISTED:
-        free.append("twist")
+        free.add("twist")
     return [name for name in COMPONENTS if name in free]
 
 

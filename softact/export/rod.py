@@ -185,10 +185,13 @@ class Rod:
         strains = self.solve(pressure, force, moment, gravity)
         place, _ = self.tip(strains)
         turned = strains[..., :3].mean(axis=1) * self.active
+        angle = turned[:, 1]  # with its sign, where there is one plane of bending
+        if self.free[COMPONENTS.index("bending_z")]:
+            angle = np.hypot(turned[:, 1], turned[:, 2])
         found = {
             "bending_y_deg": np.degrees(turned[:, 1]),
             "bending_z_deg": np.degrees(turned[:, 2]),
-            "bending_angle_deg": np.degrees(np.hypot(turned[:, 1], turned[:, 2])),
+            "bending_angle_deg": np.degrees(angle),
             "twist_angle_deg": np.degrees(turned[:, 0]),
             "cavity_volume_mm3": self.volume(pressure, strains),
         }

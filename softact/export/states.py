@@ -24,6 +24,8 @@ from softact.spec import Spec, loads
 #: A reaction that differs by more than this part (and N) from weight and tip's load tells of
 #: another load: an obstacle, a pressure on an outer face.
 FOREIGN, LEAST_FORCE = 0.02, 1e-4
+OTHER_LOAD = "under another load than weight and a force on the tip"
+UNLOADING = "past the largest pressure so far"
 #: Where the tip turns out of the plane of bending by more, the model twists (degrees).
 TWISTED = 0.5
 
@@ -57,14 +59,28 @@ class States:
 
 
 def frame(layout: Layout) -> np.ndarray:
-    """Rows: the model's x (the layout's axis), y and z as seen in the actuator's coordinates."""
+    """Rows: the model's x (the layout's axis), y and z as seen in the actuator's coordinates.
+
+    y is the layout's bending axis; of half an actuator without one, the normal of its plane.
+    """
     axis = np.array(layout.axis, float)
-    across = np.array(layout.bending_axis or (0.0, 1.0, 0.0), float)
-    if abs(across @ axis) > 0.9:
-        across = np.array([1.0, 0.0, 0.0])
-    across -= axis * (axis @ across)
+    choices = [layout.bending_axis] if layout.bending_axis else []
+    choices += [np.eye(3)[plane] for plane in layout.symmetry.values()]
+    choices += [(0.0, 1.0, 0.0), (1.0, 0.0, 0.0)]
+    across = next(c for c in np.array(choices, float) if abs(c @ axis) < 0.9)
+    across = across - axis * (axis @ across)
     across /= np.linalg.norm(across)
     return np.stack([axis, across, np.cross(axis, across)])
+
+
+def driven_walls(run: Results) -> list[str]:
+    """Walls of the cavities whose pressure changes."""
+    found = []
+    for name, walls in run.layout.cavities.items():
+        values = run.curve.get(f"pressure_{name}_kPa", run.curve.get("pressure_kPa"))
+        if values is not None and np.ptp(values) > 0:
+            found += walls
+    return found
 
 
 def spec_of(results: Results) -> Spec:
@@ -189,7 +205,7 @@ def _volume(run: Results, pressure: np.ndarray) -> np.ndarray:
 def _kept(run, pressure, force, gravity, spec, left_out) -> np.ndarray:
     sign = 1.0 if pressure[np.argmax(np.abs(pressure))] >= 0 else -1.0
     rising = sign * pressure >= np.maximum.accumulate(sign * pressure) - 1e-9
-    left_out["beyond the largest pressure so far"] += int((~rising).sum())
+    left_out[UNLOADING] += int((~rising).sum())
     kept = rising & np.isfinite(run.curve["bending_angle_deg"])
     reactions = [run.curve.get(f"reaction_{c}_N") for c in "xyz"]
     if reactions[0] is not None:

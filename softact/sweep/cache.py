@@ -29,6 +29,11 @@ UNWRITABLE = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM
 _FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
+def folder_of(cache: Path, key: str) -> Path:
+    """Where a cache keeps the result folder of a run, or would."""
+    return cache / key[:2] / key
+
+
 class BusyError(Exception):
     """Somebody else computes this run at the moment."""
 
@@ -53,7 +58,7 @@ class Cache:
 
     def folder(self, key: str) -> Path:
         """Where the result folder of a run is, or would be."""
-        return self.directory / key[:2] / key
+        return folder_of(self.directory, key)
 
     def find(self, key: str) -> Record | None:
         """The run, None where it is not there or damaged."""

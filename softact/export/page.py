@@ -1,0 +1,120 @@
+"""reduced.html: the reduced model over the finite-element states it was fitted to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from html import escape
+
+import numpy as np
+
+from softact.export import statement
+from softact.export.job import Job
+from softact.export.to_json import document
+from softact.report import base
+from softact.report.base import Plot, Section
+
+TITLES = {"bending_y": "bending", "bending_z": "bending across", "twist": "twist",
+          "stretch": "stretch"}  # fmt: skip
+POINTS = "<p class='note'>Points are states of the runs, lines are the reduced model.</p>"
+
+
+def html(job: Job) -> str:
+    """The text of the page."""
+    model = job.model
+    warned = statement.warnings(model)
+    angle = job.seen[0]
+    told = f"It is off the finite-element states by at most {angle.largest:.2g}° in the angle."
+    kind, head = ("warn", "Not all of it is fitted.") if warned else ("good", "Fitted.")
+    sections = [
+        Section("states", "Model and states", POINTS + base.figures(_over_states(job)), "States"),
+        Section("deviations", "Deviations", _deviations(job), "Deviations"),
+        Section("law", "What follows the pressure", base.figures(_law(job)), "Law"),
+        Section("about", "What it is and what is assumed", _about(job), "About"),
+    ]
+    return base.page(
+        model.data["name"],
+        sections,
+        kicker="Reduced model of a soft actuator",
+        kind="reduced model",
+        lead=base.banner(kind, head, told, warned),
+    )
+
+
+def _cases(job: Job) -> Iterator[tuple[str, np.ndarray]]:
+    """Name and states of each run, by the force on the tip in its last state."""
+    found = job.model.states
+    for number, run in enumerate(job.model.runs):
+        chosen = np.flatnonzero(found.run == number)
+        if len(chosen):
+            force = found.force[chosen[-1]]
+            pulled = ", ".join(f"{v:.3g}" for v in force)
+            yield (f"tip force {pulled} N" if np.any(force) else run.directory.name), chosen
+
+
+def _over_states(job: Job) -> list[Plot]:
+    model, found = job.model, job.model.states
+    seen = model.rod.state(found.pressure, found.force, found.moment, found.gravity)
+    turned = np.degrees(found.turned)
+    angle = turned[:, 1]
+    if "bending_z" in model.data["components"]:
+        angle = np.hypot(turned[:, 1], turned[:, 2])
+    pairs = [
+        ("Bending angle", "Bending angle (°)", angle, seen["bending_angle_deg"]),
+        ("Tip along x", "x (mm)", found.tip[:, 0], seen["tip_x_mm"]),
+        ("Tip along z", "z (mm)", found.tip[:, 2], seen["tip_z_mm"]),
+        ("Cavity volume", "Volume (mL)", 1e-3 * found.volume, 1e-3 * seen["cavity_volume_mm3"]),
+    ]
+    if "twist" in model.data["components"]:
+        pairs.append(("Twist", "Twist (°)", turned[:, 0], seen["twist_angle_deg"]))
+    return [_plot(job, *pair) for pair in pairs]
+
+
+def _plot(job: Job, title: str, label: str, solved: np.ndarray, model: np.ndarray) -> Plot:
+    traces = []
+    for number, (name, chosen) in enumerate(_cases(job)):
+        colour, x = f"@c{number % 6 + 1}", job.model.states.pressure[chosen]
+        traces.append(
+            base.xy(f"{name}: finite elements", x, solved[chosen], colour=colour, mode="markers",
+                    showlegend=False)
+        )  # fmt: skip
+        traces.append(base.xy(name, x, model[chosen], colour=colour, mode="lines"))
+    return base.lines(title, "Pressure (kPa)", label, traces)
+
+
+def _law(job: Job) -> list[Plot]:
+    table, plots = document(job)["table"], []
+    for name in job.model.data["components"]:
+        if name == "stretch":
+            wanted = [("elongation_mm", "Elongation without a load", "mm")]
+        else:
+            wanted = [
+                (f"{name}_angle_deg", f"Angle of {TITLES[name]} without a load", "°"),
+                (f"{name}_stiffness_Nmm_per_rad", f"Stiffness of {TITLES[name]}", "N·mm/rad"),
+                (f"{name}_blocked_moment_Nmm", f"Moment that holds it: {TITLES[name]}", "N·mm"),
+            ]
+        if name.startswith("bending"):
+            wanted.append((f"{name}_blocked_force_N", "Force that holds its tip", "N"))
+        for column, title, unit in wanted:
+            trace = base.xy(title, table["pressure_kPa"], table[column], mode="lines")
+            plots.append(base.lines(title, "Pressure (kPa)", unit, [trace]))
+    return plots
+
+
+def _deviations(job: Job) -> str:
+    groups = [("the states it was fitted to", job.seen)]
+    if job.unseen:
+        groups.append((job.unseen[0], job.unseen[1]))
+    rows = [
+        [which, d.name, d.largest, d.rms, d.unit, f"{d.percent:.2g} % of {d.of}"]
+        for which, found in groups
+        for d in found
+    ]
+    return base.table(
+        ["Compared with", "Figure", "Largest", "Root mean square", "Unit", "Largest, relative"],
+        rows, file="reduced_deviations.csv",
+    )  # fmt: skip
+
+
+def _about(job: Job) -> str:
+    listed = "".join(f"<li>{escape(line)}</li>" for line in job.about)
+    return f"<ul>{listed}</ul>"

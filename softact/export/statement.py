@@ -1,0 +1,86 @@
+"""What every exported file says of itself: what it was fitted to, how far it is off, what is
+assumed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib.metadata import version
+
+import numpy as np
+
+from softact.export.errors import Deviation
+from softact.export.reduced import Reduced
+from softact.export.stiffness import FITTED
+
+Unseen = tuple[str, Sequence[Deviation]] | None
+
+
+def lines(
+    model: Reduced, seen: Sequence[Deviation], unseen: Unseen, damping_ratio: float
+) -> list[str]:
+    """Plain sentences for the head of a file."""
+    return [
+        f"{model.data['name']}: reduced model, written by softact {version('softact')}",
+        f"from {_runs(model)}: {fitted_to(model)}",
+        *(f"deviation from the finite-element states, {text}" for text in deviations(seen)),
+        *_unseen(unseen),
+        *(f"stiffness of {name}: {why}" for name, why in model.data["stiffness_from"].items()),
+        *assumptions(damping_ratio),
+    ]
+
+
+def _runs(model: Reduced) -> str:
+    names = [run.directory.name for run in model.runs]
+    return names[0] if len(names) == 1 else f"{len(names)} runs, {names[0]} and others"
+
+
+def deviations(found: Sequence[Deviation]) -> list[str]:
+    """One sentence for each figure."""
+    return [deviation.text() for deviation in found]
+
+
+def _unseen(unseen: Unseen) -> list[str]:
+    if unseen is None:
+        return ["states that a fit did not see: too few to say"]
+    how, found = unseen
+    return [f"deviation of {how}, {text}" for text in deviations(found)]
+
+
+def fitted_to(model: Reduced) -> str:
+    """The states and their ranges in words."""
+    found = model.states
+    force = np.linalg.norm(found.force, axis=1).max()
+    left = "; ".join(f"{n} left out {why}" for why, n in found.left_out.items() if n)
+    pulled = f", forces on the tip up to {force:.3g} N" if force > 0 else ", no force on the tip"
+    weight = ", its weight" if np.abs(found.gravity).max() > 0 else ", no weight"
+    return (
+        f"{len(found)} states, {found.pressure.min():.4g} to {found.pressure.max():.4g} kPa"
+        f"{pulled}{weight}" + (f" ({left})" if left else "")
+    )
+
+
+def assumptions(damping_ratio: float) -> list[str]:
+    """What no run tells."""
+    return [
+        "assumed: masses and inertia from the densities of the spec and the undeformed mesh; air, "
+        "tubes and fittings have none",
+        f"assumed: damping in proportion to the stiffness, {damping_ratio:g} of critical in the "
+        "first bending vibration; no run tells it",
+        "assumed: equilibrium follows the pressure at once; viscosity of the material and flow of "
+        "the air are left out",
+    ]
+
+
+def warnings(model: Reduced) -> list[str]:
+    """What a user should know before relying on it."""
+    found = [
+        f"stiffness of {name} is {why}"
+        for name, why in model.data["stiffness_from"].items()
+        if why != FITTED and name.startswith("bending")
+    ]
+    if found:
+        found.append(
+            "run the actuator under several payloads and export these runs together: see "
+            "configs/sweeps/pneunet_tip_loads.yaml"
+        )
+    return found

@@ -1,0 +1,73 @@
+"""Lookup tables for Simulink: one over the pressure, one over pressure and a force on the tip.
+
+A script for MATLAB reads them into breakpoints and tables. It was written without MATLAB at hand
+and never run.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from softact.export.job import Job
+from softact.export.to_json import document
+from softact.files import csv_text, write_atomic
+
+PRESSURES, FORCES = 21, 9
+MEASURED = ("bending_angle_deg", "twist_angle_deg", "tip_x_mm", "tip_y_mm", "tip_z_mm",
+            "cavity_volume_mm3")  # fmt: skip
+
+
+def write(job: Job, directory: Path) -> list[Path]:
+    """Write the tables and the script."""
+    single, double = directory / f"{job.name}_pressure.csv", directory / f"{job.name}_load.csv"
+    script, notes = directory / f"{job.name}_simulink.m", directory / f"{job.name}_simulink.txt"
+    write_atomic(single, csv_text(over_pressure(job)))
+    write_atomic(double, csv_text(over_load(job)))
+    write_atomic(
+        script, SCRIPT.format(name=job.name, columns=", ".join(f"'{c}'" for c in MEASURED))
+    )
+    write_atomic(notes, "\n".join(job.about) + "\n")
+    return [single, double, script, notes]
+
+
+def over_pressure(job: Job) -> list[dict]:
+    """A row for each pressure: angles and stretch without a load, stiffnesses, what holds it."""
+    table = document(job)["table"]
+    wanted = [n for n in table if not n.startswith(("rest_", "stiffness_"))] + ["rest_volume_mm3"]
+    return [
+        {name: table[name][row] for name in wanted} for row in range(len(table["pressure_kPa"]))
+    ]
+
+
+def over_load(job: Job) -> list[dict]:
+    """A row for each pair of pressure and force on the tip along the model's z, with the weight of
+    the runs; as far as the runs went."""
+    model, found = job.model, job.model.states
+    across = found.force[:, 2]
+    low, high = float(min(across.min(), 0.0)), float(max(across.max(), 0.0))
+    pressures = np.linspace(found.pressure.min(), found.pressure.max(), PRESSURES)
+    forces = np.linspace(low, high, FORCES) if high > low else np.zeros(1)
+    grid = np.array([(p, f) for f in forces for p in pressures])
+    force = np.column_stack([np.zeros((len(grid), 2)), grid[:, 1]])
+    gravity = found.gravity[np.argmax(np.linalg.norm(found.gravity, axis=1))]
+    state = model.rod.state(grid[:, 0], force, None, np.tile(gravity, (len(grid), 1)))
+    return [
+        {"pressure_kPa": p, "tip_force_z_N": f, **{name: state[name][row] for name in MEASURED}}
+        for row, (p, f) in enumerate(grid)
+    ]
+
+
+SCRIPT = """\
+% Tables of {name} for n-D Lookup Table blocks. Written by softact without MATLAB, never run.
+% {name}_simulink.txt says what they were fitted to and how far they are off.
+single = readtable('{name}_pressure.csv');
+double_ = readtable('{name}_load.csv');
+pressure = unique(double_.pressure_kPa);      % breakpoints 1, kPa
+force = unique(double_.tip_force_z_N);        % breakpoints 2, N
+tables = struct();
+for column = {{{columns}}}
+    tables.(column{{1}}) = reshape(double_.(column{{1}}), numel(pressure), numel(force));
+end
+"""
