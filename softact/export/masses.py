@@ -45,19 +45,25 @@ def contents(spec: Spec, of: Callable[[Law], float]) -> Contents:
 
 
 def point_masses(run: Results, spec: Spec) -> tuple[np.ndarray, np.ndarray]:
-    """Undeformed places (n, 3), mm, and masses (n,), tonne, of the whole actuator's cells."""
+    """Places (n, 3), mm, and masses (n,), tonne, of the undeformed actuator; see ``points``."""
     return points(run, contents(spec, lambda law: law.density))
 
 
 def points(run: Results, held: Contents) -> tuple[np.ndarray, np.ndarray]:
-    """Undeformed places (n, 3) of all cells, and (n,) what each holds.
+    """Undeformed places (n, 3) of points, and (n,) what each holds.
 
-    A cell is a point at its centre; a half is completed by its mirror image.
+    A cell is as many points as it has corners, so placed that its mass, centre and inertia are
+    exact where its edges are straight. A half is completed by its mirror image.
     """
-    parts = [_solids(run, held.solids)] if run.cells.shape[1] in (4, 10) else []
+    parts = []
+    if run.cells.shape[1] in (4, 10):
+        corners = run.points[run.cells[:, :4]]
+        volumes = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6
+        densities = np.array([held.solids[name] for name in run.region_names])
+        parts.append(_spread(corners, volumes * densities[run.region]))
     for surface, density in held.surfaces:
-        centres, areas = triangles(run, surface)
-        parts.append((centres, areas * density))
+        corners = run.points[run.surfaces[surface][:, :3]]
+        parts.append(_spread(corners, density * triangles(run, surface)[1]))
     places = np.concatenate([place for place, _ in parts])
     amounts = np.concatenate([amount for _, amount in parts])
     for plane in run.layout.symmetry.values():
@@ -66,10 +72,13 @@ def points(run: Results, held: Contents) -> tuple[np.ndarray, np.ndarray]:
     return places, amounts
 
 
-def _solids(run: Results, held: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
-    corners = run.points[run.cells[:, :4]]
-    volumes = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6
-    return corners.mean(axis=1), volumes * np.array([held[n] for n in run.region_names])[run.region]
+def _spread(corners: np.ndarray, amounts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Simplices (n, k, 3) as k points each on the lines from the centre to the corners; exact for
+    second moments (k points of a rule of degree two: 1/sqrt(k + 1) of the way)."""
+    count = corners.shape[1]
+    centres = corners.mean(axis=1, keepdims=True)
+    places = centres + (corners - centres) / np.sqrt(count + 1)
+    return places.reshape(-1, 3), np.repeat(amounts / count, count)
 
 
 def triangles(run: Results, surface: str) -> tuple[np.ndarray, np.ndarray]:

@@ -7,7 +7,7 @@ from html import escape
 
 import numpy as np
 
-from softact.export import statement
+from softact.export import reduced, statement
 from softact.export.job import Job
 from softact.export.to_json import document
 from softact.report import base
@@ -53,7 +53,8 @@ def _cases(job: Job) -> Iterator[tuple[str, np.ndarray]]:
 
 def _over_states(job: Job) -> list[Plot]:
     model, found = job.model, job.model.states
-    seen = model.rod.state(found.pressure, found.force, found.moment, found.gravity)
+    shapes = reduced.shapes(model.rod, found, reduced.strains(found, model.data))
+    seen = model.rod.figures(found.pressure, shapes)
     turned = np.degrees(found.turned)
     angle = turned[:, 1]
     if "bending_z" in model.data["components"]:

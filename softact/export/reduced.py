@@ -80,8 +80,7 @@ def fit_states(runs: tuple[Results, ...], body: Body, found: states.States, piec
     free, table, sources = _law(runs[0], body, found, data, mean)
     data |= {"components": free, "table": table, "stiffness_from": sources}
     rod = Rod(data)
-    solved = rod.solve(found.pressure, found.force, found.moment, found.gravity)
-    _fill_volume(data, found, rod, solved)
+    _fill_volume(data, found, rod, shapes(rod, found, mean))
     return Reduced(data, Rod(data), found, body, runs)
 
 
@@ -173,6 +172,23 @@ def strains(found: states.States, data: dict) -> np.ndarray:
     return np.column_stack([found.turned / data["active_length_mm"], stretch])
 
 
+def shapes(rod: Rod, found: states.States, mean: np.ndarray) -> np.ndarray:
+    """(states, pieces, 4) strains of the model under the loads of states; of a tip that is held,
+    the mean strains ``mean`` that finite elements found. Raises SpecError where a load is more than
+    the model bears."""
+    solved = np.repeat(mean[:, None], rod.pieces, axis=1)
+    loose = ~found.held
+    loads = found.force[loose], found.moment[loose], found.gravity[loose]
+    try:
+        solved[loose] = rod.solve(found.pressure[loose], *loads)
+    except ArithmeticError:
+        raise SpecError(
+            "the reduced model finds no equilibrium under the loads of these runs: they buckle it, "
+            "or they are too few to tell its stiffness; add runs with smaller payloads"
+        ) from None
+    return solved
+
+
 def _free(run: Results, mean: np.ndarray, length: float) -> list[str]:
     """Components that the model has: symmetry excludes others, or they do not occur."""
     free = {"stretch"}
@@ -212,8 +228,7 @@ def _law(run, body, found, data, mean):
                 sources[name] = FITTED
         _share(curves, compliances, sources, found, mean, loads)
         table = _table(grid, free, curves, compliances)
-        rod = Rod({**data, "components": free, "table": table})
-        solved = rod.solve(found.pressure, found.force, found.moment, found.gravity)
+        solved = shapes(Rod({**data, "components": free, "table": table}), found, mean)
         # The next round takes the loads of this shape, brought to the mean strains that were found.
         uniform = solved + (mean - solved.mean(axis=1))[:, None]
     return free, table, sources

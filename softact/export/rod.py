@@ -155,16 +155,16 @@ class Rod:
         strains = np.repeat(rest, self.pieces, axis=1)
         size = np.array([1 / self.active] * 3 + [1.0])  # a radian over the rod, a stretch of one
         free = np.flatnonzero(self.free)
+        unknowns = self.pieces * len(free)
 
         def residual(strains, copies=1):
             repeated = [np.repeat(load, copies, axis=0) for load in loads]
             at = [np.repeat(part, copies, axis=0) for part in (rest, stiffness)]
             found = strains - at[0] - self.loads(strains, *repeated) / at[1]
-            return (found / size)[..., free].reshape(len(strains), -1)
+            return (found / size)[..., free].reshape(len(strains), unknowns)
 
-        unknowns = self.pieces * len(free)
         moves = np.zeros((unknowns, self.pieces, 4))
-        moves[:, :, free] = np.eye(unknowns).reshape(unknowns, self.pieces, -1)
+        moves[:, :, free] = np.eye(unknowns).reshape(unknowns, self.pieces, len(free))
         for _ in range(60):
             here = residual(strains)
             if np.abs(here).max(initial=0.0) < tolerance:
@@ -172,7 +172,7 @@ class Rod:
             step = 1e-6
             moved = strains[:, None] + step * moves * size
             there = residual(moved.reshape(-1, self.pieces, 4), unknowns)
-            slope = (there.reshape(m, unknowns, -1) - here[:, None]) / step
+            slope = (there.reshape(m, unknowns, unknowns) - here[:, None]) / step
             change = np.linalg.solve(np.swapaxes(slope, 1, 2), -here[..., None])[..., 0]
             most = TURNS * self.pieces
             change *= np.minimum(1.0, most / np.maximum(np.abs(change).max(axis=1), 1e-30))[:, None]
@@ -180,9 +180,12 @@ class Rod:
         raise ArithmeticError("the reduced model finds no equilibrium under these loads")
 
     def state(self, pressure, force=None, moment=None, gravity=None):
-        """What a run would have measured: columns of curve.csv -> (m,) values."""
+        """What a run would have measured, see ``figures``, in equilibrium, see ``solve``."""
         pressure = np.atleast_1d(np.asarray(pressure, float))
-        strains = self.solve(pressure, force, moment, gravity)
+        return self.figures(pressure, self.solve(pressure, force, moment, gravity))
+
+    def figures(self, pressure, strains):
+        """Columns of curve.csv -> (m,) values of rods of strains (m, pieces, 4)."""
         place, _ = self.tip(strains)
         turned = strains[..., :3].mean(axis=1) * self.active
         angle = turned[:, 1]  # with its sign, where there is one plane of bending

@@ -41,7 +41,7 @@ def deviations(found: Sequence[Deviation]) -> list[str]:
 
 def _unseen(unseen: Unseen) -> list[str]:
     if unseen is None:
-        return ["states that a fit did not see: too few to say"]
+        return ["deviation of states that a fit did not see: too few states to say"]
     how, found = unseen
     return [f"deviation of {how}, {text}" for text in deviations(found)]
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -36,7 +36,9 @@ class States:
 
     run: (s,) number of the run. pressure: (s,) kPa in the driven cavity. turned: (s, 3) radians:
     twist, bending about y and z. tip: (s, 3) mm from the clamp's centre. volume: (s,) mm³. force,
-    moment: (s, 3) on the tip, N and N·mm. gravity: (s, 3) mm/s². left_out: reason -> number.
+    moment: (s, 3) on the tip, N and N·mm. gravity: (s, 3) mm/s². held: (s,) whether force and
+    moment are those of a support of the tip: as dead loads they might not leave it where it is.
+    left_out: reason -> number.
     """
 
     run: np.ndarray
@@ -47,6 +49,7 @@ class States:
     force: np.ndarray
     moment: np.ndarray
     gravity: np.ndarray
+    held: np.ndarray
     left_out: Counter
 
     def __len__(self) -> int:
@@ -54,8 +57,10 @@ class States:
 
     def part(self, chosen: np.ndarray) -> States:
         """The states of a mask."""
-        names = ("run", "pressure", "turned", "tip", "volume", "force", "moment", "gravity")
-        return States(*(getattr(self, name)[chosen] for name in names), Counter())
+        return States(*(getattr(self, name)[chosen] for name in COLUMNS), Counter())
+
+
+COLUMNS = tuple(entry.name for entry in fields(States) if entry.name != "left_out")
 
 
 def frame(layout: Layout) -> np.ndarray:
@@ -135,8 +140,7 @@ def gather(runs: Sequence[Results], base: np.ndarray) -> States:
     parts, left_out = [], Counter()
     for number, run in enumerate(runs):
         parts.append(_states(run, number, base, left_out))
-    names = ("run", "pressure", "turned", "tip", "volume", "force", "moment", "gravity")
-    joined = [np.concatenate([getattr(part, name) for part in parts]) for name in names]
+    joined = [np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS]
     if not len(joined[0]):
         why = "; ".join(f"{count} {reason}" for reason, count in left_out.items())
         raise SpecError(f"{runs[0].directory}: no state can be used: {why}")
@@ -148,7 +152,8 @@ def _states(run: Results, number: int, base: np.ndarray, left_out: Counter) -> S
     pressure = curve[load_name(run)]
     ramps = _Ramps(spec, curve)
     tip = ramps.force_on(run.layout.tip)
-    force, moment = tip + _held(curve, "tip_force", "N"), _held(curve, "tip_moment", "Nmm")
+    support, moment = _support(curve, "tip_force", "N"), _support(curve, "tip_moment", "Nmm")
+    force, held = tip + support, np.any(np.hstack([support, moment]) != 0.0, axis=1)
     turned = np.column_stack([np.radians(curve["twist_angle_deg"]), _bending(run, axes)])
     place = np.column_stack([curve[f"tip_{c}_mm"] for c in "xyz"]) - base
     kept = _kept(run, pressure, force, ramps.gravity, spec, left_out)
@@ -156,11 +161,11 @@ def _states(run: Results, number: int, base: np.ndarray, left_out: Counter) -> S
     return States(
         np.full(count, number), pressure[kept], turned[kept], (place @ axes.T)[kept],
         _volume(run, pressure)[kept], (force @ axes.T)[kept], (moment @ axes.T)[kept],
-        (ramps.gravity @ axes.T)[kept], Counter(),
+        (ramps.gravity @ axes.T)[kept], held[kept], Counter(),
     )  # fmt: skip
 
 
-def _held(curve, stem: str, unit: str) -> np.ndarray:
+def _support(curve, stem: str, unit: str) -> np.ndarray:
     """(rows, 3) what a support of the tip exerts on it; zero where the tip is free."""
     columns = [curve.get(f"{stem}_{c}_{unit}") for c in "xyz"]
     rows = len(next(iter(curve.values())))

@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 FITTED = "fitted to the loads of the runs"
 SAME = "taken from the other plane of bending"
 ASSUMED = "assumed: initial moduli and plane sections; no load of the runs tells it"
-SLICES = 60
+#: Slices, and how many points of the mesh each should have at least.
+MOST_SLICES, POINTS_IN_A_SLICE = 60, 40
 
 
 def assumed(run: Results, body: Body, data: Mapping) -> dict[str, float]:
@@ -33,8 +34,9 @@ def assumed(run: Results, body: Body, data: Mapping) -> dict[str, float]:
     places, stiff = masses.points(run, held)  # N·mm
     places = (places - body.base) @ body.axes.T
     start, length = data["start_mm"], data["active_length_mm"]
-    number = np.floor((places[:, 0] - start) / length * SLICES).astype(int)
-    inside = (number >= 0) & (number < SLICES)
+    count = int(np.clip(len(places) // POINTS_IN_A_SLICE, 1, MOST_SLICES))
+    number = np.floor((places[:, 0] - start) / length * count).astype(int)
+    inside = (number >= 0) & (number < count)
     arms = places[:, 1:] - [data["offset_y_mm"], data["offset_z_mm"]]
     sums = {
         "stretch": stiff,
@@ -44,7 +46,7 @@ def assumed(run: Results, body: Body, data: Mapping) -> dict[str, float]:
     }
     found = {}
     for name, values in sums.items():
-        slices = np.bincount(number[inside], values[inside], SLICES) * SLICES / length
+        slices = np.bincount(number[inside], values[inside], count) * count / length
         found[name] = float(1.0 / np.mean(1.0 / slices[slices > 0]))
     return found
 

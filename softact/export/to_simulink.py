@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from softact.errors import SpecError
 from softact.export.job import Job
 from softact.export.to_json import document
 from softact.files import csv_text, write_atomic
@@ -17,6 +18,18 @@ from softact.files import csv_text, write_atomic
 PRESSURES, FORCES = 21, 9
 MEASURED = ("bending_angle_deg", "twist_angle_deg", "tip_x_mm", "tip_y_mm", "tip_z_mm",
             "cavity_volume_mm3")  # fmt: skip
+
+
+def check(job: Job) -> None:
+    """Raise SpecError where some pair of pressure and force buckles the model."""
+    try:
+        over_load(job)
+    except ArithmeticError:
+        raise SpecError(
+            "--to simulink-csv: under some pressures and forces between those of the runs the "
+            "reduced model finds no equilibrium, and the table would have holes; export runs with "
+            "smaller payloads"
+        ) from None
 
 
 def write(job: Job, directory: Path) -> list[Path]:
