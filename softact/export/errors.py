@@ -12,6 +12,9 @@ from softact.export import reduced
 from softact.export.rod import COMPONENTS
 from softact.export.states import States
 
+#: Of many runs some are left out at once.
+MOST_FOLDS = 5
+
 
 @dataclass(frozen=True)
 class Deviation:
@@ -93,7 +96,8 @@ def _deviation(name, unit, apart, whole, of) -> Deviation:
 
 def unseen(model: reduced.Reduced) -> tuple[str, list[Deviation]] | None:
     """Deviation from states that a fit did not see, and which these were; None where there are too
-    few. Of three or more runs each is left out once, of fewer every second state."""
+    few. Of three or more runs each is left out once (of more than five a fifth of them at a time),
+    of fewer every second state."""
     parts = list(_folds(model.states, len(model.runs)))
     told = "each run by a fit to the others" if len(model.runs) > 2 else (
         "every second state by a fit to the others"
@@ -116,8 +120,8 @@ def unseen(model: reduced.Reduced) -> tuple[str, list[Deviation]] | None:
 
 def _folds(found: States, runs: int) -> Iterator[np.ndarray]:
     if runs > 2:
-        for number in range(runs):
-            yield found.run == number
+        for number in range(min(runs, MOST_FOLDS)):
+            yield found.run % MOST_FOLDS == number
         return
     inner = np.zeros(len(found), bool)
     inner[1:-1:2] = True

@@ -13,6 +13,7 @@ dw = w − w₀ and ′ for d/dp. So no cycle of pressure and load makes energy 
 import numpy as np
 
 COMPONENTS = ("twist", "bending_y", "bending_z", "stretch")
+AT_ONCE = 256  # states that are solved together, for want of memory
 TURNS = 0.5  # largest change of a curvature in one iteration, radians a piece
 
 
@@ -149,8 +150,16 @@ class Rod:
         """
         pressure = np.atleast_1d(np.asarray(pressure, float))
         m = len(pressure)
-        loads = [np.zeros((m, 3)) + (0.0 if load is None else np.asarray(load, float))
-                 for load in (force, moment, gravity)]  # fmt: skip
+        loads = [
+            np.zeros((m, 3)) + (0.0 if load is None else np.asarray(load, float))
+            for load in (force, moment, gravity)
+        ]
+        parts = [slice(start, start + AT_ONCE) for start in range(0, m, AT_ONCE)]
+        solved = [self._solve(pressure[p], [load[p] for load in loads], tolerance) for p in parts]
+        return np.concatenate([np.zeros((0, self.pieces, 4)), *solved])
+
+    def _solve(self, pressure, loads, tolerance):
+        m = len(pressure)
         rest, stiffness = self.rest(pressure)[:, None], self.stiffness(pressure)[:, None]
         strains = np.repeat(rest, self.pieces, axis=1)
         size = np.array([1 / self.active] * 3 + [1.0])  # a radian over the rod, a stretch of one

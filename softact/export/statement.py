@@ -3,8 +3,10 @@ assumed."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from importlib.metadata import version
+from xml.etree.ElementTree import Comment, Element
 
 import numpy as np
 
@@ -31,7 +33,13 @@ def lines(
 
 def _runs(model: Reduced) -> str:
     names = [run.directory.name for run in model.runs]
-    return names[0] if len(names) == 1 else f"{len(names)} runs, {names[0]} and others"
+    return names[0] if len(names) == 1 else f"{len(names)} runs"
+
+
+def comment(about: Sequence[str]) -> Element:
+    """The lines as a comment of XML, in which no two hyphens may follow each other."""
+    text = "\n  ".join(re.sub("-(?=-)", "- ", line) for line in about)
+    return Comment(f"\n  {text}\n")
 
 
 def deviations(found: Sequence[Deviation]) -> list[str]:

@@ -19,6 +19,7 @@ from softact.errors import SpecError
 from softact.export import rod, to_json
 from softact.export.job import Job
 from softact.files import write_atomic
+from softact.spec.fields import STANDARD_GRAVITY
 
 ROD = "softact_rod.py"
 
@@ -39,7 +40,10 @@ def write(job: Job, directory: Path) -> list[Path]:
     with tempfile.TemporaryDirectory() as folder, _imports_undone():
         here = Path(folder)
         script = here / f"{job.name}.py"
-        script.write_text(SLAVE.format(name=job.name, about=_quoted(job)), encoding="utf-8")
+        script.write_text(
+            SLAVE.format(name=job.name, about=_quoted(job), gravity=STANDARD_GRAVITY),
+            encoding="utf-8",
+        )
         shutil.copy(rod.__file__, here / ROD)
         (model,) = to_json.write(job, here)
         made = FmuBuilder.build_FMU(script, dest=here / "made", project_files=[here / ROD, model])
@@ -77,7 +81,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import softact_rod  # noqa: E402
 
-GRAVITY = 9810.0  # mm/s² for each g
+GRAVITY = {gravity!r}  # mm/s² for each g
 
 
 class {name}(Fmi2Slave):

@@ -14,6 +14,7 @@ import numpy as np
 
 from softact.export.chain import AXES, Chain, Link
 from softact.export.job import Job
+from softact.export.statement import comment
 from softact.files import write_atomic
 
 #: Springs are explicit in MuJoCo's integrators: with the damping implicit, an overdamped joint is
@@ -34,7 +35,7 @@ def write(job: Job, directory: Path) -> list[Path]:
 def text(chain: Chain, about: list[str]) -> str:
     """The MJCF document."""
     root = Xml.Element("mujoco", model=chain.name)
-    root.append(Xml.Comment("\n  " + "\n  ".join(_sayable(line) for line in about) + "\n"))
+    root.append(comment(about))
     Xml.SubElement(root, "compiler", angle="radian", inertiafromgeom="false")
     decay = min((d.damping / d.stiffness for d in chain.drives), default=1.0)
     step = min(LONGEST_STEP, PART_OF_DECAY * decay)
@@ -62,11 +63,6 @@ def text(chain: Chain, about: list[str]) -> str:
         )  # fmt: skip
     Xml.indent(root)
     return Xml.tostring(root, "unicode") + "\n"
-
-
-def _sayable(line: str) -> str:
-    """Within an XML comment two hyphens may not stand."""
-    return line.replace("--", "- -")
 
 
 def _bodies(chain: Chain, world: Xml.Element) -> None:

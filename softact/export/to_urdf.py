@@ -15,6 +15,7 @@ import numpy as np
 from softact.errors import SpecError
 from softact.export.chain import AXES, Chain, Drive, Link
 from softact.export.job import Job
+from softact.export.statement import comment
 from softact.files import csv_text, write_atomic
 
 #: Joints of one place that turn about several axes need links between them, which must not be
@@ -70,9 +71,7 @@ def rows(chain: Chain) -> list[dict]:
 def text(chain: Chain, about: list[str]) -> str:
     """The URDF document."""
     root = Xml.Element("robot", name=chain.name)
-    root.append(
-        Xml.Comment("\n  " + "\n  ".join(line.replace("--", "- -") for line in about) + "\n")
-    )
+    root.append(comment(about))
     drives, before, parent = _turning(chain), np.zeros(3), None
     for number, link in enumerate(chain.links):
         name = "clamp" if number == 0 else f"piece_{number}"
