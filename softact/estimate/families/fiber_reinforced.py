@@ -1,0 +1,37 @@
+"""Fibre-reinforced bending actuator: a half-round tube whose winding holds its outline."""
+
+from __future__ import annotations
+
+from softact.estimate.beam import Beam
+from softact.estimate.films import film
+from softact.estimate.sections import Section, region
+from softact.estimate.uniaxial import free_across
+from softact.spec import Spec
+
+
+def beam(spec: Spec) -> Beam:
+    """One section: core, sleeve without its fibres, chamber, base.
+
+    Of fibres nearly round the tube the axis feels nothing: they keep it from bulging, and go slack
+    where it gets narrower, so the walls are in uniaxial tension.
+    """
+    g = spec.geometry
+    r, sleeve = g.radius, g.radius - g.sleeve
+    floor, inside = g.sleeve + g.base_wall, g.radius - g.sleeve - g.wall
+
+    def chamber(y, z):
+        return (y**2 + z**2 < inside**2) & (z > floor)
+
+    def core(y, z):
+        return (y**2 + z**2 < sleeve**2) & (z > g.sleeve) & ~chamber(y, z)
+
+    def skin(y, z):
+        return (y**2 + z**2 < r**2) & (z > 0) & ~core(y, z) & ~chamber(y, z)
+
+    walls = [
+        (region(core, r), free_across(spec.materials["body"])),
+        (region(skin, r), free_across(spec.materials["sleeve"])),
+    ]
+    films = [film(layer, 0.0, 2 * r) for layer in spec.layers if layer.surface == "base"]
+    section = Section(g.length - 2 * g.end, walls, {"cavity": region(chamber, r)}, films)
+    return Beam([section], g.length, 4 * r / (3 * 3.141592653589793), g.end, g.end)

@@ -1,0 +1,53 @@
+"""Omnidirectional bellows: wide chambers around the axis, joined by narrow necks."""
+
+from __future__ import annotations
+
+from math import cos, pi, sin
+
+import numpy as np
+
+from softact.estimate.beam import Beam
+from softact.estimate.reach import spread
+from softact.estimate.sections import Section, region
+from softact.estimate.uniaxial import free_across
+from softact.spec import Spec
+
+
+def beam(spec: Spec) -> Beam:
+    """Chambers and necks; of a chamber only what is near enough to the neck takes part."""
+    g = spec.geometry
+    stress = free_across(spec.materials["body"])
+    reach = min(spread(g.midsection_radius, g.chamber_length), g.actuator_radius)
+    core = g.core_radius or 0.0
+    chamber = _section(g, reach, g.chamber_radius, core, g.modules * g.chamber_length, stress)
+    inner = g.channel_radius if g.channels else 0.0
+    between = (g.modules - 1) * (g.pitch - g.chamber_length)
+    neck = _section(g, g.midsection_radius, inner, core, between, stress)
+    ends = (g.pitch - g.chamber_length) / 2
+    return Beam([chamber, neck] if g.modules > 1 else [chamber], g.length, 0.0, ends, ends)
+
+
+def _section(g, reach, radius, core, length, stress) -> Section:
+    """Within a radius: cavities between walls that are planes through the axis."""
+
+    def cavity(number):
+        middle = pi / 2 - 2 * pi * (number + (0.5 if g.on_top == "wall" else 0.0)) / g.cavities
+        half = pi / g.cavities
+
+        def inside(y, z):
+            along, across = y * cos(middle) + z * sin(middle), y * -sin(middle) + z * cos(middle)
+            # Distance from the two planes that bound the sector.
+            walls = along * sin(half) - np.abs(across) * cos(half) > g.inner_wall / 2
+            r = np.hypot(y, z)
+            return walls & (r < min(radius, reach)) & (r > core)
+
+        return inside
+
+    regions = [cavity(number) for number in range(g.cavities)]
+
+    def wall(y, z):
+        taken = np.any([inside(y, z) for inside in regions], axis=0)
+        return (np.hypot(y, z) < reach) & ~taken
+
+    cavities = {f"cavity_{n + 1}": region(inside, reach) for n, inside in enumerate(regions)}
+    return Section(length, [(region(wall, reach), stress)], cavities)

@@ -1,0 +1,35 @@
+"""Slow PneuNet: thin chambers across a block, over a film or (linear kind) within it."""
+
+from __future__ import annotations
+
+from softact.estimate.beam import Beam
+from softact.estimate.films import film
+from softact.estimate.reach import opened, slit_decay
+from softact.estimate.sections import Section, rectangle
+from softact.estimate.uniaxial import free_across
+from softact.spec import Spec
+
+
+def beam(spec: Spec) -> Beam:
+    """The whole block as one section, for as long as the chambers are felt.
+
+    By reciprocity a pressure in a slit bends the block by what bending the block opens the slit:
+    its own length and what a crack of its area adds.
+    """
+    g = spec.geometry
+    half, wide = g.chamber_width / 2, g.width / 2
+    low, high = g.below, g.below + g.chamber_height
+    body = free_across(spec.materials["body"])
+    solid = g.below if g.bends else 0.0
+    walls = [(rectangle(-wide, wide, solid, high + g.roof), body)]
+    if g.bends:
+        across = (g.film_width or g.width) / 2
+        film_law = free_across(spec.materials["film"])
+        walls.append((rectangle(-across, across, 0.0, g.below, 4), film_law))
+    films = [film(layer, 0.0, (g.film_width or g.width) if g.bends else g.width)
+             for layer in spec.layers if layer.surface == "base"]  # fmt: skip
+    air = rectangle(-half, half, low, high)
+    decay = slit_decay(g.chamber_width * g.chamber_height)
+    gives = g.chambers * opened(g.chamber_length, decay, g.inner_wall)
+    section = Section(gives, walls, {"cavity": air}, films)
+    return Beam([section], g.length, (high + g.roof) / 2, g.clamp_wall, g.tip_wall)
