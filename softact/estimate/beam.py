@@ -73,3 +73,13 @@ def _stiffness(beam: Beam, strains: Sequence[np.ndarray]) -> np.ndarray:
         give += section.length * np.linalg.pinv(section.tangent(strain), rcond=1e-10)
         total += section.length
     return total / np.maximum(np.diag(give)[1:], 1e-30)
+
+
+def blocked(beam: Beam, pressures: Mapping[str, float]) -> tuple[float, np.ndarray]:
+    """Force (N) along the axis that alone, and moments (2,) N·mm that alone, take back what full
+    pressures do to the undeformed beam; linear in the pressure."""
+    give, free = np.zeros((3, 3)), np.zeros(3)
+    for section in beam.sections:
+        own = section.length * np.linalg.pinv(section.tangent(np.zeros(3)), rcond=1e-10)
+        give, free = give + own, free + own @ section.pressed(pressures)
+    return float(free[0] / give[0, 0]), np.linalg.pinv(give[1:, 1:], rcond=1e-10) @ free[1:]

@@ -1,21 +1,31 @@
 """How much of a wide chamber takes part where narrow necks join it to its neighbours.
 
-A bending moment comes out of the neck and spreads into the walls of the chamber over a length that
-is a part of the chamber's own (Saint-Venant); what is farther away is neither stretched by the
-bending nor, by reciprocity, bends the actuator when the pressure pushes on it.
+Its walls that face the gaps bulge, and open the neck's side as far as they can: a long chamber's
+middle is a stiff box that neither bends the actuator nor is bent. Beyond the neck, across the
+actuator, bending spreads into the chamber over a part of that length (Saint-Venant). Both parts
+were fitted to coarse runs of PneuNets and bellows, 25 of them, see docs/estimate.md.
 """
 
 from __future__ import annotations
 
 from math import pi, sqrt, tanh
 
-#: Part of the chamber's length by which the bending spreads beyond the neck, on both sides alike.
+#: Length of a chamber that bends the actuator, by the hydraulic diameter of the wall that bulges.
+GIVES = 0.58
+#: How far beyond the neck bending spreads, by that length.
 SPREAD = 0.3
 
 
-def spread(neck: float, chamber_length: float) -> float:
-    """Height or radius (mm) up to which a chamber takes part, that of the neck being ``neck``."""
-    return neck + SPREAD * chamber_length
+def gives(area: float, perimeter: float, pitch: float) -> float:
+    """Length (mm) of each chamber that bends, where a wall of an area and perimeter bulges; no more
+    than there is from one chamber to the next."""
+    return min(GIVES * 4 * area / perimeter, pitch)
+
+
+def spread(neck: float, length: float) -> float:
+    """Height or radius (mm) up to which a chamber takes part: beyond that of the neck by a part of
+    the length that bends."""
+    return neck + SPREAD * length
 
 
 def opened(length: float, decay: float, wall: float) -> float:

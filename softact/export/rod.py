@@ -41,6 +41,16 @@ def rotations(vectors):
     return np.eye(3) + first * cross + second * square, np.eye(3) + second * cross + third * square
 
 
+def blocking_lever(active, end):
+    """1/mm: force across the tip by the moment that the rod would turn with, where the force holds
+    the tip's centre on the axis and lets it turn; small deflections.
+
+    active: length that bends, mm; end: of the stiff part at the tip.
+    """
+    whole = active + end
+    return 1.5 * (whole**2 - end**2) / (whole**3 - end**3)
+
+
 class Rod:
     """A reduced model, from the data of ``model.json``.
 

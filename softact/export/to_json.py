@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from softact.export.job import Job
+from softact.export.rod import blocking_lever
 from softact.files import json_text, write_atomic
 
 SCHEMA = "softact reduced model 1"
@@ -28,7 +29,8 @@ def document(job: Job) -> dict:
             f"{name}_blocked_moment_Nmm": rest * stiff,
         }
         if name.startswith("bending"):
-            table[f"{name}_blocked_force_N"] = rest * stiff * blocking_lever(model.data)
+            lever = blocking_lever(length, model.data["end_mm"])
+            table[f"{name}_blocked_force_N"] = rest * stiff * lever
     return {
         "schema": SCHEMA,
         "about": job.about,
@@ -38,13 +40,6 @@ def document(job: Job) -> dict:
         "deviations": [vars(deviation) for deviation in job.seen],
         "deviations_unseen": [vars(deviation) for deviation in job.unseen[1]] if job.unseen else [],
     }
-
-
-def blocking_lever(data: dict) -> float:
-    """1/mm: force across the tip by the moment of the pressure, where the force holds the tip's
-    centre on the axis and lets it turn; small deflections."""
-    beyond, whole = data["end_mm"], data["active_length_mm"] + data["end_mm"]
-    return 1.5 * (whole**2 - beyond**2) / (whole**3 - beyond**3)
 
 
 def write(job: Job, directory: Path) -> list[Path]:

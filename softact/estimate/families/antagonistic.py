@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from math import acos, sqrt
+
 import numpy as np
 
 from softact.estimate.beam import Beam
-from softact.estimate.reach import spread
+from softact.estimate.reach import gives, spread
 from softact.estimate.sections import Section, region
 from softact.estimate.uniaxial import free_across
 from softact.spec import Spec
@@ -17,18 +19,32 @@ def beam(spec: Spec) -> Beam:
     """Chambers and necks of both pairs."""
     g = spec.geometry
     stress = free_across(spec.materials["body"])
-    reach = min(spread(g.midsection_radius, g.chamber_length), g.radius)
-    between = g.pitch - g.chamber_length
+    bends = gives(*_bulging(g), g.pitch if g.chambers > 1 else g.chamber_length)
+    reach = min(spread(g.midsection_radius, bends), g.radius)
+    between, ends = g.pitch - bends, (g.pitch - g.chamber_length) / 2
     sections = []
     for pair in PAIRS:
         turned = pair != g.in_plane
-        chambers = g.chambers * g.chamber_length
+        chambers = g.chambers * bends
         sections.append(_section(g, pair, turned, reach, g.chamber_radius, chambers, stress))
         necks = (g.chambers - 1) * between
-        if necks:
+        if necks > 0:
             of_necks = g.midsection_radius, g.channel_radius, necks, stress
             sections.append(_section(g, pair, turned, *of_necks))
-    return Beam(sections, g.length, 0.0, g.clamp_plate + between / 2, g.tip_plate + between / 2)
+    return Beam(sections, g.length, 0.0, g.clamp_plate + ends, g.tip_plate + ends)
+
+
+def _bulging(g) -> tuple[float, float]:
+    """Area and perimeter of the wall of one cavity that faces a gap."""
+
+    def arc(radius):
+        return 2 * radius * acos(g.central_wall / 2 / radius)
+
+    low, high = g.midsection_radius, g.chamber_radius
+    half = g.central_wall / 2
+    area = g._segment(high) - g._segment(low)
+    sides = sqrt(high**2 - half**2) - sqrt(low**2 - half**2)
+    return area, arc(high) + arc(low) + 2 * sides
 
 
 def _section(g, pair, turned, reach, radius, length, stress) -> Section:
@@ -53,3 +69,8 @@ def _section(g, pair, turned, reach, radius, length, stress) -> Section:
         f"{pair}_{name}": region(air(sign), g.radius, 160) for name, sign in (("a", 1), ("b", -1))
     }
     return Section(length, [(region(solid, g.radius, 160), stress)], cavities)
+
+
+def reservations(spec: Spec) -> list[str]:
+    """Why the estimate is poor for a spec."""
+    return []

@@ -35,3 +35,8 @@ def beam(spec: Spec) -> Beam:
     films = [film(layer, 0.0, 2 * r) for layer in spec.layers if layer.surface == "base"]
     section = Section(g.length - 2 * g.end, walls, {"cavity": region(chamber, r)}, films)
     return Beam([section], g.length, 4 * r / (3 * 3.141592653589793), g.end, g.end)
+
+
+def reservations(spec: Spec) -> list[str]:
+    """Why the estimate is poor for a spec."""
+    return []

@@ -7,7 +7,7 @@ from math import cos, pi, sin
 import numpy as np
 
 from softact.estimate.beam import Beam
-from softact.estimate.reach import spread
+from softact.estimate.reach import gives, spread
 from softact.estimate.sections import Section, region
 from softact.estimate.uniaxial import free_across
 from softact.spec import Spec
@@ -17,14 +17,21 @@ def beam(spec: Spec) -> Beam:
     """Chambers and necks; of a chamber only what is near enough to the neck takes part."""
     g = spec.geometry
     stress = free_across(spec.materials["body"])
-    reach = min(spread(g.midsection_radius, g.chamber_length), g.actuator_radius)
+    bends = gives(*_bulging(g), g.pitch if g.modules > 1 else g.chamber_length)
+    reach = min(spread(g.midsection_radius, bends), g.actuator_radius)
     core = g.core_radius or 0.0
-    chamber = _section(g, reach, g.chamber_radius, core, g.modules * g.chamber_length, stress)
+    chamber = _section(g, reach, g.chamber_radius, core, g.modules * bends, stress)
     inner = g.channel_radius if g.channels else 0.0
-    between = (g.modules - 1) * (g.pitch - g.chamber_length)
+    between = (g.modules - 1) * (g.pitch - bends)
     neck = _section(g, g.midsection_radius, inner, core, between, stress)
     ends = (g.pitch - g.chamber_length) / 2
-    return Beam([chamber, neck] if g.modules > 1 else [chamber], g.length, 0.0, ends, ends)
+    return Beam([chamber, neck] if between > 0 else [chamber], g.length, 0.0, ends, ends)
+
+
+def _bulging(g) -> tuple[float, float]:
+    """Area and perimeter of the wall of one cavity that faces a gap."""
+    share, low, high = 2 * pi / g.cavities, g.midsection_radius, g.chamber_radius
+    return share * (high**2 - low**2) / 2, share * (high + low) + 2 * (high - low)
 
 
 def _section(g, reach, radius, core, length, stress) -> Section:
@@ -51,3 +58,8 @@ def _section(g, reach, radius, core, length, stress) -> Section:
 
     cavities = {f"cavity_{n + 1}": region(inside, reach) for n, inside in enumerate(regions)}
     return Section(length, [(region(wall, reach), stress)], cavities)
+
+
+def reservations(spec: Spec) -> list[str]:
+    """Why the estimate is poor for a spec."""
+    return []

@@ -4,16 +4,10 @@ from __future__ import annotations
 
 from softact.estimate.beam import Beam
 from softact.estimate.films import film
-from softact.estimate.reach import spread
+from softact.estimate.reach import gives, spread
 from softact.estimate.sections import Section, rectangle
 from softact.estimate.uniaxial import free_across
 from softact.spec import Spec
-
-
-#: How far along the finger a chamber bends it, by the hydraulic diameter of its cross-section.
-#: Fitted to 18 coarse runs with chambers 4 to 20 mm long, 6 to 20 mm wide and 10 to 30 mm tall; see
-#: docs/estimate.md.
-GIVES = 0.55
 
 
 def beam(spec: Spec) -> Beam:
@@ -26,10 +20,11 @@ def beam(spec: Spec) -> Beam:
     stress = free_across(spec.materials["body"])
     half, wide = g.chamber_width / 2, g.chamber_width / 2 + g.outer_wall
     ceiling = g.base + g.chamber_height
-    hydraulic = 2 * g.chamber_width * g.chamber_height / (g.chamber_width + g.chamber_height)
-    gives = min(GIVES * hydraulic, row.pitch if g.chambers > 1 else row.chamber_length)
+    pitch = row.pitch if g.chambers > 1 else row.chamber_length
+    around = 2 * (g.chamber_width + g.chamber_height)
+    bends = gives(g.chamber_width * g.chamber_height, around, pitch)
     bridge = g.base + g.channel_height + g.channel_roof
-    top = min(spread(bridge, gives), ceiling + g.roof) if g.chambers > 1 else ceiling + g.roof
+    top = min(spread(bridge, bends), ceiling + g.roof) if g.chambers > 1 else ceiling + g.roof
     walls = [
         rectangle(-wide, wide, 0.0, g.base),
         rectangle(half, wide, g.base, top),
@@ -39,7 +34,10 @@ def beam(spec: Spec) -> Beam:
     air = rectangle(-half, half, g.base, min(top, ceiling))
     films = [film(layer, g.layer_height, 2 * wide) for layer in spec.layers
              if layer.surface == "strain_limiting_layer"]  # fmt: skip
-    section = Section(
-        g.chambers * gives, [(w, stress) for w in walls], {"cavity": air}, films
-    )
+    section = Section(g.chambers * bends, [(w, stress) for w in walls], {"cavity": air}, films)
     return Beam([section], row.length, (ceiling + g.roof) / 2, g.clamp_plug, g.tip_plug)
+
+
+def reservations(spec: Spec) -> list[str]:
+    """Why the estimate is poor for a spec."""
+    return []

@@ -44,3 +44,8 @@ def _strips(g) -> list[tuple[float, float]]:
     return [(-g.radius, 2 * g.radius * asin(g.strip / 2 / g.radius))] if g.cuts else [
         (0.0, 2 * pi * g.radius)
     ]  # fmt: skip
+
+
+def reservations(spec: Spec) -> list[str]:
+    """Why the estimate is poor for a spec."""
+    return []

@@ -33,3 +33,8 @@ def beam(spec: Spec) -> Beam:
     gives = g.chambers * opened(g.chamber_length, decay, g.inner_wall)
     section = Section(gives, walls, {"cavity": air}, films)
     return Beam([section], g.length, (high + g.roof) / 2, g.clamp_wall, g.tip_wall)
+
+
+def reservations(spec: Spec) -> list[str]:
+    """Why the estimate is poor for a spec."""
+    return []
