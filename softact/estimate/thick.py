@@ -31,8 +31,10 @@ def _slope(law: Law, stretches: np.ndarray, change: np.ndarray) -> np.ndarray:
 
 
 def sphere_pressure(law: Law, inner: float, outer: float, stretch: np.ndarray) -> np.ndarray:
-    """(n,) MPa in a sphere whose inside is stretched by ``stretch``: ∫ dW(s, s, s⁻²)/ds /(s³ − 1) ds
-    from the outside's stretch to the inside's."""
+    """(n,) MPa in a sphere whose inside is stretched by ``stretch``.
+
+    p = ∫ dW(s, s, s⁻²)/ds /(s³ − 1) ds from the outside's stretch to the inside's.
+    """
     a = np.asarray(stretch, float)[:, None]
     b = np.cbrt(1 + (a**3 - 1) * (inner / outer) ** 3)
     s, weight = _between(b, a)
@@ -49,25 +51,25 @@ def tube_pressure(
     p = ∫ dW/ds /(s² l − 1) ds with W(s, l, 1/(s l)); the pull is the mean axial stress times the
     section, with no pressure on the ends.
     """
-    a, l = np.asarray(stretch, float)[:, None], np.asarray(axial, float)[:, None]
-    b = np.sqrt((1 + (a**2 * l - 1) * (inner / outer) ** 2) / l)
+    a, along = np.asarray(stretch, float)[:, None], np.asarray(axial, float)[:, None]
+    b = np.sqrt((1 + (a**2 * along - 1) * (inner / outer) ** 2) / along)
     s, weight = _between(b, a)
-    l = np.broadcast_to(l, s.shape)
-    state = np.stack([s, l, 1 / (s * l)], axis=-1)
+    along = np.broadcast_to(along, s.shape)
+    state = np.stack([s, along, 1 / (s * along)], axis=-1)
     nothing = np.zeros_like(s)
-    hoop = _slope(law, state, np.stack([np.ones_like(s), nothing, -1 / (s**2 * l)], axis=-1))
-    pull = _slope(law, state, np.stack([nothing, np.ones_like(s), -1 / (s * l**2)], axis=-1))
-    parts = weight * hoop / (s**2 * l - 1)
+    hoop = _slope(law, state, np.stack([np.ones_like(s), nothing, -1 / (s**2 * along)], axis=-1))
+    pull = _slope(law, state, np.stack([nothing, np.ones_like(s), -1 / (s * along**2)], axis=-1))
+    parts = weight * hoop / (s**2 * along - 1)
     pressure = parts.sum(axis=1)
     # Radial stress from the outside in: minus what the wall beyond a radius carries.
     radial = -(np.cumsum(parts, axis=1) - parts / 2)
     # R² − r² l is the same all along: R² = A² (a² l − 1)/(s² l − 1).
-    reference = inner**2 * (a**2 * l - 1) / (s**2 * l - 1)
+    reference = inner**2 * (a**2 * along - 1) / (s**2 * along - 1)
     radius = s * np.sqrt(reference)
     # dr/ds along the wall, R being a function of s: r² = s² R².
-    rate = np.abs(s * reference - s**3 * l * reference / (s**2 * l - 1)) / radius
+    rate = np.abs(s * reference - s**3 * along * reference / (s**2 * along - 1)) / radius
     area = 2 * np.pi * radius * rate * weight
-    return pressure, ((radial + l * pull) * area).sum(axis=1)
+    return pressure, ((radial + along * pull) * area).sum(axis=1)
 
 
 def _between(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

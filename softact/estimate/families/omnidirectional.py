@@ -60,6 +60,22 @@ def _section(g, reach, radius, core, length, stress) -> Section:
     return Section(length, [(region(wall, reach), stress)], cavities)
 
 
+#: Where coarse runs differ by about a third or more: see docs/estimate.md.
+LONG, THICK = 1.6, 1.5
+
+
 def reservations(spec: Spec) -> list[str]:
-    """Why the estimate is poor for a spec."""
-    return []
+    """Why the estimate is poor for a spec: chambers that are long, or stiff towards the gaps."""
+    g, found = spec.geometry, []
+    bends = gives(*_bulging(g), g.pitch)
+    if g.chamber_length > LONG * bends:
+        found.append(
+            f"chambers {g.chamber_length:g} mm long are long beside the {bends:.3g} mm of each that "
+            "bend: runs bend up to a third less"
+        )
+    if g.side_wall > THICK * g.inner_wall:
+        found.append(
+            f"side walls of {g.side_wall:g} mm beside inner walls of {g.inner_wall:g} mm bulge less "
+            "than is assumed: runs bend up to a half less"
+        )
+    return found

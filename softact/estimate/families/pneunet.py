@@ -38,6 +38,23 @@ def beam(spec: Spec) -> Beam:
     return Beam([section], row.length, (ceiling + g.roof) / 2, g.clamp_plug, g.tip_plug)
 
 
+#: Where coarse runs differ by more than a third: see docs/estimate.md.
+LONG, TALL = 1.6, 2.0
+
+
 def reservations(spec: Spec) -> list[str]:
-    """Why the estimate is poor for a spec."""
-    return []
+    """Why the estimate is poor for a spec: chambers that are long, or narrow."""
+    g, found = spec.geometry, []
+    around = 2 * (g.chamber_width + g.chamber_height)
+    bends = gives(g.chamber_width * g.chamber_height, around, g.row.pitch)
+    if g.row.chamber_length > LONG * bends:
+        found.append(
+            f"chambers {g.row.chamber_length:g} mm long are long beside the {bends:.3g} mm of each "
+            "that bend: runs bend up to a third less"
+        )
+    if g.chamber_height > TALL * g.chamber_width:
+        found.append(
+            f"chambers {g.chamber_height:g} mm tall and {g.chamber_width:g} mm wide bulge to the "
+            "sides as much as into the gaps: runs bend up to a half less, long ones even back"
+        )
+    return found

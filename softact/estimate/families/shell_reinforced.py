@@ -47,5 +47,10 @@ def _strips(g) -> list[tuple[float, float]]:
 
 
 def reservations(spec: Spec) -> list[str]:
-    """Why the estimate is poor for a spec."""
+    """Why the estimate is poor for a spec: a shell that slides, a wall that bulges in the slits."""
+    if spec.geometry.shell == "sliding":
+        return [
+            "the shell slides: the whole core stretches under it, not the part near the slits "
+            "alone, so a run bends or grows far more"
+        ]
     return []
