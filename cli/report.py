@@ -19,12 +19,19 @@ from softact.cli._targets import targets_option
     type=click.Choice(["gif", "mp4"]),
     help="Write a film of the motion too; mp4 needs the package imageio-ffmpeg.",
 )
+@click.option(
+    "--estimate",
+    "estimated",
+    is_flag=True,
+    help="Show the beam estimate of `softact estimate` beside the run.",
+)
 def report(
     directory: Path,
     measured: tuple[Path, ...],
     columns: str | None,
     targets: tuple[str, ...],
     animate: str | None,
+    estimated: bool,
 ) -> None:
     """Rebuild report.html and the pictures of a result folder from the files in it.
 
@@ -37,6 +44,7 @@ def report(
       softact report results/finger --measured angle.csv
       softact report results/pneunet_glove --targets glove
       softact report results/pneunet_glove --animate gif
+      softact report results/pneunet_glove --estimate
     """
     from softact.report import animation, write_report
     from softact.report import targets as published
@@ -49,6 +57,10 @@ def report(
     called = shlex.join(["softact", "report", str(directory)])
     read_in = read_all(measured, list(results.curve), columns, called)
     more = [partial(published.section, wanted=targets)] if targets else []
+    if estimated:
+        from softact.estimate.beside import section
+
+        more.append(section)
     path = write_report(directory, [*sections(read_in), *more])
     tell(directory, read_in)
     for name in targets:

@@ -67,9 +67,7 @@ def _blocked(beam: Beam, curve: Curve, driven: dict[str, float]) -> dict[str, np
 
 
 def _notes(spec: Spec) -> list[str]:
-    notes = ["chambers do not touch each other, and do not bulge: their sections stay as they are"]
-    if spec.contact:
-        notes[0] = "contact is left out, and so is the bulging of chambers"
+    notes = ["that chambers touch each other, and that their sections grow, is left out"]
     if spec.obstacles:
         notes.append("obstacles are left out")
     notes.append("blocked: at the undeformed shape; the force at the tip's centre, which may turn")

@@ -15,7 +15,7 @@ from softact.materials.laws.holzapfel import Holzapfel
 from softact.materials.laws.neo_hookean import NeoHookean
 
 #: Where the laws are evaluated; between these stresses are interpolated.
-STRETCHES = np.geomspace(0.05, 15.0, 4001)
+STRETCHES = np.concatenate([np.geomspace(0.05, 1.0, 2001), np.geomspace(1.0, 15.0, 2001)[1:]])
 #: Nominal stress (n,) in MPa at stretches (n,).
 Stress = Callable[[np.ndarray], np.ndarray]
 

@@ -70,12 +70,12 @@ def reservations(spec: Spec) -> list[str]:
     bends = gives(*_bulging(g), g.pitch)
     if g.chamber_length > LONG * bends:
         found.append(
-            f"chambers {g.chamber_length:g} mm long are long beside the {bends:.3g} mm of each that "
-            "bend: runs bend up to a third less"
+            f"chambers {g.chamber_length:g} mm long are long beside the {bends:.3g} mm of each "
+            "that bend: runs bend up to a third less"
         )
     if g.side_wall > THICK * g.inner_wall:
         found.append(
-            f"side walls of {g.side_wall:g} mm beside inner walls of {g.inner_wall:g} mm bulge less "
-            "than is assumed: runs bend up to a half less"
+            f"side walls of {g.side_wall:g} mm beside inner walls of {g.inner_wall:g} mm bulge "
+            "less than is assumed: runs bend up to a half less"
         )
     return found

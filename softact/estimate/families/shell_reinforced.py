@@ -46,11 +46,22 @@ def _strips(g) -> list[tuple[float, float]]:
     ]  # fmt: skip
 
 
+#: Part of the radius that a wall may be: see docs/estimate.md.
+THICK = 0.4
+
+
 def reservations(spec: Spec) -> list[str]:
-    """Why the estimate is poor for a spec: a shell that slides, a wall that bulges in the slits."""
-    if spec.geometry.shell == "sliding":
-        return [
+    """Why the estimate is poor for a spec: a shell that slides, a thick wall."""
+    g, found = spec.geometry, []
+    if g.shell == "sliding":
+        found.append(
             "the shell slides: the whole core stretches under it, not the part near the slits "
             "alone, so a run bends or grows far more"
-        ]
-    return []
+        )
+    if g.radius - g.chamber_radius > THICK * g.radius:
+        found.append(
+            f"a wall of {g.radius - g.chamber_radius:g} mm is thick beside a radius of "
+            f"{g.radius:g} mm: its inside stretches farther under the rings than is assumed, and "
+            "runs bend up to a half more"
+        )
+    return found

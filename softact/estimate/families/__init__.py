@@ -1,0 +1,1 @@
+"""Families of actuators, one a file."""
