@@ -121,3 +121,10 @@ def region(
     y, z = (part.ravel() for part in np.meshgrid(line, line, indexing="ij"))
     chosen = inside(y, z)
     return Patch(y[chosen], z[chosen], np.full(int(chosen.sum()), step**2))
+
+
+def joined(patches: Sequence[Patch]) -> Patch:
+    """Several patches as one, such as cavities that have the same pressure."""
+    return Patch(
+        *(np.concatenate([getattr(p, name) for p in patches]) for name in ("y", "z", "area"))
+    )

@@ -79,6 +79,11 @@ def _between(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     return low + (high - low) * middle, np.broadcast_to((high - low) / POINTS, (len(low), POINTS))
 
 
+def inner_stretches() -> np.ndarray:
+    """(STEPS,) from just above 1, closer together there."""
+    return 1 + (MOST_STRETCH - 1) * (np.arange(1, STEPS + 1) / STEPS) ** 2
+
+
 def rising(pressure: np.ndarray) -> int:
     """Number of values up to the first maximum."""
     falls = np.flatnonzero(np.diff(pressure) <= 0)

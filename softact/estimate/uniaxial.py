@@ -48,9 +48,20 @@ def _stress(law: Law, across: Callable) -> Stress:
         # The pressure that keeps the volume leaves no stress through the thickness.
         return s * S[:, 0] - thickness**2 / s * S[:, 2]
 
-    tabled = nominal(STRETCHES)
-    usable = np.isfinite(tabled)  # a law that locks has no value beyond
+    with np.errstate(all="ignore"):
+        tabled = nominal(STRETCHES)
+    usable = _usable(tabled)
     return lambda stretch: np.interp(stretch, STRETCHES[usable], tabled[usable])
+
+
+def _usable(tabled: np.ndarray) -> np.ndarray:
+    """From the unstretched state on, up to where a law has no value or, as one that locks, pulls
+    where it should push."""
+    good = np.isfinite(tabled) & (np.sign(STRETCHES - 1) * tabled >= 0)
+    one = int(np.argmin(np.abs(STRETCHES - 1)))
+    up = np.logical_and.accumulate(good[one:])
+    down = np.logical_and.accumulate(good[one::-1])[::-1]
+    return np.concatenate([down, up[1:]])
 
 
 def youngs_modulus(law: Law) -> float:

@@ -40,7 +40,7 @@ def text(chain: Chain, about: list[str]) -> str:
     links = [
         {
             "joint": (link.joint * MM).tolist(),
-            "mass": link.mass,
+            "mass": float(link.mass),
             "centre": (link.centre * MM).tolist(),
         }
         for link in chain.links

@@ -8,7 +8,7 @@ import numpy as np
 
 from softact.estimate.beam import Beam
 from softact.estimate.reach import gives, spread
-from softact.estimate.sections import Section, region
+from softact.estimate.sections import Section, joined, region
 from softact.estimate.uniaxial import free_across
 from softact.spec import Spec
 
@@ -68,6 +68,8 @@ def _section(g, pair, turned, reach, radius, length, stress) -> Section:
     cavities = {
         f"{pair}_{name}": region(air(sign), g.radius, 160) for name, sign in (("a", 1), ("b", -1))
     }
+    if g.symmetry and turned:  # the cavity beside the plane of symmetry gets the pressure of a
+        cavities = {f"{pair}_a": joined(list(cavities.values()))}
     return Section(length, [(region(solid, g.radius, 160), stress)], cavities)
 
 

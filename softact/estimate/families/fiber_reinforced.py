@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import pi
+
 from softact.estimate.beam import Beam
 from softact.estimate.films import film
 from softact.estimate.sections import Section, region
@@ -34,9 +36,20 @@ def beam(spec: Spec) -> Beam:
     ]
     films = [film(layer, 0.0, 2 * r) for layer in spec.layers if layer.surface == "base"]
     section = Section(g.length - 2 * g.end, walls, {"cavity": region(chamber, r)}, films)
-    return Beam([section], g.length, 4 * r / (3 * 3.141592653589793), g.end, g.end)
+    return Beam([section], g.length, 4 * r / (3 * pi), g.end, g.end)
+
+
+#: Part of the radius that walls may be: see docs/estimate.md.
+THICK = 0.35
 
 
 def reservations(spec: Spec) -> list[str]:
-    """Why the estimate is poor for a spec."""
-    return []
+    """Why the estimate is poor for a spec: a small chamber in thick walls."""
+    g = spec.geometry
+    walls = g.sleeve + g.wall
+    if walls <= THICK * g.radius:
+        return []
+    return [
+        f"walls of {walls:g} mm are thick beside a radius of {g.radius:g} mm: the chamber rounds "
+        "out, which is left out, and runs bend up to two thirds more"
+    ]

@@ -8,7 +8,7 @@ import numpy as np
 
 from softact.estimate.beam import Beam
 from softact.estimate.reach import gives, spread
-from softact.estimate.sections import Section, region
+from softact.estimate.sections import Section, joined, region
 from softact.estimate.uniaxial import free_across
 from softact.spec import Spec
 
@@ -56,8 +56,19 @@ def _section(g, reach, radius, core, length, stress) -> Section:
         taken = np.any([inside(y, z) for inside in regions], axis=0)
         return (np.hypot(y, z) < reach) & ~taken
 
-    cavities = {f"cavity_{n + 1}": region(inside, reach) for n, inside in enumerate(regions)}
+    patches = [region(inside, reach) for inside in regions]
+    cavities = {
+        f"cavity_{n + 1}": joined([patches[other] for other in sorted({n, _mirrored(g, n)})])
+        for n in range(g.cavities)
+    }
     return Section(length, [(region(wall, reach), stress)], cavities)
+
+
+def _mirrored(g, number: int) -> int:
+    """The cavity that gets the same pressure: where half is modelled, its mirror image."""
+    if not g.symmetry:
+        return number
+    return (g.cavities - number - (1 if g.on_top == "wall" else 0)) % g.cavities
 
 
 #: Where coarse runs differ by about a third or more: see docs/estimate.md.

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from softact.estimate.table import Estimate
-from softact.estimate.thick import MOST_STRETCH, STEPS, rising, sphere_pressure
+from softact.estimate.thick import inner_stretches, rising, sphere_pressure
 from softact.spec import Spec
 
 
 def table(spec: Spec, pressure: float, points: int) -> Estimate:
     """Pressure, stretch at the inside and volume; up to the first limit of the pressure."""
     g = spec.geometry
-    stretches = np.linspace(1.0, MOST_STRETCH, STEPS + 1)[1:]
+    stretches = inner_stretches()
     found = sphere_pressure(spec.materials["body"], g.inner_radius, g.outer_radius, stretches)
     count = rising(found)
     known = np.concatenate([[0.0], found[:count]])

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from softact.estimate.table import Estimate
-from softact.estimate.thick import MOST_STRETCH, STEPS, rising, tube_pressure
+from softact.estimate.thick import inner_stretches, rising, tube_pressure
 from softact.spec import Spec
 
 SHORTEST, LONGEST = 0.2, 4.0
@@ -16,7 +16,7 @@ def table(spec: Spec, pressure: float, points: int) -> Estimate:
     """Pressure on the bore, stretch there, elongation, and the force that blocks it."""
     g, law = spec.geometry, spec.materials["body"]
     held = _holds_its_length(spec)
-    stretches = np.linspace(1.0, MOST_STRETCH, STEPS + 1)[1:]
+    stretches = inner_stretches()
     axial = np.ones_like(stretches)
     if not held:
         axial = np.array([_free_length(law, g, stretch) for stretch in stretches])

@@ -1,0 +1,54 @@
+"""Writes how far estimates are from coarse runs into docs/estimate.md.
+
+`.venv/bin/python docs/estimate_table.py`, called by `make docs`. The runs' figures stand in
+docs/estimate_runs.yaml with what makes the runs again; the estimates are made anew.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import yaml
+
+from softact import spec as specs
+from softact.estimate import estimate
+from softact.report.labels import column, number
+
+PAGE, DATA = (Path(__file__).with_name(name) for name in ("estimate.md", "estimate_runs.yaml"))
+CONFIGS = PAGE.parents[1] / "configs"
+BEGIN = "<!-- written by docs/estimate_table.py from docs/estimate_runs.yaml; do not edit -->"
+END = "<!-- end of what docs/estimate_table.py writes -->"
+
+
+def compared() -> Iterator[tuple[dict, float, list[str]]]:
+    """Each run of the data, the estimate for it, and the reservations that come with that."""
+    for run in yaml.safe_load(DATA.read_text(encoding="utf-8")):
+        found = estimate(specs.load(CONFIGS / f"{run['spec']}.yaml", run["set"]))
+        yield run, found.at(run["column"], run["pressure_kPa"]), list(found.reservations)
+
+
+def lines() -> Iterator[str]:
+    """The table."""
+    yield "| spec | with | at | figure | run | estimate | off by | said to be poor |"
+    yield "| --- | --- | --- | --- | --- | --- | --- | --- |"
+    for run, value, reservations in compared():
+        label = column(run["column"])
+        changed = ", ".join(
+            text.removeprefix("geometry.") for text in run["set"]
+            if not text.startswith(("steps", "solver", "geometry.mesh_size"))
+        ) or "as it is"  # fmt: skip
+        yield (
+            f"| `{run['spec']}` | {changed} | {run['pressure_kPa']:g} kPa | {label.name.lower()} | "
+            f"{number(run['run'])} {label.unit} | {number(value)} {label.unit} | "
+            f"{100 * (value / run['run'] - 1):+.0f} % | {'yes' if reservations else ''} |"
+        )
+
+
+def written(text: str) -> str:
+    """The page's text with the part between the two marks made anew."""
+    before, _, rest = text.partition(BEGIN)
+    _, _, after = rest.partition(END)
+    return before + "\n".join([BEGIN, "", *lines(), "", END]) + after
+
+
+if __name__ == "__main__":
+    PAGE.write_text(written(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
