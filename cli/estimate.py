@@ -49,8 +49,7 @@ def estimate(
 
     found = estimated(specs.load(spec, overrides))
     said = _beside(found, beside) if beside else []
-    click.echo(f"{found.name}: an estimate, not a solution. {found.method[0].upper()}"
-               f"{found.method[1:]}.")  # fmt: skip
+    click.echo(f"{found.name}: an estimate, not a solution. {found.method}.")
     for line in _table(found):
         click.echo(line)
     for line in found.reservations:

@@ -13,7 +13,7 @@ from softact.estimate.weight import loaded
 from softact.spec import Spec
 
 METHOD = (
-    "beam: walls of plane sections against the pressure on the cavities' areas and first moments "
+    "A beam: walls of plane sections against the pressure on the cavities' areas and first moments "
     "(generalised from Polygerinos et al. 2013, equations 1 to 5)"
 )
 #: An actuator that turns by less is straight, and its elongation is of interest (degrees).

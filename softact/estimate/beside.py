@@ -98,9 +98,10 @@ def section(results: Results) -> Section:
     does."""
     found = of_run(results)
     apart = verdict(found, results)
-    listed = [*(f"estimate: {line}" for line in apart), *found.reservations, *found.notes]
+    poor = [f"poor here: {line}" for line in found.reservations]
+    listed = [*apart, *poor, *found.notes]
     body = (
-        f"<p>Not a solution: {escape(found.method)}.</p>"
+        f"<p>An estimate, not a solution. {escape(found.method)}.</p>"
         + figures(_plots(found, results))
         + "<ul>" + "".join(f"<li>{escape(line)}</li>" for line in listed) + "</ul>"
     )  # fmt: skip

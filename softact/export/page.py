@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from html import escape
 
@@ -15,6 +16,8 @@ from softact.report.base import Plot, Section
 
 TITLES = {"bending_y": "bending", "bending_z": "bending across", "twist": "twist",
           "stretch": "stretch"}  # fmt: skip
+#: What turns by less is straight (degrees).
+STRAIGHT = 1.0
 POINTS = "<p class='note'>Points are states of the runs, lines are the reduced model.</p>"
 
 
@@ -22,8 +25,10 @@ def html(job: Job) -> str:
     """The text of the page."""
     model = job.model
     warned = statement.warnings(model)
-    angle = job.seen[0]
-    told = f"It is off the finite-element states by at most {angle.largest:.2g}° in the angle."
+    seen = {deviation.name: deviation for deviation in job.seen}
+    told = f"From the finite-element states, {seen["tip's place"].text()}."
+    if _bends(job):
+        told = f"From the finite-element states, {seen['bending angle'].text()}."
     kind, head = ("warn", "Not all of it is fitted.") if warned else ("good", "Fitted.")
     sections = [
         Section("states", "Model and states", POINTS + base.figures(_over_states(job)), "States"),
@@ -40,15 +45,23 @@ def html(job: Job) -> str:
     )
 
 
+def _bends(job: Job) -> bool:
+    return bool(np.degrees(np.abs(job.model.states.turned[:, 1:])).max() > STRAIGHT)
+
+
 def _cases(job: Job) -> Iterator[tuple[str, np.ndarray]]:
     """Name and states of each run, by the force on the tip in its last state."""
-    found = job.model.states
-    for number, run in enumerate(job.model.runs):
+    found, seen = job.model.states, Counter()
+    for number in range(len(job.model.runs)):
         chosen = np.flatnonzero(found.run == number)
-        if len(chosen):
-            force = found.force[chosen[-1]]
-            pulled = ", ".join(f"{v:.3g}" for v in force)
-            yield (f"tip force {pulled} N" if np.any(force) else run.directory.name), chosen
+        if not len(chosen):
+            continue
+        force = found.force[chosen[-1]]
+        name = "no force on the tip"
+        if np.any(force):
+            name = "tip force " + ", ".join(f"{v:.3g}" for v in force) + " N"
+        seen[name] += 1
+        yield (f"{name} ({seen[name]})" if seen[name] > 1 else name), chosen
 
 
 def _over_states(job: Job) -> list[Plot]:
@@ -59,8 +72,10 @@ def _over_states(job: Job) -> list[Plot]:
     angle = turned[:, 1]
     if "bending_z" in model.data["components"]:
         angle = np.hypot(turned[:, 1], turned[:, 2])
-    pairs = [
-        ("Bending angle", "Bending angle (°)", angle, seen["bending_angle_deg"]),
+    pairs = []
+    if _bends(job):
+        pairs.append(("Bending angle", "Bending angle (°)", angle, seen["bending_angle_deg"]))
+    pairs += [
         ("Tip along x", "x (mm)", found.tip[:, 0], seen["tip_x_mm"]),
         ("Tip along z", "z (mm)", found.tip[:, 2], seen["tip_z_mm"]),
         ("Cavity volume", "Volume (mL)", 1e-3 * found.volume, 1e-3 * seen["cavity_volume_mm3"]),

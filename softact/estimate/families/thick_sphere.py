@@ -27,5 +27,5 @@ def table(spec: Spec, pressure: float, points: int) -> Estimate:
     }
     ended = [f"the pressure has a limit at {1e3 * known[-1]:.4g} kPa"] if reached < pressure else []
     return Estimate(
-        spec.name, "exact for an incompressible material (Ogden 1984, 5.3.2)", columns, [], ended
+        spec.name, "Exact for an incompressible material (Ogden 1984, 5.3.2)", columns, [], ended
     )

@@ -38,7 +38,7 @@ def table(spec: Spec, pressure: float, points: int) -> Estimate:
         "far from the ends; a clamp that holds the radius stiffens the tube over about a diameter"
     ]
     return Estimate(
-        spec.name, "exact for an incompressible material (Ogden 1984, 5.3.3)", columns, notes, ended
+        spec.name, "Exact for an incompressible material (Ogden 1984, 5.3.3)", columns, notes, ended
     )
 
 
