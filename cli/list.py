@@ -39,7 +39,7 @@ def list_kind(kind: str, names: tuple[str, ...], as_json: bool) -> None:
 
 def _chosen(records: list[dict[str, Any]], kind: str, names: tuple[str, ...]) -> list[dict]:
     from softact.errors import SpecError
-    from softact.spec.choice import nearest
+    from softact.nearest import nearest
 
     known = [record["name"] for record in records]
     unknown = [name for name in names if name not in known]

@@ -11,6 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
+#: Beside the type of a field of a spec: it names a file, which counts from the spec's folder.
+NAMES_A_FILE = "names a file"
+
 
 def write_atomic(path: Path, data: str | bytes) -> None:
     """Replace ``path`` by ``data`` in one step: a reader sees the old file or the new one.

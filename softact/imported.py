@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from softact.errors import MeshError
+from softact.files import NAMES_A_FILE
 from softact.geometry import Geometry, Layout
 from softact.units import Length
 
@@ -18,7 +19,7 @@ TETRAHEDRON = 4  # gmsh's number
 class Imported(Geometry):
     """A solid with named parts out of a file. x runs from the clamp to the tip, z up, y across."""
 
-    file: str = Field(description="path; relative to the spec")
+    file: Annotated[str, NAMES_A_FILE] = Field(description="path; relative to the spec")
     regions: Names = Field(("body",), description="names of the solids; each gets a material")
     surfaces: Names = Field((), description="further named surfaces, for layers, loads, contact")
     cavities: dict[str, Names] = Field(

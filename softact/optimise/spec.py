@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -74,6 +74,9 @@ class Constraint(_Measure):
 
 class Optimisation(Model):
     """What is varied, what is wanted, and what must hold."""
+
+    kind: ClassVar[str] = "optimise"
+    of_axes: ClassVar[str] = "parameters"
 
     parameters: tuple[Axis, ...] = Field(strict=False, description="as the axes of a sweep")
     objectives: tuple[Objective, ...] = Field(strict=False, description="one or several")

@@ -11,12 +11,12 @@ import numpy as np
 import yaml
 
 from softact.errors import SpecError
+from softact.nearest import nearest
 from softact.report import base, body, labels
 from softact.report.base import Plot, Section
 from softact.report.curves import at_load
 from softact.report.view import load, load_name
 from softact.results import Results
-from softact.spec.choice import nearest
 from softact.units import conversion
 
 MET, NOT_MET, UNKNOWN = "met", "not met", "not known"

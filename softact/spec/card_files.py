@@ -3,15 +3,17 @@
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from softact.errors import SpecError
 from softact.materials import LAWS
 from softact.materials.cards import with_changes
+from softact.nearest import nearest
 from softact.spec import document
-from softact.spec.choice import nearest
+from softact.spec.choice import MaterialChoice
 from softact.spec.document import Document, Place, dotted
-from softact.spec.faults import fault_lines
+from softact.spec.faults import validated
+from softact.spec.kinds import expect
+from softact.spec.models import Spec
+from softact.spec.slots import walk
 from softact.units import show
 
 SUFFIXES = (".yaml", ".yml")
@@ -22,52 +24,41 @@ def is_file(card: str) -> bool:
     return card.lower().endswith(SUFFIXES)
 
 
-def insert(source: Document, folder: Path) -> None:
+def named(source: Document) -> list[tuple[Place, str]]:
+    """Return (place, name) of every card file that a spec names, wherever a material may stand."""
+    found: list[tuple[Place, str]] = []
+    for place, slot, value in walk(Spec, source.data):
+        if not isinstance(slot.choice, MaterialChoice):
+            continue
+        if isinstance(value, dict):
+            place, value = (*place, "card"), value.get("card")
+        if isinstance(value, str) and is_file(value):
+            found.append((place, value))
+    return found
+
+
+def insert(source: Document) -> list[str]:
     """Replace each material that names a card file by the file's content and its changes.
 
-    folder: where relative paths count from. A card that is wrong is told with its own lines, all
-    cards at once. Raises SpecError.
+    Returns a line for each fault of a card, with its own lines; where a card is wrong a material
+    stands that is right, so that whatever else is wrong can be told beside it.
     """
     faults = []
-    for place in _material_places(source.data):
-        value = _at(source.data, place)
-        card = value.get("card") if isinstance(value, dict) else value
-        if not isinstance(card, str) or not is_file(card):
-            continue
+    for here, card in named(source):
+        place = here[:-1] if here[-1] == "card" else here
+        value = source.value(place)
         changes = {k: v for k, v in value.items() if k != "card"} if isinstance(value, dict) else {}
         try:
-            content = read_card(folder / Path(card).expanduser())
+            content = read_card(source.folder / card)
             if changes.get("law", content["law"]) != content["law"]:
                 raise SpecError(f"the card is of law {content['law']}, not {changes['law']}")
+            material = with_changes(content, changes)
         except SpecError as error:
-            here = (*place, "card") if isinstance(value, dict) else place
             start = f"{source.where(here)}: {dotted(here)}"
             faults += [f"{start}: {line}" for line in error.lines]
-            continue
-        _at(source.data, place[:-1])[place[-1]] = with_changes(content, changes)
-    if faults:
-        raise SpecError(*faults)
-
-
-def _material_places(data: dict[str, Any]) -> list[Place]:
-    """Where a spec has materials; nothing where it is malformed, which is told later."""
-    places: list[Place] = []
-    if isinstance(data.get("materials"), dict):
-        places += [("materials", region) for region in data["materials"]]
-    if isinstance(data.get("layers"), list):
-        layers = enumerate(data["layers"])
-        places += [
-            ("layers", i, "material")
-            for i, la in layers
-            if isinstance(la, dict) and "material" in la
-        ]
-    return places
-
-
-def _at(data: Any, place: Place) -> Any:
-    for key in place:
-        data = data[key]
-    return data
+            material = LAWS["neo_hookean"].model_validate({"c10": "1 MPa"})
+        source.value(place[:-1])[place[-1]] = material
+    return faults
 
 
 def read_card(path: Path) -> dict[str, Any]:
@@ -76,15 +67,13 @@ def read_card(path: Path) -> dict[str, Any]:
     Its name is the file's where it has none. Raises SpecError with the file's lines.
     """
     card = document.read(path)
+    expect(card, "card")
     law = card.data.get("law")
     if law is None:
         raise SpecError(f"{card.name}: 'law' is missing; one of {', '.join(LAWS)}")
     if not isinstance(law, str) or law not in LAWS:
         where = card.where(("law",))
         raise SpecError(f"{where}: law: there is no law {show(law)}; {nearest(law, LAWS)}")
-    content = {"name": path.stem, **card.data}
-    try:
-        LAWS[law].model_validate(content)
-    except ValidationError as error:
-        raise SpecError(*fault_lines(error, card, LAWS[law])) from None
-    return content
+    card.data = {"name": path.stem, **card.data}
+    validated(card, LAWS[law])
+    return card.data

@@ -9,7 +9,7 @@ import numpy as np
 from softact.geometry import Geometry, Layout
 from softact.materials import Law
 from softact.measures import MEASURES
-from softact.spec.choice import nearest
+from softact.nearest import nearest
 from softact.spec.document import Place
 from softact.units import show
 

@@ -13,7 +13,8 @@ from pydantic import (
     model_validator,
 )
 
-from softact.spec.choice import Choice, fault, fault_at, given, nearest
+from softact.nearest import nearest
+from softact.spec.choice import Choice, fault, fault_at, given
 from softact.spec.fields import Name, three
 from softact.units import Angle, Dimensionless, Length, show
 
@@ -175,6 +176,10 @@ class ObstacleChoice(Choice):
     def options(self) -> list[type[BaseModel]]:
         """See ``Choice.options``."""
         return list(OBSTACLES.values())
+
+    def also(self) -> tuple[str, ...]:
+        """See ``Choice.also``."""
+        return ("type",)
 
 
 AnyObstacle = Annotated[Obstacle, ObstacleChoice()]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import hashlib
 import json
 from collections.abc import Iterator, Sequence
@@ -10,11 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from softact.errors import SpecError
-from softact.spec import Spec, document, overrides
-from softact.spec.faults import fault_lines
+from softact.spec import document, spec_of
 from softact.sweep.axes import Axis
 from softact.sweep.design import Coordinates
 from softact.sweep.version import run_key, version
@@ -45,19 +41,6 @@ def changes_of(axes: Sequence[Axis], coordinates: Coordinates) -> tuple[tuple[st
     """(path, value) of each path that differs from the base."""
     titles = {axis.title: axis for axis in axes}
     return tuple((path, v) for title, v in coordinates.items() for path in titles[title].path)
-
-
-def spec_at(base: document.Document, changes: Sequence[tuple[str, Any]]) -> Spec:
-    """The spec of a point. Raises SpecError."""
-    here = document.Document(
-        base.name, copy.deepcopy(base.data), dict(base.lines), dict(base.overridden)
-    )
-    for path, value in changes:
-        overrides.assign(here, path, copy.deepcopy(value), f"{path}={value}")
-    try:
-        return Spec.model_validate(here.data)
-    except ValidationError as error:
-        raise SpecError(*fault_lines(error, here, Spec)) from None
 
 
 class Plan:
@@ -97,7 +80,7 @@ class Plan:
             name = json.dumps(changes, default=str)
             if name not in self.known:
                 try:
-                    self.known[name] = run_key(spec_at(self.base, changes))
+                    self.known[name] = run_key(spec_of(self.base, changes))
                 except SpecError as error:
                     self.known[name] = error.lines
             found = self.known[name]

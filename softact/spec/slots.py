@@ -1,0 +1,123 @@
+"""What the models say of the places of a document: which field stands there, with which keys."""
+
+import types
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Annotated, Any, Self, Union, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from softact.spec.choice import Choice
+from softact.spec.document import Document, Place, item
+
+
+@dataclass(frozen=True)
+class Slot:
+    """What may stand at a place.
+
+    annotation: its type. metadata: what stands beside the type in ``Annotated``. field: the one
+    that it fills, or of whose list or mapping it is an entry; None at the top.
+    """
+
+    annotation: Any
+    metadata: tuple[Any, ...] = ()
+    field: FieldInfo | None = None
+
+    @classmethod
+    def of(cls, field: FieldInfo) -> Self:
+        """The slot of a field."""
+        return cls(field.annotation, tuple(field.metadata), field)
+
+    @property
+    def choice(self) -> Choice | None:
+        """What looks up the model of a value here, None where the type itself says it."""
+        marks = (mark for _, metadata in self._types() for mark in metadata)
+        return next((mark for mark in marks if isinstance(mark, Choice)), None)
+
+    def model(self, data: Any) -> type[BaseModel] | None:
+        """Return the model of the value ``data`` that stands here, None where it has none."""
+        if choice := self.choice:
+            return choice.model_for(data)
+        if not isinstance(data, dict):
+            return None
+        return next((kind for kind, _ in self._types() if _is_model(kind)), None)
+
+    def keys(self, data: Any) -> list[str]:
+        """Return the keys that the model of the value ``data`` knows."""
+        model, choice = self.model(data), self.choice
+        fields = [] if model is None else [_key(*entry) for entry in model.model_fields.items()]
+        return list(dict.fromkeys((*fields, *(choice.also() if choice else ()))))
+
+    def inside(self, key: str | int, data: Any) -> Self | None:
+        """Return the slot of ``key`` in the value ``data`` that stands here, None where there is
+        none. Any word is a key of a mapping, and any number a place of a list."""
+        if model := self.model(data):
+            fields = model.model_fields.items()
+            return next((type(self).of(f) for name, f in fields if _key(name, f) == key), None)
+        for kind, _ in self._types():
+            origin, arguments = get_origin(kind), get_args(kind)
+            if origin is dict and isinstance(data, dict) and isinstance(key, str):
+                return type(self)(arguments[1], (), self.field)
+            if origin in (tuple, list) and isinstance(data, list) and isinstance(key, int):
+                same = origin is list or arguments[-1] is Ellipsis
+                if same or key < len(arguments):
+                    return type(self)(arguments[0 if same else key], (), self.field)
+        return None
+
+    def is_a(self, kind: type) -> bool:
+        """Whether a ``list`` or a ``dict`` may stand here."""
+        origins = {get_origin(one) for one, _ in self._types()}
+        return kind in origins or (kind is list and tuple in origins)
+
+    def _types(self) -> Iterator[tuple[Any, tuple[Any, ...]]]:
+        """Each type that may stand here, with what stands beside it in ``Annotated``."""
+        yield from _alternatives(self.annotation, self.metadata)
+
+
+def _alternatives(kind: Any, metadata: tuple[Any, ...]) -> Iterator[tuple[Any, tuple[Any, ...]]]:
+    if get_origin(kind) is Annotated:
+        yield from _alternatives(kind.__origin__, (*metadata, *kind.__metadata__))
+    elif get_origin(kind) in (Union, types.UnionType):
+        for part in get_args(kind):
+            yield from _alternatives(part, metadata)
+    else:
+        yield kind, metadata
+
+
+def _is_model(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, BaseModel)
+
+
+def _key(name: str, field: FieldInfo) -> str:
+    return field.alias or name
+
+
+def slot_at(model: type[BaseModel], document: Document, place: Place) -> Slot | None:
+    """Return what may stand at ``place``, None where the model has no such place.
+
+    What the document lacks on the way counts as empty, so a slot may be found all the same.
+    """
+    slot: Slot | None = Slot(model)
+    value = document.data
+    for key in place:
+        slot = slot.inside(key, value)
+        if slot is None:
+            return None
+        try:
+            value = item(value, key)
+        except LookupError:
+            value = [] if slot.is_a(list) else {}
+    return slot
+
+
+def walk(model: type[BaseModel], data: Any) -> Iterator[tuple[Place, Slot, Any]]:
+    """Yield (place, slot, value) of every value that has a place in the model, outer ones first."""
+    todo: list[tuple[Place, Slot, Any]] = [((), Slot(model), data)]
+    while todo:
+        place, slot, value = todo.pop()
+        yield place, slot, value
+        pairs = value.items() if isinstance(value, dict) else []
+        pairs = enumerate(value) if isinstance(value, list) else pairs
+        inner = [((*place, key), slot.inside(key, value), entry) for key, entry in pairs]
+        todo += [found for found in reversed(inner) if found[1] is not None]
