@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from softact.fit.measured import run_columns
-from softact.spec import spec_of
 from softact.sweep.cache import Cache
+from softact.sweep.points import spec_at
 
 sys.path.append(str(Path(__file__).resolve().parent.parent / "docs"))
 from published import compute, figures, page, results
@@ -62,7 +62,7 @@ def test_every_run_has_a_right_spec_and_all_columns_that_are_read(sources):
         for name, run in paper.runs.items():
             used = [entry for entry in paper.figures if name in entry.runs]
             assert used, f"{name} gives no figure"
-            columns = set(run_columns(spec_of(run.base(), run.changes)))
+            columns = set(run_columns(spec_at(run.base(), run.changes)))
             for entry in used:
                 assert {*entry.read.summands, *entry.read.at} <= columns, entry.id
 

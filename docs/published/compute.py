@@ -14,9 +14,9 @@ import numpy as np
 from published.figures import ROOT, Figure, Run
 from published.results import FAILED, STOPPED, Outcome, asked
 from softact.errors import SpecError
-from softact.spec import spec_of
 from softact.sweep.cache import Cache
 from softact.sweep.compute import compute
+from softact.sweep.points import spec_at
 from softact.sweep.version import WITHOUT_EFFECT, run_key
 
 _QUIET = {"capture_output": True, "text": True}
@@ -60,7 +60,7 @@ def outcome_of(
     limit: seconds of wall time after which it is stopped; its figures are then read off what it
     had reached. Raises SpecError where the spec is wrong.
     """
-    spec = spec_of(run.base(), run.changes)
+    spec = spec_at(run.base(), run.changes)
     curve, started = _Curve(told), time.perf_counter()
     about = {"input": run.fingerprint(), "commit": commit()}
     try:

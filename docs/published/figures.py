@@ -57,7 +57,7 @@ class Run(Strict):
 
     @property
     def changes(self) -> tuple[tuple[str, Any], ...]:
-        """(path, value) of each replaced value, for ``softact.spec.spec_of``."""
+        """(path, value) of each replaced value, for ``softact.spec.spec_at``."""
         return tuple(self.set.items())
 
     def fingerprint(self) -> str:

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from softact.errors import SpecError
 from softact.nearest import nearest
-from softact.spec import Spec, document, part, spec_of
+from softact.spec import Spec, document, part, spec_at
 from softact.spec.choice import fault, fault_at
 from softact.spec.faults import validated
 from softact.spec.kinds import expect
@@ -114,7 +114,7 @@ def read(path: Path) -> Case:
     source = document.read(path)
     expect(source, "case")
     content = validated(source, CaseFile)
-    spec = spec_of(part(source, "spec", path.stem))
+    spec = spec_at(part(source, "spec", path.stem))
     return Case(path.stem, path, content, spec, source)
 
 

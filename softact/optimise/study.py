@@ -10,12 +10,12 @@ from typing import Any
 from softact.errors import SpecError
 from softact.optimise.spec import Optimisation
 from softact.results import COMPLETE
-from softact.spec import document, spec_of
+from softact.spec import document
 from softact.sweep.axes import Axis, quantity, written
 from softact.sweep.cache import Cache
 from softact.sweep.compute import FAILED, INVALID, Answer, of_record
 from softact.sweep.local import run_all
-from softact.sweep.points import changes_of
+from softact.sweep.points import changes_of, spec_at
 from softact.sweep.record import Record
 from softact.sweep.version import run_key
 
@@ -101,7 +101,7 @@ class Trials:
         for number, (_, coordinates) in points.items():
             changes = changes_of(self.wanted.parameters, coordinates)
             try:
-                spec = spec_of(self.base, changes)
+                spec = spec_at(self.base, changes)
             except SpecError as error:
                 yield number, Answer(None, None, INVALID, "; ".join(error.lines))
                 continue

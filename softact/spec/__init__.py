@@ -1,6 +1,6 @@
 """The spec: a YAML file as frozen models in internal units, every fault told at once."""
 
-from softact.spec.loading import load, loads, opened, part, spec_of
+from softact.spec.loading import load, loads, opened, part, spec_at
 from softact.spec.models import Layer, Payload, Solver, Spec, Step, Support, Traction
 from softact.spec.schema import json_schema
 
@@ -17,5 +17,5 @@ __all__ = [
     "loads",
     "opened",
     "part",
-    "spec_of",
+    "spec_at",
 ]

@@ -28,7 +28,7 @@ def load(path: str | Path, overrides: Sequence[str] = ()) -> Spec:
 
     Raises SpecError with one line per fault, ``file:line: path: what is wrong; what is right``.
     """
-    return spec_of(opened(path, overrides))
+    return spec_at(opened(path, overrides))
 
 
 def loads(text: str, name: str = "spec", overrides: Sequence[str] = ()) -> Spec:
@@ -36,7 +36,7 @@ def loads(text: str, name: str = "spec", overrides: Sequence[str] = ()) -> Spec:
 
     Files that it names count from the working folder.
     """
-    return spec_of(_with(document.parse(text, name), overrides))
+    return spec_at(_with(document.parse(text, name), overrides))
 
 
 def opened(path: str | Path, overrides: Sequence[str] = ()) -> Document:
@@ -67,7 +67,7 @@ def part(source: Document, key: str, name: str) -> Document:
     return found
 
 
-def spec_of(source: Document, changes: Iterable[tuple[str, Any]] = ()) -> Spec:
+def spec_at(source: Document, changes: Iterable[tuple[str, Any]] = ()) -> Spec:
     """Return the spec that a document holds, with values at paths replaced; it stays as it is.
 
     Raises SpecError with one line per fault.

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from softact.errors import SpecError
-from softact.spec import document, spec_of
+from softact.spec import Spec, document, spec_at
 from softact.sweep.axes import Axis
 from softact.sweep.design import Coordinates
 from softact.sweep.version import run_key, version
@@ -41,6 +41,20 @@ def changes_of(axes: Sequence[Axis], coordinates: Coordinates) -> tuple[tuple[st
     """(path, value) of each path that differs from the base."""
     titles = {axis.title: axis for axis in axes}
     return tuple((path, v) for title, v in coordinates.items() for path in titles[title].path)
+
+
+def first_right(
+    base: document.Document, axes: Sequence[Axis], designs: Iterable[Coordinates]
+) -> Spec:
+    """The first right spec of some designs. Raises SpecError with the faults of the first where
+    there is none."""
+    faults: list[str] = []
+    for coordinates in designs:
+        try:
+            return spec_at(base, changes_of(axes, coordinates))
+        except SpecError as error:
+            faults = faults or error.lines
+    raise SpecError(*faults)
 
 
 class Plan:
@@ -80,7 +94,7 @@ class Plan:
             name = json.dumps(changes, default=str)
             if name not in self.known:
                 try:
-                    self.known[name] = run_key(spec_of(self.base, changes))
+                    self.known[name] = run_key(spec_at(self.base, changes))
                 except SpecError as error:
                     self.known[name] = error.lines
             found = self.known[name]

@@ -6,7 +6,14 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    WithJsonSchema,
+    model_validator,
+)
 
 from softact.errors import SpecError
 from softact.nearest import nearest
@@ -17,7 +24,8 @@ from softact.spec.fields import Name
 from softact.spec.kinds import expect
 from softact.spec.path import assign, check, dotted
 from softact.sweep.axes import Axis
-from softact.sweep.design import Design
+from softact.sweep.design import Coordinates, Design
+from softact.sweep.points import first_right
 from softact.units import show
 
 
@@ -36,6 +44,10 @@ class Trend(BaseModel):
 
 def _design(value: Any) -> Any:
     return {"kind": value} if isinstance(value, str) else value
+
+
+_DESIGN = Design.model_json_schema()
+_DESIGN_SCHEMA = {"anyOf": [_DESIGN["properties"]["kind"], _DESIGN]}
 
 
 class Model(BaseModel):
@@ -62,6 +74,11 @@ class Model(BaseModel):
         """The axes."""
         return getattr(self, self.of_axes)
 
+    def tried(self) -> list[Coordinates]:
+        """Designs of which one at least has to be right before anything is computed; of none where
+        all points are looked at anyway."""
+        return []
+
 
 Kind = TypeVar("Kind", bound=Model)
 
@@ -73,7 +90,7 @@ class Sweep(Model):
     of_axes: ClassVar[str] = "axes"
 
     axes: tuple[Axis, ...] = Field(strict=False, description="paths and their values")
-    design: Annotated[Design, BeforeValidator(_design)] = Field(
+    design: Annotated[Design, BeforeValidator(_design), WithJsonSchema(_DESIGN_SCHEMA)] = Field(
         Design(), description="grid, one_at_a_time, latin_hypercube, sobol, or {kind:, samples:}"
     )
     trends: tuple[Trend, ...] = Field((), strict=False, description="what to look for in the end")
@@ -108,7 +125,7 @@ def read(file: Path, model: type[Kind]) -> tuple[Kind, document.Document]:
     """Return a study file as ``model``, and its base spec as plain data with the ``set`` applied.
 
     Raises SpecError with one line per fault of either, also where a path of an axis is none of a
-    spec.
+    spec, and where no design of an optimisation can be right.
     """
     source = document.read(Path(file))
     expect(source, model.kind)
@@ -125,6 +142,8 @@ def read(file: Path, model: type[Kind]) -> tuple[Kind, document.Document]:
     faults += _lost(study, source, base)
     if faults:
         raise SpecError(*faults)
+    if designs := study.tried():
+        first_right(base, study.varied, designs)
     return study, base
 
 

@@ -9,11 +9,11 @@ from functools import cached_property, partial
 from pathlib import Path
 
 from softact.errors import SpecError
-from softact.spec import document, spec_of
+from softact.spec import document
 from softact.sweep.cache import Cache
 from softact.sweep.compute import INVALID, Answer, of_record
 from softact.sweep.local import Jobs, run_all
-from softact.sweep.points import Plan, Point
+from softact.sweep.points import Plan, Point, spec_at
 from softact.sweep.spec import Sweep
 
 #: Computes jobs and yields their answers: ``local.run_all`` with its count, or a cluster.
@@ -40,7 +40,7 @@ class Study:
     def resolved(self) -> dict:
         """The base with its defaults, as plain data; empty where the base alone is no spec."""
         try:
-            return spec_of(self.base).model_dump(mode="json", exclude_none=True)
+            return spec_at(self.base, ()).model_dump(mode="json", exclude_none=True)
         except SpecError:
             return {}
 
@@ -68,7 +68,7 @@ class Study:
         for point in self.points:
             if point.key is not None:
                 places.setdefault(point.key, []).append(point)
-        jobs = {k: partial(spec_of, self.base, places[k][0].changes) for k in self.missing()}
+        jobs = {k: partial(spec_at, self.base, places[k][0].changes) for k in self.missing()}
         started = time.perf_counter()
         try:
             for answer in runner(jobs, self.cache):

@@ -5,10 +5,9 @@ import pytest
 from scipy.stats import qmc
 
 from softact.errors import SpecError
-from softact.spec import spec_of
 from softact.sweep.axes import Axis
 from softact.sweep.design import Design
-from softact.sweep.points import Plan
+from softact.sweep.points import Plan, spec_at
 from softact.sweep.spec import Sweep, read
 
 from .folders import CUBE
@@ -84,7 +83,7 @@ def test_several_paths_with_one_value(tmp_path):
         "axes: [{name: side, path: [geometry.width, geometry.height], values: [5 mm, 6 mm]}]",
     )
     points = Plan(base).points(study.axes, study.design.points(study.axes))
-    spec = spec_of(base, points[1].changes)
+    spec = spec_at(base, points[1].changes)
     assert (spec.geometry.width, spec.geometry.height, spec.geometry.length) == (6.0, 6.0, 4.0)
     assert base.data["geometry"]["width"] == "4 mm"
 

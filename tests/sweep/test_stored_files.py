@@ -7,8 +7,8 @@ import pytest
 from softact import spec as specs
 from softact.fit.measured import run_columns
 from softact.optimise.spec import Optimisation
-from softact.spec import document, spec_of
-from softact.sweep.points import Plan, changes_of
+from softact.spec import document
+from softact.sweep.points import Plan, changes_of, spec_at
 from softact.sweep.spec import Sweep, read
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -22,9 +22,9 @@ def test_points_are_right_and_measures_known(path):
     if model is Sweep:
         points = Plan(base).points(study.axes, study.design.points(study.axes))
         assert points and not [fault for point in points for fault in point.faults]
-        spec, measures = spec_of(base, points[0].changes), [t.measure for t in study.trends]
+        spec, measures = spec_at(base, points[0].changes), [t.measure for t in study.trends]
     else:
-        spec = spec_of(base, changes_of(study.parameters, study.reference))
+        spec = spec_at(base, changes_of(study.parameters, study.reference))
         measures = [part.measure for part in (*study.objectives, *study.constraints)]
     assert set(measures) <= set(run_columns(spec))
 
@@ -34,7 +34,7 @@ def test_the_gloves_reference_is_the_published_finger():
     as they are there."""
     study, base = read(CONFIGS / "sweeps" / "pneunet_glove_optimise.yaml", Optimisation)
     published = specs.load(CONFIGS / "pneunet_glove.yaml").geometry
-    reference = spec_of(base, changes_of(study.parameters, study.reference)).geometry
+    reference = spec_at(base, changes_of(study.parameters, study.reference)).geometry
     coarse = {"mesh_size": published.mesh_size}
     assert reference.model_copy(update=coarse) == published
     varied = {path for path, _ in changes_of(study.parameters, study.reference)}
