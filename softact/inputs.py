@@ -11,10 +11,10 @@ from pydantic import Field, RootModel
 
 from softact.errors import SpecError
 from softact.materials import LAWS
-from softact.spec import document, json_schema, load
+from softact.spec import json_schema, load
 from softact.spec.card_files import read_card
 from softact.spec.faults import validated
-from softact.spec.kinds import KINDS, kind_of
+from softact.spec.kinds import KINDS, kind_of, read_any
 
 _MOST_TRIED = 200  # points of a sweep that are looked at for one that is right
 
@@ -24,7 +24,7 @@ def validate(path: Path, overrides: Sequence[str] = ()) -> str:
 
     overrides: as of ``--set``, for a spec only. Raises SpecError with one line per fault.
     """
-    kind = kind_of(document.read(path))
+    kind = kind_of(read_any(path))
     if kind == "spec":
         load(path, overrides)
         return KINDS[kind].called
@@ -75,7 +75,7 @@ def _tests(path: Path) -> None:
 def _targets(path: Path) -> None:
     from softact.report.targets_file import TargetsFile
 
-    validated(document.read(path), TargetsFile)
+    validated(read_any(path), TargetsFile)
 
 
 _CHECKS: dict[str, Callable[[Path], Any]] = {

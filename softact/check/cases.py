@@ -14,7 +14,7 @@ from softact.nearest import nearest
 from softact.spec import Spec, document, part, spec_at
 from softact.spec.choice import fault, fault_at
 from softact.spec.faults import validated
-from softact.spec.kinds import expect
+from softact.spec.kinds import read_as
 from softact.units import Dimensionless
 
 FOLDER = Path("configs") / "reference"
@@ -111,8 +111,7 @@ def find(names: tuple[str, ...]) -> list[Path]:
 
 def read(path: Path) -> Case:
     """Read a case. Raises SpecError with one line per fault."""
-    source = document.read(path)
-    expect(source, "case")
+    source = read_as(path, "case")
     content = validated(source, CaseFile)
     spec = spec_at(part(source, "spec", path.stem))
     return Case(path.stem, path, content, spec, source)

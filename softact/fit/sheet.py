@@ -15,10 +15,9 @@ from pydantic import (
 )
 
 from softact.errors import SpecError
-from softact.spec import document
 from softact.spec.faults import validated
 from softact.spec.fields import NAMES_SCHEMA
-from softact.spec.kinds import expect
+from softact.spec.kinds import read_as
 from softact.units import Dimension, Dimensionless, Length, Pressure
 
 AREA = Dimension("area", "mm^2", shown=("mm^2",), other=("cm^2", "m^2"), example="18 mm^2")
@@ -114,7 +113,7 @@ class TestList(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     tests: tuple[TestSheet, ...] = Field(
-        min_length=1, description="a mapping for each file of test data: file, mode, ..."
+        min_length=1, description="a list of mappings, one for each file of test data"
     )
 
 
@@ -157,10 +156,11 @@ def sheets_from_argument(argument: str, options: dict) -> list[TestSheet]:
 
 
 def _sheets_from_yaml(path: Path, options: Mapping[str, Any]) -> list[TestSheet]:
-    source = document.read(path)
-    expect(source, "tests")
+    source = read_as(path, "tests")
     tests = source.data.get("tests")
-    for test in (entry for entry in tests if isinstance(entry, dict)) if tests else ():
+    for test in tests if isinstance(tests, list) else ():
+        if not isinstance(test, dict):
+            continue
         for key, value in options.items():
             test.setdefault(key, value)
         if isinstance(test.get("file"), str):

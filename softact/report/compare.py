@@ -14,6 +14,7 @@ from softact.report import base, curves, labels, requirements, targets
 from softact.report.base import Plot, Section
 from softact.report.view import load, load_name
 from softact.results import COMPLETE, Results, read
+from softact.spec.kinds import expect_results
 from softact.spec.path import dotted, leaves
 
 
@@ -59,6 +60,7 @@ def _read_all(folders: Sequence[Path]) -> list[Results]:
     runs, faults = [], []
     for folder in folders:
         try:
+            expect_results(folder)
             run = read(folder)
         except SpecError as error:
             faults += error.lines

@@ -7,11 +7,10 @@ from softact.errors import SpecError
 from softact.materials import LAWS
 from softact.materials.cards import with_changes
 from softact.nearest import nearest
-from softact.spec import document
 from softact.spec.choice import MaterialChoice
 from softact.spec.document import Document, Place, dotted
 from softact.spec.faults import validated
-from softact.spec.kinds import expect
+from softact.spec.kinds import read_as
 from softact.spec.models import Spec
 from softact.spec.slots import walk
 from softact.units import show
@@ -66,8 +65,7 @@ def read_card(path: Path) -> dict[str, Any]:
 
     Its name is the file's where it has none. Raises SpecError with the file's lines.
     """
-    card = document.read(path)
-    expect(card, "card")
+    card = read_as(path, "card")
     law = card.data.get("law")
     if law is None:
         raise SpecError(f"{card.name}: 'law' is missing; one of {', '.join(LAWS)}")

@@ -31,6 +31,8 @@ def fault_lines(error: ValidationError, document: Document, model: type[BaseMode
     lines = {}
     for entry in error.errors(include_url=False):
         place = _place(entry, document, model)
+        if _follows(entry, place, document):
+            continue
         for text in _text(entry, place, document, model).splitlines():
             at = f"{dotted(place)}: " if place else ""
             lines[f"{document.where(place)}: {at}{text}"] = _order(place, document)
@@ -39,6 +41,12 @@ def fault_lines(error: ValidationError, document: Document, model: type[BaseMode
         more = len(ordered) - MAX_LINES
         return [*ordered[:MAX_LINES], f"{document.name}: and {more} more faults"]
     return ordered
+
+
+def _follows(entry: dict[str, Any], place: Place, document: Document) -> bool:
+    """Whether a list is called too short only because its entries have faults, told already."""
+    short = entry["type"] == "too_short"
+    return short and len(_given(place, document)) >= entry["ctx"]["min_length"]
 
 
 def _order(place: Place, document: Document) -> int:
@@ -121,6 +129,13 @@ def _pattern(entry: dict, place: Place, document: Document, model: type[BaseMode
     )
 
 
+def _short(entry: dict, place: Place, document: Document, model: type[BaseModel]) -> str:
+    field, least = _field(place, document, model), entry["ctx"]["min_length"]
+    means = f" ({field.description})" if field is not None and field.description else ""
+    count = f"{len(_given(place, document))} entries" if _given(place, document) else "empty"
+    return f"{count}; {least} or more are wanted{means}"
+
+
 _TEXTS: dict[str, Callable[..., str]] = {
     "missing": _missing,
     "extra_forbidden": _extra,
@@ -131,6 +146,7 @@ _TEXTS: dict[str, Callable[..., str]] = {
     "less_than_equal": _bound("at most", "le"),
     "string_type": _wanted("text"),
     "string_pattern_mismatch": _pattern,
+    "too_short": _short,
     "int_type": _wanted("a whole number"),
     "int_from_float": _wanted("a whole number"),
     "int_parsing": _wanted("a whole number"),

@@ -1,9 +1,12 @@
 """The kinds of YAML files that people write for softact, and how one is told from another."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 from softact.errors import SpecError
+from softact.spec import document
 from softact.spec.document import Document
+from softact.units import one_line
 
 
 @dataclass(frozen=True)
@@ -53,24 +56,51 @@ KINDS = {
 }
 
 
-def kind_of(document: Document, wanted: str = "spec") -> str:
+def kind_of(source: Document, wanted: str = "spec") -> str:
     """Return the kind that most of the keys of a file belong to, ``wanted`` where that is open.
 
     What has a key of the wanted kind that the other kind lacks is a file of that kind with faults.
     """
-    keys = set(document.data)
+    keys = set(source.data)
     shared = {name: len(keys & kind.keys) for name, kind in KINDS.items()}
     most = max(shared, key=lambda name: (shared[name], name == wanted))
     mixed = keys & KINDS[wanted].keys - KINDS[most].keys
     return wanted if mixed or not shared[most] else most
 
 
-def expect(document: Document, wanted: str) -> None:
+def expect(source: Document, wanted: str) -> None:
     """Raise SpecError where a file is of another kind than is wanted, with what it is and what is
     done with it."""
-    found = kind_of(document, wanted)
+    found = kind_of(source, wanted)
     if found != wanted:
+        raise SpecError(_other(source.name, found, KINDS[wanted].called))
+
+
+def read_as(path: Path, wanted: str) -> Document:
+    """Read a YAML file of a kind. Raises SpecError where it cannot be read or is of another."""
+    source = read_any(path, wanted)
+    expect(source, wanted)
+    return source
+
+
+def read_any(path: Path, wanted: str = "spec") -> Document:
+    """Read a YAML file. Raises SpecError where it cannot be read; ``wanted``: what is said then."""
+    stored = path / "spec.yaml"
+    if stored.is_file() and (path / "run.json").is_file():
         raise SpecError(
-            f"{document.name}: this is {KINDS[found].called}, where {KINDS[wanted].called} is "
-            f"wanted; {KINDS[found].use.format(document.name)}"
+            f"{one_line(str(path))}: this is a result folder, where {KINDS[wanted].called} is "
+            f"wanted; the spec of its run is {one_line(str(stored))}"
         )
+    return document.read(path)
+
+
+def expect_results(path: Path) -> None:
+    """Raise SpecError where a file of one of the kinds is named in place of a result folder."""
+    if path.suffix.lower() in (".yaml", ".yml") and path.is_file():
+        found = document.read(path)
+        raise SpecError(_other(found.name, kind_of(found), "a result folder"))
+
+
+def _other(name: str, found: str, wanted: str) -> str:
+    kind = KINDS[found]
+    return f"{name}: this is {kind.called}, where {wanted} is wanted; {kind.use.format(name)}"

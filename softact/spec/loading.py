@@ -17,7 +17,7 @@ from softact.files import NAMES_A_FILE
 from softact.spec import card_files, document, overrides
 from softact.spec.document import Document, Place
 from softact.spec.faults import validated
-from softact.spec.kinds import expect
+from softact.spec.kinds import expect, read_as
 from softact.spec.models import Spec
 from softact.spec.path import assign, replaced
 from softact.spec.slots import walk
@@ -36,7 +36,9 @@ def loads(text: str, name: str = "spec", overrides: Sequence[str] = ()) -> Spec:
 
     Files that it names count from the working folder.
     """
-    return spec_at(_with(document.parse(text, name), overrides))
+    source = document.parse(text, name)
+    expect(source, "spec")
+    return spec_at(_with(source, overrides))
 
 
 def opened(path: str | Path, overrides: Sequence[str] = ()) -> Document:
@@ -44,7 +46,7 @@ def opened(path: str | Path, overrides: Sequence[str] = ()) -> Document:
 
     Raises SpecError where there is no such file, or one of another kind.
     """
-    return _with(document.read(Path(path)), overrides)
+    return _with(read_as(Path(path), "spec"), overrides)
 
 
 def part(source: Document, key: str, name: str) -> Document:
@@ -107,7 +109,6 @@ def _named(source: Document) -> list[tuple[Place, str]]:
 
 
 def _with(source: Document, changes: Sequence[str]) -> Document:
-    expect(source, "spec")
     overrides.apply(source, changes)
     find_files(source)
     return source

@@ -21,7 +21,7 @@ from softact.spec import document, loading
 from softact.spec.choice import fault_at
 from softact.spec.faults import validated
 from softact.spec.fields import Name
-from softact.spec.kinds import expect
+from softact.spec.kinds import read_as
 from softact.spec.path import assign, check, dotted
 from softact.sweep.axes import Axis
 from softact.sweep.design import Coordinates, Design
@@ -127,8 +127,7 @@ def read(file: Path, model: type[Kind]) -> tuple[Kind, document.Document]:
     Raises SpecError with one line per fault of either, also where a path of an axis is none of a
     spec, and where no design of an optimisation can be right.
     """
-    source = document.read(Path(file))
-    expect(source, model.kind)
+    source = read_as(Path(file), model.kind)
     source.data.setdefault("name", loading.name_of(source.name))
     study = validated(source, model)
     base = loading.part(source, "base", study.name)
