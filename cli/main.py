@@ -57,9 +57,22 @@ class Commands(click.Group):
         if args and args[0] not in known and not args[0].startswith("-"):
             hint = nearest(args[0], known)
             if args[0].endswith((".yaml", ".yml")):
-                hint = f"to solve a spec write: softact run {args[0]}"
+                hint = _use(args[0])
             ctx.fail(f"There is no command '{args[0]}'; {hint}")
         return super().resolve_command(ctx, args)
+
+
+def _use(file: str) -> str:
+    """What is done with a file that stands where a command should."""
+    from pathlib import Path
+
+    from softact.spec.kinds import KINDS, kind_of, read_any
+
+    try:
+        kind = KINDS[kind_of(read_any(Path(file)))]
+    except SoftactError:
+        return f"to solve a spec write: softact run {file}"
+    return f"{file} is {kind.called}; {kind.use.format(file)}"
 
 
 def _version(ctx: click.Context, parameter: click.Parameter, wanted: bool) -> None:

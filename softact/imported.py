@@ -1,6 +1,7 @@
 """Base of the geometries that come out of a file of the user's: which names mean what."""
 
 import hashlib
+import os
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
@@ -38,7 +39,7 @@ class Imported(Geometry):
         path = Path(self.file)
         if path.suffix.lower() not in self.suffixes:
             yield "file", f"'{path.name}' is none of {', '.join(self.suffixes)}"
-        elif not path.is_file():
+        elif not os.path.isfile(path):  # False, not an error, for what no file can be named
             yield "file", f"there is no file '{path}'"
         if not self.regions:
             yield "regions", "no solid is named; write the names of all solids of the file"

@@ -1,5 +1,6 @@
 """The kinds of YAML files that people write for softact, and how one is told from another."""
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -86,7 +87,7 @@ def read_as(path: Path, wanted: str) -> Document:
 def read_any(path: Path, wanted: str = "spec") -> Document:
     """Read a YAML file. Raises SpecError where it cannot be read; ``wanted``: what is said then."""
     stored = path / "spec.yaml"
-    if stored.is_file() and (path / "run.json").is_file():
+    if os.path.isfile(stored) and os.path.isfile(path / "run.json"):
         raise SpecError(
             f"{one_line(str(path))}: this is a result folder, where {KINDS[wanted].called} is "
             f"wanted; the spec of its run is {one_line(str(stored))}"
@@ -96,7 +97,7 @@ def read_any(path: Path, wanted: str = "spec") -> Document:
 
 def expect_results(path: Path) -> None:
     """Raise SpecError where a file of one of the kinds is named in place of a result folder."""
-    if path.suffix.lower() in (".yaml", ".yml") and path.is_file():
+    if path.suffix.lower() in (".yaml", ".yml") and os.path.isfile(path):
         found = document.read(path)
         raise SpecError(_other(found.name, kind_of(found), "a result folder"))
 

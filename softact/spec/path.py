@@ -92,9 +92,7 @@ def assign(document: Document, path: str, value: Any, where: str) -> Place:
             break
         place = (*place, key)
         if isinstance(target, dict) and target.get(key) is None:
-            if slot and slot.is_a(list):
-                raise SpecError(f"{show(dotted(place))} is not in the file; set the whole list")
-            target[key] = {}
+            target[key] = _made(slot, place)
             document.overridden[place] = where
         if slot and slot.choice:
             target[key] = slot.choice.written_out(target[key])
@@ -106,6 +104,16 @@ def assign(document: Document, path: str, value: Any, where: str) -> Place:
             del known[inner]
     document.overridden[place] = where
     return place
+
+
+def _made(slot: Slot | None, place: Place) -> Any:
+    """What is put on the way to a value where a document has nothing: a mapping, or a list with
+    the entries that it has by default."""
+    if slot is None or not slot.is_a(list):
+        return {}
+    if entries := slot.default():
+        return entries
+    raise SpecError(f"{show(dotted(place))} is not in the file; set the whole list")
 
 
 def replaced(path: str, value: Any) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any, Self, Union, get_args, get_origin
 
-from pydantic import BaseModel
+from pydantic import BaseModel, TypeAdapter
 from pydantic.fields import FieldInfo
 
 from softact.spec.choice import Choice
@@ -69,6 +69,13 @@ class Slot:
         """Whether a ``list`` or a ``dict`` may stand here."""
         origins = {get_origin(one) for one, _ in self._types()}
         return kind in origins or (kind is list and tuple in origins)
+
+    def default(self) -> Any:
+        """Return what a file that is silent means by the field here, as plain data."""
+        silent = self.field is None or self.field.is_required()
+        value = None if silent else self.field.get_default()
+        kind = Annotated[(self.annotation, *self.metadata)] if self.metadata else self.annotation
+        return None if value is None else TypeAdapter(kind).dump_python(value, mode="json")
 
     def _types(self) -> Iterator[tuple[Any, tuple[Any, ...]]]:
         """Each type that may stand here, with what stands beside it in ``Annotated``."""
