@@ -189,7 +189,7 @@ class MaterialChoice(Choice):
         file = {
             "type": "string",
             "pattern": r"\.ya?ml$",
-            "description": "a card of your own, seen from the spec's folder",
+            "description": "a card of your own, seen from the folder of the file that names it",
         }
         either = {"anyOf": [name, file]}
         overridden = {
