@@ -20,7 +20,7 @@ TETRAHEDRON = 4  # gmsh's number
 class Imported(Geometry):
     """A solid with named parts out of a file. x runs from the clamp to the tip, z up, y across."""
 
-    file: Annotated[str, NAMES_A_FILE] = Field(description="path, seen from the folder of the file that names it")
+    file: Annotated[str, NAMES_A_FILE] = Field(description="path, seen from the file that names it")
     regions: Names = Field(("body",), description="names of the solids; each gets a material")
     surfaces: Names = Field((), description="further named surfaces, for layers, loads, contact")
     cavities: dict[str, Names] = Field(
