@@ -1,5 +1,6 @@
 """Material cards: softact/cards/*.yaml, one material per file, in the words of the spec."""
 
+import copy
 from functools import cache
 from importlib.resources import files
 from typing import Any
@@ -21,8 +22,9 @@ def card_names() -> tuple[str, ...]:
 
 
 @cache
-def _text(name: str) -> str:
-    return (files("softact") / "cards" / f"{name}.yaml").read_text(encoding="utf-8")
+def _content(name: str) -> dict[str, Any]:
+    text = (files("softact") / "cards" / f"{name}.yaml").read_text(encoding="utf-8")
+    return yaml.safe_load(text)
 
 
 def card_data(name: str) -> dict[str, Any]:
@@ -32,7 +34,7 @@ def card_data(name: str) -> dict[str, Any]:
             f"there is no material card '{name}'; {nearest(name, card_names())} "
             "(softact list materials shows them)"
         )
-    return {"name": name, **yaml.safe_load(_text(name))}
+    return {"name": name, **copy.deepcopy(_content(name))}
 
 
 def with_changes(card: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:

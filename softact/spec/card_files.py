@@ -1,5 +1,6 @@
 """Cards of the user's own: ``card: ./my_silicone.yaml`` is read in place, as a library card is."""
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -7,12 +8,9 @@ from softact.errors import SpecError
 from softact.materials import LAWS
 from softact.materials.cards import with_changes
 from softact.nearest import nearest
-from softact.spec.choice import MaterialChoice
 from softact.spec.document import Document, Place, dotted
 from softact.spec.faults import validated
 from softact.spec.kinds import read_as
-from softact.spec.models import Spec
-from softact.spec.slots import walk
 from softact.units import show
 
 SUFFIXES = (".yaml", ".yml")
@@ -23,32 +21,20 @@ def is_file(card: str) -> bool:
     return card.lower().endswith(SUFFIXES)
 
 
-def named(source: Document) -> list[tuple[Place, str]]:
-    """Return (place, name) of every card file that a spec names, wherever a material may stand."""
-    found: list[tuple[Place, str]] = []
-    for place, slot, value in walk(Spec, source.data):
-        if not isinstance(slot.choice, MaterialChoice):
-            continue
-        if isinstance(value, dict):
-            place, value = (*place, "card"), value.get("card")
-        if isinstance(value, str) and is_file(value):
-            found.append((place, value))
-    return found
-
-
-def insert(source: Document) -> list[str]:
+def insert(source: Document, named: Iterable[Place]) -> list[str]:
     """Replace each material that names a card file by the file's content and its changes.
 
-    Returns a line for each fault of a card, with its own lines; where a card is wrong a material
-    stands that is right, so that whatever else is wrong can be told beside it.
+    named: places of the files' names. Returns a line for each fault of a card, with its own lines;
+    where a card is wrong a material stands that is right, so that whatever else is wrong can be
+    told beside it.
     """
     faults = []
-    for here, card in named(source):
+    for here in named:
         place = here[:-1] if here[-1] == "card" else here
         value = source.value(place)
         changes = {k: v for k, v in value.items() if k != "card"} if isinstance(value, dict) else {}
         try:
-            content = read_card(source.folder / card)
+            content = read_card(source.folder / source.value(here))
             if changes.get("law", content["law"]) != content["law"]:
                 raise SpecError(f"the card is of law {content['law']}, not {changes['law']}")
             material = with_changes(content, changes)

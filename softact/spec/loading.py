@@ -15,6 +15,7 @@ from typing import Any
 from softact.errors import SpecError
 from softact.files import NAMES_A_FILE
 from softact.spec import card_files, document, overrides
+from softact.spec.choice import MaterialChoice
 from softact.spec.document import Document, Place
 from softact.spec.faults import validated
 from softact.spec.kinds import expect, read_as
@@ -78,8 +79,7 @@ def spec_at(source: Document, changes: Iterable[tuple[str, Any]] = ()) -> Spec:
     for path, value in changes:
         assign(here, path, value, replaced(path, value))
     here.data.setdefault("name", name_of(here.name))
-    find_files(here)
-    faults = card_files.insert(here)
+    faults = card_files.insert(here, find_files(here))
     try:
         spec = validated(here, Spec)
     except SpecError as error:
@@ -89,23 +89,26 @@ def spec_at(source: Document, changes: Iterable[tuple[str, Any]] = ()) -> Spec:
     return spec
 
 
-def find_files(source: Document) -> None:
+def find_files(source: Document) -> list[Place]:
     """Make the name of each file in a spec, which counts from where it is named, an absolute one.
 
-    Such are the cards of the user's own and the files of imported geometries.
+    Such are the cards of the user's own, whose places are returned, and the files of imported
+    geometries.
     """
-    for place, name in [*card_files.named(source), *_named(source)]:
-        path = source.folder / os.path.expanduser(name)
+    cards, files = [], []
+    for place, slot, value in walk(Spec, source.data):
+        if isinstance(slot.choice, MaterialChoice):
+            if isinstance(value, dict):
+                place, value = (*place, "card"), value.get("card")
+            if isinstance(value, str) and card_files.is_file(value):
+                cards.append(place)
+        elif NAMES_A_FILE in slot.metadata and isinstance(value, str):
+            files.append(place)
+    for place in (*cards, *files):
+        path = source.folder / os.path.expanduser(source.value(place))
         with contextlib.suppress(ValueError):  # a name that no file can have, which is told later
             source.value(place[:-1])[place[-1]] = os.path.realpath(path)
-
-
-def _named(source: Document) -> list[tuple[Place, str]]:
-    return [
-        (place, value)
-        for place, slot, value in walk(Spec, source.data)
-        if NAMES_A_FILE in slot.metadata and isinstance(value, str)
-    ]
+    return cards
 
 
 def _with(source: Document, changes: Sequence[str]) -> Document:

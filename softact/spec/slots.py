@@ -3,7 +3,8 @@
 import types
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Annotated, Any, Self, Union, get_args, get_origin
+from functools import cache, cached_property
+from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, TypeAdapter
 from pydantic.fields import FieldInfo
@@ -24,51 +25,62 @@ class Slot:
     metadata: tuple[Any, ...] = ()
     field: FieldInfo | None = None
 
-    @classmethod
-    def of(cls, field: FieldInfo) -> Self:
-        """The slot of a field."""
-        return cls(field.annotation, tuple(field.metadata), field)
+    @cached_property
+    def types(self) -> tuple[Any, ...]:
+        """Each type that may stand here, without what stands beside it in ``Annotated``."""
+        return tuple(kind for kind, _ in _alternatives(self.annotation, self.metadata))
 
-    @property
+    @cached_property
     def choice(self) -> Choice | None:
         """What looks up the model of a value here, None where the type itself says it."""
-        marks = (mark for _, metadata in self._types() for mark in metadata)
+        kinds = _alternatives(self.annotation, self.metadata)
+        marks = (mark for _, metadata in kinds for mark in metadata)
         return next((mark for mark in marks if isinstance(mark, Choice)), None)
 
     def model(self, data: Any) -> type[BaseModel] | None:
         """Return the model of the value ``data`` that stands here, None where it has none."""
-        if choice := self.choice:
-            return choice.model_for(data)
+        if self.choice:
+            return self.choice.model_for(data)
         if not isinstance(data, dict):
             return None
-        return next((kind for kind, _ in self._types() if _is_model(kind)), None)
+        return next((kind for kind in self.types if _is_model(kind)), None)
 
     def keys(self, data: Any) -> list[str]:
         """Return the keys that the model of the value ``data`` knows."""
         model, choice = self.model(data), self.choice
-        fields = [] if model is None else [_key(*entry) for entry in model.model_fields.items()]
+        fields = () if model is None else _slots(model)
         return list(dict.fromkeys((*fields, *(choice.also() if choice else ()))))
 
-    def inside(self, key: str | int, data: Any) -> Self | None:
+    def inside(self, key: str | int, data: Any) -> "Slot | None":
         """Return the slot of ``key`` in the value ``data`` that stands here, None where there is
         none. Any word is a key of a mapping, and any number a place of a list."""
-        if model := self.model(data):
-            fields = model.model_fields.items()
-            return next((type(self).of(f) for name, f in fields if _key(name, f) == key), None)
-        for kind, _ in self._types():
+        if isinstance(data, dict):
+            if model := self.model(data):
+                return _slots(model).get(str(key))
+            entry = self._entries.get(dict)
+            return entry[0] if entry and isinstance(key, str) else None
+        if not isinstance(data, list) or not isinstance(key, int):
+            return None
+        entries = self._entries.get(list, ())
+        number = 0 if len(entries) == 1 else key
+        return entries[number] if number < len(entries) else None
+
+    @cached_property
+    def _entries(self) -> dict[type, tuple["Slot", ...]]:
+        """dict, list -> the slots of what may stand in it: one where all entries are alike."""
+        found: dict[type, tuple[Slot, ...]] = {}
+        for kind in self.types:
             origin, arguments = get_origin(kind), get_args(kind)
-            if origin is dict and isinstance(data, dict) and isinstance(key, str):
-                return type(self)(arguments[1], (), self.field)
-            if origin in (tuple, list) and isinstance(data, list) and isinstance(key, int):
-                same = origin is list or arguments[-1] is Ellipsis
-                if same or key < len(arguments):
-                    return type(self)(arguments[0 if same else key], (), self.field)
-        return None
+            if origin is dict:
+                found[dict] = (Slot(arguments[1], (), self.field),)
+            elif origin in (tuple, list):
+                each = arguments[:1] if origin is list or arguments[-1] is Ellipsis else arguments
+                found[list] = tuple(Slot(one, (), self.field) for one in each)
+        return found
 
     def is_a(self, kind: type) -> bool:
         """Whether a ``list`` or a ``dict`` may stand here."""
-        origins = {get_origin(one) for one, _ in self._types()}
-        return kind in origins or (kind is list and tuple in origins)
+        return kind in self._entries
 
     def default(self) -> Any:
         """Return what a file that is silent means by the field here, as plain data."""
@@ -77,12 +89,9 @@ class Slot:
         kind = Annotated[(self.annotation, *self.metadata)] if self.metadata else self.annotation
         return None if value is None else TypeAdapter(kind).dump_python(value, mode="json")
 
-    def _types(self) -> Iterator[tuple[Any, tuple[Any, ...]]]:
-        """Each type that may stand here, with what stands beside it in ``Annotated``."""
-        yield from _alternatives(self.annotation, self.metadata)
-
 
 def _alternatives(kind: Any, metadata: tuple[Any, ...]) -> Iterator[tuple[Any, tuple[Any, ...]]]:
+    """Each type of a union, with what stands beside it in ``Annotated``."""
     if get_origin(kind) is Annotated:
         yield from _alternatives(kind.__origin__, (*metadata, *kind.__metadata__))
     elif get_origin(kind) in (Union, types.UnionType):
@@ -96,8 +105,18 @@ def _is_model(kind: Any) -> bool:
     return isinstance(kind, type) and issubclass(kind, BaseModel)
 
 
-def _key(name: str, field: FieldInfo) -> str:
-    return field.alias or name
+@cache
+def _slots(model: type[BaseModel]) -> dict[str, Slot]:
+    """Key -> slot of the fields of a model."""
+    return {
+        field.alias or name: Slot(field.annotation, tuple(field.metadata), field)
+        for name, field in model.model_fields.items()
+    }
+
+
+@cache
+def _top(model: type[BaseModel]) -> Slot:
+    return Slot(model)
 
 
 def slot_at(model: type[BaseModel], document: Document, place: Place) -> Slot | None:
@@ -105,7 +124,7 @@ def slot_at(model: type[BaseModel], document: Document, place: Place) -> Slot | 
 
     What the document lacks on the way counts as empty, so a slot may be found all the same.
     """
-    slot: Slot | None = Slot(model)
+    slot: Slot | None = _top(model)
     value = document.data
     for key in place:
         slot = slot.inside(key, value)
@@ -120,7 +139,7 @@ def slot_at(model: type[BaseModel], document: Document, place: Place) -> Slot | 
 
 def walk(model: type[BaseModel], data: Any) -> Iterator[tuple[Place, Slot, Any]]:
     """Yield (place, slot, value) of every value that has a place in the model, outer ones first."""
-    todo: list[tuple[Place, Slot, Any]] = [((), Slot(model), data)]
+    todo: list[tuple[Place, Slot, Any]] = [((), _top(model), data)]
     while todo:
         place, slot, value = todo.pop()
         yield place, slot, value
