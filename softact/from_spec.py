@@ -15,7 +15,7 @@ from softact.model import Model, Support
 from softact.ramp import LoadStep
 from softact.sheets.body import Ply, Sheet
 from softact.spec import Spec
-from softact.spec.path import dotted, leaves
+from softact.spec.path import joined, leaves
 
 NO_PARAMETERS = ("description", "source", "assumptions", "measures")  # of a spec: no values
 
@@ -112,4 +112,4 @@ def parameters(spec: Spec) -> dict[str, Any]:
     """The spec's values as columns: 'geometry.wall' -> '1 mm', 'steps.1.pressure.cavity' -> ..."""
     dumped = spec.model_dump(mode="json", exclude_none=True)
     values = leaves({key: value for key, value in dumped.items() if key not in NO_PARAMETERS})
-    return {dotted(place): value for place, value in values if value not in ({}, [])}
+    return {joined(place): value for place, value in values if value not in ({}, [])}

@@ -7,7 +7,7 @@ from typing import Any
 
 from softact.errors import SpecError
 from softact.spec import Spec
-from softact.spec.path import changed, dotted, single
+from softact.spec.path import changed, joined, single
 from softact.units import conversion, show
 
 _VALUE = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
@@ -16,7 +16,7 @@ WIDEST = 10.0  # default bounds: a tenth and ten times the value of the spec
 
 @dataclass(frozen=True)
 class Knob:
-    """A value of a spec: its dotted path, and value and bounds in ``unit`` (may be empty)."""
+    """A value of a spec: its joined path, and value and bounds in ``unit`` (may be empty)."""
 
     path: str
     value: float
@@ -64,7 +64,7 @@ def _knob(option: str, dumped: dict) -> Knob:
         if value == 0.0:
             raise SpecError("is 0 in the spec; give bounds, such as PATH='-0.01 MPa..0.05 MPa'")
         low, high = sorted((value / WIDEST, value * WIDEST))
-        return Knob(dotted(place), value, unit, low, high)
+        return Knob(joined(place), value, unit, low, high)
     ends = bounds.split("..")
     if len(ends) != 2:
         raise SpecError(f"{show(bounds)} are no bounds; write LOW..HIGH, each with its unit")
@@ -73,7 +73,7 @@ def _knob(option: str, dumped: dict) -> Knob:
         raise SpecError(f"the lower bound {low:g} is not below the upper one {high:g}")
     if not low <= value <= high:
         raise SpecError(f"the spec's own value {value:g} {unit} is not between the bounds")
-    return Knob(dotted(place), value, unit, low, high)
+    return Knob(joined(place), value, unit, low, high)
 
 
 def _split(value: Any) -> tuple[float, str]:

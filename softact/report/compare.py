@@ -15,7 +15,7 @@ from softact.report.base import Plot, Section
 from softact.report.view import load, load_name
 from softact.results import COMPLETE, Results, read
 from softact.spec.kinds import expect_results
-from softact.spec.path import dotted, leaves
+from softact.spec.path import joined, leaves
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ def _value(run: Results, name: str, aim: float | None) -> float:
 
 def spec_differences(runs: Sequence[Results]) -> list[tuple[str, list[str]]]:
     """Paths in the resolved specs whose values are not all the same, and the values."""
-    flat = [{dotted(p): str(value) for p, value in leaves(_spec(run))} for run in runs]
+    flat = [{joined(p): str(value) for p, value in leaves(_spec(run))} for run in runs]
     paths = dict.fromkeys(path for spec in flat for path in spec)
     rows = [(path, [spec.get(path, "–") for spec in flat]) for path in paths]
     return [(path, values) for path, values in rows if len(set(values)) > 1]

@@ -30,6 +30,11 @@ def parts(path: str) -> list[str]:
     return keys
 
 
+def joined(place: Place) -> str:
+    """Return the path of a place."""
+    return ".".join(map(str, place))
+
+
 def locate(data: Any, path: str) -> Place:
     """Return the place in plain data that a path names.
 

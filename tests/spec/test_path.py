@@ -11,7 +11,7 @@ from softact.fit.knobs import read_knobs
 from softact.from_spec import parameters
 from softact.report.compare import spec_differences
 from softact.spec import Spec, document
-from softact.spec.path import assign, changed, dotted, get, leaves, locate, single
+from softact.spec.path import assign, changed, get, joined, leaves, locate, single
 from softact.sweep.points import spec_at
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -50,11 +50,11 @@ def test_every_value_of_a_spec_is_found_and_set_by_its_path(name):
     assert len(found) > 60
     assert {str(place[0]) for place, _ in found} >= {"geometry", "materials", "steps", "supports"}
     for place, value in found:
-        path = dotted(place)
+        path = joined(place)
         assert locate(plain(spec), path) == place
         assert get(plain(spec), path) == value
         assert spec_at(base, ((path, value),)) == spec
-    path_and_value = {dotted(place): value for place, value in found}
+    path_and_value = {joined(place): value for place, value in found}
     assert changed(spec, path_and_value) == spec
     written = [f"{path}={json.dumps(value)}" for path, value in path_and_value.items()]
     assert specs.loads(text, name, written) == spec
@@ -167,6 +167,9 @@ def test_names_out_of_a_cad_program_may_hold_dots():
     data = {"materials": {"Body.1": {"c10": "1 MPa"}, "Body": "paper"}}
     assert get(data, "materials.Body.1.c10") == "1 MPa"
     assert get(data, "materials.Body") == "paper"
+    long = {"materials": {"Body.1" * 20: {"c10": "1 MPa"}}}
+    ((place, value),) = leaves(long)
+    assert get(long, joined(place)) == value
 
 
 def test_nothing_is_set_where_a_path_leads_nowhere():
