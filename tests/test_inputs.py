@@ -120,6 +120,10 @@ FAULTS = {
         FILES["targets"].replace("source: me", "source: you").replace("2 N}", "2 mm}"),
         [":3: targets.lift.requirements.0: '2 mm' is no value of 'blocked_force_N': "],
     ),
+    "figure of targets": (
+        FILES["targets"].replace("blocked_force_N", "."),
+        [":3: targets.lift.requirements.0: '2 N' is no value of '.': its name ends with no unit"],
+    ),
     "source of targets": (
         FILES["targets"].replace("source: me", "source: you"),
         [":3: targets.lift.requirements.0.source: no source 'you'; known: me"],

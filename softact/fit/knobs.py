@@ -16,7 +16,7 @@ WIDEST = 10.0  # default bounds: a tenth and ten times the value of the spec
 
 @dataclass(frozen=True)
 class Knob:
-    """A value of a spec: its joined path, and value and bounds in ``unit`` (may be empty)."""
+    """A value of a spec: its dotted path, and value and bounds in ``unit`` (may be empty)."""
 
     path: str
     value: float

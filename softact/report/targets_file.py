@@ -11,6 +11,12 @@ from softact.nearest import nearest
 from softact.spec.choice import fault, fault_at
 from softact.units import conversion, show
 
+#: How the names of figures end -> the unit for the registry.
+UNITS = {
+    "kPa": "kPa", "MPa": "MPa", "deg": "deg", "mm": "mm", "mm3": "mm^3", "N": "N", "Nmm": "N*mm",
+    "mJ": "mJ", "kg": "kg", "percent": "percent",
+}  # fmt: skip
+
 
 class _Part(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
@@ -88,4 +94,6 @@ def in_unit_of(figure: str, text: str) -> float:
     """
     number, _, unit = text.partition(" ")
     to = figure.rpartition("_")[2]
-    return float(number) if unit == to else float(number) * conversion(unit, to)
+    if to not in UNITS:
+        raise ValueError("its name ends with no unit, as that of blocked_force_N does")
+    return float(number) if unit == to else float(number) * conversion(unit, UNITS[to])
