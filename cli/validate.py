@@ -35,12 +35,12 @@ def validate(files: tuple[str, ...], overrides: tuple[str, ...]) -> None:
     faults = 0
     for path in files:
         try:
-            called = check(Path(path), overrides)
+            checked = check(Path(path), overrides)
         except SpecError as error:
             faults += len(error.lines)
             for line in error.lines:
                 click.echo(line, err=True)
         else:
-            click.echo(f"{path}: ok" if called == "a spec" else f"{path}: ok, {called}")
+            click.echo(f"{path}: ok" if checked.spec else f"{path}: ok, {checked.called}")
     if faults:
         sys.exit(SpecError.exit_code)

@@ -4,6 +4,7 @@ A kind is imported where it is asked for: a spec need not wait for the libraries
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Union
 
@@ -11,29 +12,39 @@ from pydantic import Field, RootModel
 
 from softact.errors import SpecError
 from softact.materials import LAWS
-from softact.spec import json_schema, load
+from softact.spec import Spec, json_schema, opened, spec_at
 from softact.spec.card_files import read_card
+from softact.spec.document import Document
 from softact.spec.faults import validated
 from softact.spec.kinds import KINDS, kind_of, read_any
 
 _MOST_TRIED = 200  # points of a sweep that are looked at for one that is right
 
 
-def validate(path: Path, overrides: Sequence[str] = ()) -> str:
-    """Check a file as what it is, without meshing or solving; return in words what it is.
+@dataclass(frozen=True)
+class Checked:
+    """A file without faults. called: what it is, in words. source, spec: of a spec, else None."""
+
+    called: str
+    source: Document | None = None
+    spec: Spec | None = None
+
+
+def validate(path: Path, overrides: Sequence[str] = ()) -> Checked:
+    """Check a file as what it is, without meshing or solving.
 
     overrides: as of ``--set``, for a spec only. Raises SpecError with one line per fault.
     """
     kind = kind_of(read_any(path))
     if kind == "spec":
-        load(path, overrides)
-        return KINDS[kind].called
+        source = opened(path, overrides)
+        return Checked(KINDS[kind].called, source, spec_at(source))
     if overrides:
         raise SpecError(f"{path}: this is {KINDS[kind].called}; --set replaces values of a spec")
     if kind not in _CHECKS:
         raise SpecError(f"{path}: this is {KINDS[kind].called}; {KINDS[kind].use}")
     _CHECKS[kind](path)
-    return KINDS[kind].called
+    return Checked(KINDS[kind].called)
 
 
 def _sweep(path: Path) -> None:
