@@ -1,14 +1,18 @@
 """`softact validate`: every fault of a spec at once, without meshing."""
 
 import sys
+from typing import TYPE_CHECKING
 
 import click
 
 from softact.errors import SpecError
 
+if TYPE_CHECKING:
+    from softact.inputs import Checked
 
-@click.command(short_help="Check specs; every fault at once, without meshing.")
-@click.argument("specs", nargs=-1, required=True, metavar="SPEC...")
+
+@click.command(short_help="Check specs and other files; every fault at once, without meshing.")
+@click.argument("files", nargs=-1, required=True, metavar="FILE...")
 @click.option(
     "--set",
     "overrides",
@@ -16,34 +20,45 @@ from softact.errors import SpecError
     metavar="PATH=VALUE",
     help="Replace a value of the spec, as 'softact run' does.",
 )
-def validate(specs: tuple[str, ...], overrides: tuple[str, ...]) -> None:
-    """Check specs: every fault in a line of its own, with file, line and path.
+def validate(files: tuple[str, ...], overrides: tuple[str, ...]) -> None:
+    """Check files: every fault in a line of its own, with file, line and path.
 
-    Nothing is meshed or written. Exits with 2 when a spec has a fault. A value that is right in
-    form and looks a unit wrong is warned of, and is no fault.
+    A file may be a spec, a sweep, an optimisation, a reference case, a material card, a list of
+    test data or one of published requirements; it is checked as what it is. Nothing is meshed or
+    written. Exits with 2 when a file has a fault. A value of a spec that is right in form and looks
+    a unit wrong is warned of, and is no fault.
 
     \b
-    Example:
+    Examples:
       softact validate configs/pneunet_glove.yaml
+      softact validate configs/sweeps/*.yaml my_silicone.yaml
     """
-    from softact.spec import opened, plausible, spec_of
+    from pathlib import Path
+
+    from softact.inputs import validate as check
 
     faults = 0
-    for path in specs:
+    for path in files:
         try:
-            source = opened(path, overrides)
-            warnings = plausible.lines(spec_of(source), source)
+            checked = check(Path(path), overrides)
         except SpecError as error:
             faults += len(error.lines)
             for line in error.lines:
                 click.echo(line, err=True)
         else:
-            for line in warnings:
-                click.echo(f"warning: {line}", err=True)
-            click.echo(f"{path}: ok" + _counted(len(warnings)))
+            _tell(path, checked)
     if faults:
         sys.exit(SpecError.exit_code)
 
 
-def _counted(warnings: int) -> str:
-    return f", {warnings} warning{'s' if warnings > 1 else ''}" if warnings else ""
+def _tell(path: str, checked: "Checked") -> None:
+    """Say that a file has no fault, what it is, and what looks odd in it."""
+    from softact.spec import plausible
+
+    said = [f"{path}: ok"] if checked.spec else [f"{path}: ok", checked.called]
+    warnings = plausible.lines(checked.spec, checked.source) if checked.spec else []
+    for line in warnings:
+        click.echo(f"warning: {line}", err=True)
+    if warnings:
+        said.append(f"{len(warnings)} warning{'s' if len(warnings) > 1 else ''}")
+    click.echo(", ".join(said))

@@ -17,6 +17,9 @@ import numpy as np
 from softact.errors import NOT_IN_LOCALE, SpecError
 from softact.units import one_line, show
 
+#: Beside the type of a field of a spec: it names a file, which counts from the spec's folder.
+NAMES_A_FILE = "names a file"
+
 # A spreadsheet computes a cell that begins so, and an apostrophe before it says that it is text.
 _FORMULA = re.compile(r"'*[=+@\t\n-]")
 _SIGNED = re.compile(r"[+-](?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?(?: ?[A-Za-z°%µ][\w°/^]*)?")

@@ -1,12 +1,14 @@
 """Base of the geometries that come out of a file of the user's: which names mean what."""
 
 import hashlib
+import os
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
 from softact.errors import NOT_UTF8, MeshError
+from softact.files import NAMES_A_FILE
 from softact.geometry import Geometry, Layout
 from softact.part_names import PartName, PartNameOrNone
 from softact.units import Length, is_utf8
@@ -19,7 +21,7 @@ TETRAHEDRON = 4  # gmsh's number
 class Imported(Geometry):
     """A solid with named parts out of a file. x runs from the clamp to the tip, z up, y across."""
 
-    file: str = Field(description="path; relative to the spec")
+    file: Annotated[str, NAMES_A_FILE] = Field(description="path, seen from the file that names it")
     regions: Names = Field(("body",), description="names of the solids; each gets a material")
     surfaces: Names = Field((), description="further named surfaces, for layers, loads, contact")
     cavities: dict[PartName, Names] = Field(
@@ -40,7 +42,7 @@ class Imported(Geometry):
             yield "file", NOT_UTF8
         elif path.suffix.lower() not in self.suffixes:
             yield "file", f"'{path.name}' is none of {', '.join(self.suffixes)}"
-        elif not path.is_file():
+        elif not os.path.isfile(path):  # False, not an error, for what no file can be named
             yield "file", f"there is no file '{path}'"
         if not self.regions:
             yield "regions", "no solid is named; write the names of all solids of the file"

@@ -13,6 +13,8 @@ from softact.report import base, curves, labels, requirements, targets
 from softact.report.base import Plot, Section
 from softact.report.view import load, load_name
 from softact.results import COMPLETE, Results, read
+from softact.spec.kinds import expect_results
+from softact.spec.path import joined, leaves
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,7 @@ def _read_all(folders: Sequence[Path]) -> list[Results]:
     runs, faults = [], []
     for folder in folders:
         try:
+            expect_results(folder)
             run = read(folder)
         except SpecError as error:
             faults += error.lines
@@ -111,19 +114,10 @@ def _value(run: Results, name: str, aim: float | None) -> float:
 
 def spec_differences(runs: Sequence[Results]) -> list[tuple[str, list[str]]]:
     """Paths in the resolved specs whose values are not all the same, and the values."""
-    flat = [dict(_walk("", run.spec)) for run in runs]
+    flat = [{joined(p): str(value) for p, value in leaves(run.spec)} for run in runs]
     paths = dict.fromkeys(path for spec in flat for path in spec)
     rows = [(path, [spec.get(path, "–") for spec in flat]) for path in paths]
     return [(path, values) for path, values in rows if len(set(values)) > 1]
-
-
-def _walk(path: str, value):
-    if isinstance(value, dict | list) and value:
-        pairs = value.items() if isinstance(value, dict) else enumerate(value)
-        for key, item in pairs:
-            yield from _walk(f"{path}.{key}" if path else str(key), item)
-    else:
-        yield path, str(value)
 
 
 def html(names: Sequence[str], runs: Sequence[Results], wanted: Sequence[str] = ()) -> str:
