@@ -7,7 +7,7 @@ it back.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 
@@ -164,10 +164,14 @@ def missing(kind: str, name: str, there: list[str]) -> str:
     """A line about a name that is not in a file. kind: "surface" or "volume"; there: its names."""
     named = sorted(filter(None, there))
     known = f"there are {listed(named)}" if named else f"no {kind} has a name"
-    close = get_close_matches(name.lower(), [other.lower() for other in named], n=1)
-    meant = [other for other in named if other.lower() in close]
-    hint = f"; did you mean {show(meant[0])}?" if meant else ""
-    return f"the mesh has nothing in the {kind} group {show(name)}; {known}{hint}"
+    return f"the mesh has nothing in the {kind} group {show(name)}; {known}{similar(name, named)}"
+
+
+def similar(name: str, there: Iterable[str]) -> str:
+    """The end of a line about a name that is not there: one that may be meant, "" for none."""
+    close = get_close_matches(name.lower(), [other.lower() for other in there], n=1)
+    meant = [other for other in there if other.lower() in close]
+    return f"; did you mean {show(meant[0])}?" if meant else ""
 
 
 def listed(names: list[str]) -> str:

@@ -48,7 +48,7 @@ class Drawn:
     @property
     def sides(self) -> str:
         """The extents as text."""
-        return " x ".join(f"{side:.4g}" for side in self.extents) + " mm"
+        return " x ".join(f"{float(f'{side:.4g}'):g}" for side in self.extents) + " mm"
 
     def refuse(self, mesh_size: float) -> None:
         """Raise MeshError where there would be too many elements, or one larger than the part."""

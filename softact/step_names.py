@@ -40,10 +40,12 @@ class Face:
 
 @dataclass(frozen=True)
 class Body:
-    """A solid: its name and its faces in the order of the file, those of voids last."""
+    """A solid: its name, its faces in the order of the file, those of voids last, and the name of
+    its product."""
 
     name: str
     faces: tuple[Face, ...]
+    product: str = ""
 
 
 class StepFile:
@@ -82,6 +84,7 @@ class StepFile:
             Body(
                 self.name(number) or self._products.get(number, ""),
                 tuple(face for shell in self.references(number) for face in self._faces(shell)),
+                self._products.get(number, ""),
             )
             for number in self.kinds(*SOLIDS)
         ]
