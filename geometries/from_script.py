@@ -18,9 +18,8 @@ from softact.geometry import main
 from softact.gmsh_files import guarded, merge_mesh
 from softact.imported import Imported
 from softact.part_size import Drawn
+from softact.scripts import DATA
 from softact.step_names import UNITS
-
-MESH = ".msh"
 
 
 class FromScript(Imported):
@@ -34,19 +33,19 @@ class FromScript(Imported):
     """
 
     type: Literal["from_script"] = "from_script"
-    suffixes: ClassVar[tuple[str, ...]] = (".py", ".geo", MESH)
+    suffixes: ClassVar[tuple[str, ...]] = (".py", ".geo", *DATA)
 
     @property
     def code(self) -> Path | None:
         """See ``Geometry.code``."""
         path = Path(self.file)
-        return None if path.suffix.lower() == MESH else path
+        return None if path.suffix.lower() in DATA else path
 
     def faults(self) -> Iterator[tuple[str, str]]:
         """See ``Geometry.faults``."""
         yield from super().faults()
         if self.unit and self.code:
-            yield "unit", f"a script makes its model in mm; only a mesh ({MESH}) can have another"
+            yield "unit", "a script makes its model in mm; leave unit: out, which is for meshes"
 
     def drawn(self, gmsh) -> Drawn:
         """See ``Imported.drawn``."""

@@ -49,7 +49,7 @@ class FromStep(Imported):
         for text in part.told():
             tell(text)
         for name in alone:
-            tell(f"no face has a name: '{name}' is {numbers_of(surfaces[name])}")
+            tell(f"no face has a name: '{name}' is {numbers_of(surfaces[name])}, by its place")
         groups = {(3, name): tags for name, tags in part.regions(self.regions).items()}
         groups |= {(2, name): [face.tag for face in found] for name, found in surfaces.items()}
         for (dimension, name), tags in groups.items():
@@ -60,7 +60,7 @@ class FromStep(Imported):
         """See ``Geometry.look``: the names of all parts, and a list of the faces where one has
         none."""
         part = self._read(gmsh)
-        for text in part.told():
+        for text in (*part.told(), *part.apart()):
             tell(text)
         try:
             part.regions(self.regions)
@@ -70,7 +70,8 @@ class FromStep(Imported):
                 tell(text)
             raise
         for name, faces in surfaces.items():
-            tell(f"'{name}' is {numbers_of(faces)}{' by itself' if name in alone else ''}")
+            found = " (no face has a name: found by its place)" if name in alone else ""
+            tell(f"'{name}' is {numbers_of(faces)}{found}")
         if alone:
             for text in part.list_of_faces():
                 tell(text)

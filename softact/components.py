@@ -8,8 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
+from softact.nearest_triangle import nearest_triangle
+
+TOUCHES = 1e-6  # of the size of the whole
 FACES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])  # outward for positive volume
 
 
@@ -112,12 +114,17 @@ def place(point: np.ndarray) -> str:
     return f"({', '.join(f'{c + 0.0:.4g}' for c in np.round(point, 6))}) mm"
 
 
-def nearest_other(points: np.ndarray, cells: np.ndarray, labels: np.ndarray, label: int):
-    """The least distance (mm) from the nodes of a part to a node of another, and where."""
-    own = np.unique(cells[labels == label])
-    others = np.setdiff1d(cells[labels != label], own)
-    if not len(others):
-        return 0.0, points[own[0]]
-    distances, _ = cKDTree(points[others]).query(points[own])
-    least = int(np.argmin(distances))
-    return float(distances[least]), points[own[least]]
+def gap(points: np.ndarray, cells: np.ndarray, labels: np.ndarray, label: int) -> str:
+    """Where a part is nearest to the others, to which it is not joined, in words."""
+    skin = Skin.of(cells)
+    own = labels[skin.cell] == label
+    found = []
+    for these, those in ((own, ~own), (~own, own)):
+        places = points[np.unique(skin.corners[these])]
+        distance, _ = nearest_triangle(places, points[skin.corners[those]])
+        least = int(np.argmin(distance))
+        found.append((float(distance[least]), places[least]))
+    distance, where = min(found, key=lambda pair: pair[0])
+    if distance < TOUCHES * np.ptp(points, axis=0).max():
+        return f"touches another near {place(where)} without being joined to it"
+    return f"is joined to no other, the next is {distance:.2g} mm away at {place(where)}"

@@ -22,6 +22,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from softact.errors import GmshKilledError, MeshError, SoftactError, SpecError
 from softact.orphans import bound
+from softact.scripts import as_code
 from softact.sheets.pattern import Pattern
 from softact.units import LENGTH, dimension_of, one_line
 
@@ -145,8 +146,8 @@ class Geometry(BaseModel):
         return None
 
     def notes(self) -> list[str]:
-        """What a user should know before it is built."""
-        return [f"runs the script {self.code} as code"] if self.code else []
+        """What a user should know before it is built, in lines."""
+        return [as_code(self.code)] if self.code else []
 
     def look(self, gmsh) -> None:
         """Tells what is in the file that it is made of, without a mesh (see ``tell``)."""
@@ -221,14 +222,14 @@ def tell(text: str) -> None:
     print(NOTE + one_line(text), flush=True)
 
 
-def look(geometry: Geometry, timeout: float = 60.0) -> list[str]:
-    """What is in the file that a geometry is made of; nothing is meshed, and no script is run.
+def look(geometry: Geometry, said: list[str], timeout: float = 60.0) -> None:
+    """Append to ``said`` what is in the file that a geometry is made of; no script is run.
 
-    Raises MeshError where the file does not give what the geometry promises.
+    Raises MeshError where the file does not give what the geometry promises; what was found until
+    then has been said.
     """
-    if geometry.code or type(geometry).look is Geometry.look:
-        return []
-    return _run_gmsh(geometry, Path(), timeout, "look")
+    if not geometry.code and type(geometry).look is not Geometry.look:
+        _run_gmsh(geometry, Path(), timeout, "look", said)
 
 
 def make_mesh(geometry: Geometry, path: Path, timeout: float = 300.0) -> list[str]:
@@ -274,7 +275,7 @@ def export(
 def _write(
     geometry: Geometry, path: Path, timeout: float, suffix: str, part: Part = "solid"
 ) -> list[str]:
-    notes = geometry.notes()
+    notes: list[str] = []
     if not path.parent.is_dir():
         raise SpecError(f"{path}: there is no folder '{path.parent}'")
     temporary = path.with_name(f".{path.name}.{os.getpid()}{suffix}")
@@ -285,7 +286,7 @@ def _write(
             geometry.export_sheets(temporary, suffix)
         else:
             temporary.touch()  # or gmsh would be the one to find that it may not
-            notes += _run_gmsh(geometry, temporary.resolve(), timeout, part)
+            _run_gmsh(geometry, temporary.resolve(), timeout, part, notes)
             _check_whole(temporary)
         os.replace(temporary, path)
     finally:
@@ -303,8 +304,8 @@ def _check_whole(path: Path) -> None:
 
 
 def _run_gmsh(
-    geometry: Geometry, path: Path, timeout: float, part: Part | Literal["look"]
-) -> list[str]:
+    geometry: Geometry, path: Path, timeout: float, part: Part | Literal["look"], said: list[str]
+) -> None:
     kind = type(geometry)
     job = {
         "module": kind.__module__,
@@ -338,8 +339,9 @@ def _run_gmsh(
     except BaseException:
         _kill(process)
         raise
+    said += _said(log, NOTE)
     if process.returncode == 0:
-        return _said(log, NOTE)
+        return
     faults = _said(log, FAULT)
     if faults:
         raise MeshError(*(f"{_name(geometry)}: {fault}" for fault in faults))

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from softact.components import components, nearest_other, part_names, place
+from softact.components import components, gap, part_names
 from softact.discrete import add_mesh
 from softact.errors import MeshError
 from softact.file_mesh import FileMesh, only_named, straight, without_inner_walls
@@ -148,8 +148,7 @@ def tell_parts(mesh: FileMesh) -> None:
         return
     names = part_names(mesh.points, cells, mesh.region, list(mesh.regions), labels)
     for label, name in enumerate(names):
-        distance, where = nearest_other(mesh.points, cells, labels, label)
         tell(
-            f"part {label + 1} of {count}, {name}: {int(np.sum(labels == label))} tetrahedra, not "
-            f"joined to the others; {distance:.2g} mm from them at {place(where)}"
+            f"part {label + 1} of {count}, {name}, {int(np.sum(labels == label))} tetrahedra, "
+            f"{gap(mesh.points, cells, labels, label)}"
         )

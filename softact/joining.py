@@ -10,11 +10,9 @@ from scipy.spatial import cKDTree
 from softact.components import Skin, components, face_keys, part_names, place
 from softact.errors import MeshError
 from softact.file_mesh import FileMesh
+from softact.nearest_triangle import nearest_triangle
 
-# Parts of an edge: what is nearer to each other lies at one place; how far over its rim a triangle
-# still counts.
-SAME_PLACE, OVER_THE_RIM = 1e-3, 1e-2
-NEAREST = 24  # triangles among which that is sought on which a point lies
+SAME_PLACE = 1e-3  # part of an edge: what is nearer to each other lies at one place
 
 
 def joined(mesh: FileMesh) -> tuple[FileMesh, float]:
@@ -99,26 +97,9 @@ def _refuse_other_triangles(
 
 
 def lying_on(points: np.ndarray, places: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """For each of some places (n, 3) a triangle (k, 3) on which it lies, -1 where it lies on none.
-
-    Of the triangles whose middles are nearest, which is enough where sizes do not differ much.
-    """
-    found = np.full(len(places), -1)
-    if not len(places) or not len(triangles):
-        return found
-    corners = points[triangles]
-    count = min(NEAREST, len(triangles))
-    _, near = cKDTree(corners.mean(axis=1)).query(places, k=count)
-    for candidate in near.reshape(len(places), count).T:
-        a, b, c = np.moveaxis(corners[candidate], 1, 0)
-        normal = np.cross(b - a, c - a)
-        size = np.linalg.norm(normal, axis=1)
-        unit = normal / np.maximum(size, 1e-300)[:, None]
-        height = np.abs(np.einsum("ij,ij->i", places - a, unit))
-        weights = [
-            np.einsum("ij,ij->i", np.cross(q - p, places - p), unit) / np.maximum(size, 1e-300)
-            for p, q in ((a, b), (b, c), (c, a))
-        ]
-        on = (np.min(weights, axis=0) > -OVER_THE_RIM) & (height < SAME_PLACE * np.sqrt(size))
-        found[on & (found < 0)] = candidate[on & (found < 0)]
-    return found
+    """For each of some places (n, 3) a triangle (k, 3) on which it lies, -1 where there is none."""
+    distance, nearest = nearest_triangle(places, points[triangles])
+    if not len(triangles):
+        return nearest
+    size = np.sqrt(np.linalg.norm(_vectors(points, triangles), axis=1))
+    return np.where(distance < SAME_PLACE * size[nearest], nearest, -1)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from softact import compat, leaks
-from softact.errors import MeshError
+from softact.errors import MeshError, SoftactError
 from softact.geometry import Layout
 from softact.sheets.mesh import SheetMesh, on_facets
 
@@ -183,7 +183,7 @@ def _on_root(comm, work):
     if comm.rank == 0:
         try:
             result = work()
-        except MeshError as found:
+        except SoftactError as found:
             error = found
     shared, error = comm.bcast((result[1:], error))
     if error is not None:

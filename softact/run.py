@@ -70,13 +70,13 @@ def run(
     """
     progress = progress or (lambda event: None)
     directory = Path(directory)
-    notes = []
+    notes = spec.geometry.notes()
     if spec.contact and processes > 1:
         processes = 1
-        notes = ["contact between surfaces is computed by one process: the others are left out"]
+        notes += ["contact between surfaces is computed by one process: the others are left out"]
     if spec.sheets and processes > 1:
         processes = 1
-        notes = ["sheets are computed by one process: the others are left out"]
+        notes += ["sheets are computed by one process: the others are left out"]
     started = time.perf_counter()
     old = _to_resume(spec, directory) if resume else None
     if old and old.finished_as(spec):
@@ -85,10 +85,10 @@ def run(
         mesh_file, spec_file = folder / "mesh.msh", folder / "spec.yaml"
         job_file = folder / "job.json"
 
-        def prepare() -> None:
-            """Mesh, and the job that the solver waits for."""
+        def prepare() -> list[str]:
+            """Mesh, and the job that the solver waits for; what is to be said of the mesh."""
             progress({"stage": "mesh"})
-            make_mesh(spec.geometry, mesh_file)
+            said = make_mesh(spec.geometry, mesh_file)
             spec_file.write_text(spec.to_yaml())
             job = {
                 "spec": str(spec_file),
@@ -98,6 +98,7 @@ def run(
                 "old_steps": old.steps if old else None,
             }
             write_atomic(job_file, json.dumps(job))
+            return said
 
         last = _solve(job_file, prepare, directory, processes, threads, progress, notes)
     if report:
@@ -158,7 +159,7 @@ def _to_resume(spec, directory: Path) -> _Old | None:
 
 def _solve(
     job_file: Path,
-    prepare: Callable[[], None],
+    prepare: Callable[[], list[str]],
     directory: Path,
     processes: int,
     threads: int | None,
@@ -171,13 +172,18 @@ def _solve(
     been given one thread: others run beside it, and it takes no more than one core.
     """
     last: dict = {}
-    lines = list(notes)
-    for text in notes:
-        progress({"stage": "note", "text": text})
+    lines: list[str] = []
+
+    def say(texts: list[str]) -> None:
+        lines.extend(texts)
+        for text in texts:
+            progress({"stage": "note", "text": text})
+
+    say(notes)
     errors = job_file.with_name("stderr")
     beside = threads != 1
     if not beside:
-        prepare()
+        say(prepare())
     with errors.open("w") as stderr:
         process = subprocess.Popen(
             _command(job_file, processes),
@@ -189,7 +195,7 @@ def _solve(
         )
         try:
             if beside:
-                prepare()
+                say(prepare())
             for line in process.stdout:
                 try:
                     last = json.loads(line)

@@ -145,7 +145,7 @@ class StepPart:
         ]
 
     def told(self) -> Iterator[str]:
-        """Lines about the whole: size, unit, solids, and which of them are joined."""
+        """Lines about the whole: size, unit, solids, and over what area they are joined."""
         source = f"the file says {self.drawn.unit}" if self.drawn.said else f"in {self.drawn.unit}"
         count = len({number for face in self.faces for number in face.numbers})
         solids = f"{len(self.solids)} solid{'s' * (len(self.solids) > 1)}"
@@ -153,6 +153,9 @@ class StepPart:
         area = sum(face.area for face in self.faces if len(face.solids) == 2)
         if area:
             yield f"solids that touch are joined, over {area:.4g} mm^2"
+
+    def apart(self) -> Iterator[str]:
+        """A line about the parts that the solids make, where there are several."""
         parts = self.parts()
         if len(parts) > 1:
             apart = "; ".join(listed(part) for part in parts)
@@ -161,6 +164,8 @@ class StepPart:
     def list_of_faces(self) -> Iterator[str]:
         """A line for each face."""
         owners = {s.tag: name for s, name in zip(self.solids, self.names, strict=True)}
+        if len(owners) == 1:
+            owners = dict.fromkeys(owners, "")
         for face in self.faces[:MOST_FACES]:
             yield face.told(" and ".join(owners[solid] for solid in face.solids))
         if len(self.faces) > MOST_FACES:
