@@ -86,7 +86,9 @@ class FromStep(Imported):
             name: Selection.model_construct(**(s if isinstance(s, dict) else s.model_dump()))
             for name, s in self.select.items()
         }
-        return part.surfaces(self.layout().surfaces, select, self.clamp, self.tip)
+        layout = self.layout()
+        walls = [name for names in layout.cavities.values() for name in names]
+        return part.surfaces(layout.surfaces, walls, select, self.clamp, self.tip)
 
 
 if __name__ == "__main__":

@@ -43,16 +43,17 @@ def reason(
     region = np.repeat(np.arange(len(regions)), [len(tets) for tets in regions.values()])
     labels, skin = components(points, cells), Skin.of(cells)
     part = labels[skin.cell]
-    own = labels[np.isin(cells, edges).any(axis=1)]
-    others = np.flatnonzero(~np.isin(part, own))
-    on = lying_on(points, points[edges].mean(axis=1), skin.corners[others])
-    if (on >= 0).any():
-        names = part_names(points, cells, region, list(regions), labels)
-        touched = names[part[others[on[on >= 0][0]]]]
-        return (
-            f"; {touched} lies against {names[own[0]]} there, and the two are not joined: leave "
-            "separate: true out"
-        )
+    for label in range(int(labels.max()) + 1):
+        mine = edges[np.isin(edges, cells[labels == label]).all(axis=1)]
+        others = np.flatnonzero(part != label)
+        on = lying_on(points, points[mine].mean(axis=1), skin.corners[others])
+        if (on >= 0).any():
+            names = part_names(points, cells, region, list(regions), labels)
+            touched = names[part[others[on[on >= 0][0]]]]
+            return (
+                f"; {touched} lies against {names[label]} there, and the two are not joined: leave "
+                "separate: true out"
+            )
     known = {tuple(triangle) for triangle in np.sort(walls, axis=1).tolist()}
     beside = np.flatnonzero(np.isin(skin.corners, edges[0]).sum(axis=1) == 2)
     strange = [i for i in beside if tuple(np.sort(skin.corners[i]).tolist()) not in known]

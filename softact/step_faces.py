@@ -190,6 +190,16 @@ def shells(faces: Sequence[Face]) -> tuple[list[Face], list[list[Face]]]:
     return outside, sorted(rooms, key=lambda group: tuple(np.round(_box(group)[0], 6)))
 
 
+def around_rooms(named: Sequence[Face], faces: Sequence[Face]) -> list[Face]:
+    """The walls of a room, of faces that are named so.
+
+    Where joining has cut a face, its name has gone to all its pieces; those outside the room go.
+    """
+    inside = {face.tag for room in shells(faces)[1] for face in room}
+    cut = set().union(*(face.numbers for face in named if face.tag in inside))
+    return [face for face in named if face.tag in inside or not face.numbers & cut]
+
+
 def _tags(faces: Sequence[Face]) -> list[int]:
     return [face.tag for face in faces]
 

@@ -11,13 +11,14 @@ import numpy as np
 from softact.errors import MeshError
 from softact.file_mesh import listed, similar
 from softact.part_size import Drawn
-from softact.step_faces import NEAR, Face, Selection, automatic, faces_of, linked
+from softact.step_faces import NEAR, Face, Selection, around_rooms, automatic, faces_of, linked
 from softact.step_joining import join
 from softact.step_names import UNITS, StepFile
 from softact.step_solids import Solid, named
 from softact.units import show
 
 MOST_FACES = 60  # in a list of all
+STEP = (".step", ".stp")
 LISTS = "'softact validate' lists the faces"
 
 
@@ -41,6 +42,14 @@ class StepPart:
         ``mesh_size`` (mm) do not fit each other, or where solids cannot be joined.
         """
         file = StepFile(path.read_text(encoding="utf-8", errors="replace"))
+        others = [
+            n for n in map(file.name, file.kinds("DOCUMENT_FILE")) if n.lower().endswith(STEP)
+        ]
+        if others:
+            raise MeshError(
+                f"{path.name} refers to other files ({listed(others)}); export the whole assembly "
+                "into one"
+            )
         said = file.units()
         if unit and len(said) > 1:
             raise MeshError(f"{path.name} has several units ({', '.join(said)}); leave unit: out")
@@ -91,11 +100,16 @@ class StepPart:
         return found
 
     def surfaces(
-        self, wanted: Sequence[str], select: Mapping[str, Selection], clamp: str, tip: str
+        self,
+        wanted: Sequence[str],
+        walls: Sequence[str],
+        select: Mapping[str, Selection],
+        clamp: str,
+        tip: str,
     ) -> tuple[dict[str, list[Face]], list[str]]:
         """Surface -> its faces, and those that have their names by themselves.
 
-        Raises MeshError where one has no face.
+        walls: those of the wanted ones that wall a cavity. Raises MeshError where one has no face.
         """
         by_name: dict[str, list[Face]] = {}
         for face in self.faces:
@@ -108,6 +122,7 @@ class StepPart:
             for name, selection in select.items()
         }
         found = by_itself | by_name | chosen
+        found |= {n: around_rooms(found[n], self.faces) for n in walls if n in found}
         faults = [
             f"{self.file}: {self._no_face(name, name in select, by_name, by_itself)}"
             for name in wanted
