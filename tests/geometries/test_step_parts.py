@@ -258,8 +258,7 @@ def test_names_of_a_file_stay_on_one_line(two, tmp_path):
 
 
 def test_a_step_file_that_refers_to_other_files_is_refused(two, tmp_path):
-    file = two(
-        change=lambda t: t.replace("DATA;", "DATA;\n#99 = DOCUMENT_FILE('arm.stp','','',#8,'','');")
-    )
+    other = "DATA;\n#99999 = DOCUMENT_FILE('arm.stp','','',#8,'','');"
+    file = two(change=lambda text: text.replace("DATA;", other))
     line = refused(FromStep.model_validate({"file": file, **TWO}), tmp_path)
     assert "refers to other files (arm.stp)" in line
