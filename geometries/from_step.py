@@ -3,10 +3,11 @@
 Run by itself it writes a mesh: ``python geometries/from_step.py --file part.step -o part.msh``.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import ClassVar, Literal
 
+import numpy as np
 from pydantic import Field
 
 from softact.errors import MeshError
@@ -50,6 +51,7 @@ class FromStep(Imported):
             tell(text)
         for name in alone:
             tell(f"no face has a name: '{name}' is {numbers_of(surfaces[name])}, by its place")
+        tell_direction(part, alone, (self.clamp, self.tip))
         groups = {(3, name): tags for name, tags in part.regions(self.regions).items()}
         groups |= {(2, name): [face.tag for face in found] for name, found in surfaces.items()}
         for (dimension, name), tags in groups.items():
@@ -72,6 +74,7 @@ class FromStep(Imported):
         for name, faces in surfaces.items():
             found = " (no face has a name: found by its place)" if name in alone else ""
             tell(f"'{name}' is {numbers_of(faces)}{found}")
+        tell_direction(part, alone, (self.clamp, self.tip))
         if alone:
             for text in part.list_of_faces():
                 tell(text)
@@ -89,6 +92,16 @@ class FromStep(Imported):
         layout = self.layout()
         walls = [name for names in layout.cavities.values() for name in names]
         return part.surfaces(layout.surfaces, walls, select, self.clamp, self.tip)
+
+
+def tell_direction(part: StepPart, alone: Sequence[str], ends: Sequence[str]) -> None:
+    """Doubt ends that were found by their place, where the part is longer across than along x."""
+    longest = int(np.argmax(part.drawn.extents))
+    if set(alone) & set(ends) and part.drawn.extents[longest] > 1.5 * part.drawn.extents[0]:
+        tell(
+            f"the part is longest along {'xyz'[longest]}; x has to run from the clamp to the tip: "
+            "turn it in the CAD program, or select the ends"
+        )
 
 
 if __name__ == "__main__":

@@ -40,7 +40,8 @@ def write(
     text = path.read_text()
     file = StepFile(text)
     for number in file.kinds("ADVANCED_FACE"):
-        middle = np.mean([file._place(corner) for corner in file._corners(number)], axis=0)
+        corners = [file._place(corner) for corner in file._corners(number)]
+        middle = np.mean(corners, axis=0) if corners else np.full(3, np.nan)  # of a ball
         text = renamed(text, number, faces(*middle))
     for number, name in zip(file.kinds(*SOLIDS), solids, strict=False):
         text = renamed(text, number, name)
