@@ -113,6 +113,8 @@ class Imported(Geometry):
             gmsh.option.setNumber("Mesh.ElementOrder", 1)
             gmsh.model.mesh.generate(3)
             gmsh.model.mesh.optimize("")
+            if not _tetrahedra(gmsh):
+                raise MeshError("gmsh made no tetrahedra in the solids of the file")
         if drawn.doubt:
             tell(drawn.doubt)
         found = straight(gmsh, self.scale, tell)
