@@ -12,8 +12,6 @@ from softact.geometry import Layout
 from softact.mesh import Tetrahedra
 
 FREE = 1e-10  # of the stiffest motion: what is softer is not held
-MOTIONS = ("move along x", "move along y", "move along z", "turn about x", "turn about y",
-           "turn about z")  # fmt: skip
 
 
 def refuse_loose(tets: Tetrahedra, layout: Layout, spec) -> None:
@@ -72,8 +70,12 @@ def _free(tets: Tetrahedra, layout: Layout, supports: Sequence, nodes: np.ndarra
         return ""
     if len(loose) == 6:
         return "nothing holds it"
-    able = [m for m, weight in zip(MOTIONS, np.abs(loose).max(axis=0), strict=True) if weight > 0.1]
-    return f"it can {' and '.join(able)}"
+    # A turn about an axis beside the middle moves the middle as well: that is no motion of its own.
+    moves = np.linalg.norm(loose[:, :3], axis=0) > 0.99
+    turns = np.linalg.norm(loose[:, 3:], axis=0) > 0.1
+    able = [f"move along {c}" for c, free in zip("xyz", moves, strict=True) if free]
+    able += [f"turn about {c}" for c, free in zip("xyz", turns, strict=True) if free]
+    return f"it can {' and '.join(able) or 'move'}"
 
 
 def _motions(points: np.ndarray) -> np.ndarray:
