@@ -10,6 +10,7 @@ from typing import Any
 from softact import catalogue
 from softact.spec.contact import OBSTACLES, ObstacleChange, SurfaceContact
 from softact.spec.models import Layer, Solver, Spec, Step, Support, Traction
+from softact.step_faces import Selection
 from softact.units import DIMENSIONS
 
 PAGE = Path(__file__).with_name("reference.md")
@@ -24,6 +25,7 @@ PARTS = (
     (SurfaceContact, "An entry of `contact`"),
     (ObstacleChange, "An entry of a step's `obstacles`"),
     (Solver, "`solver`"),
+    (Selection, "A value of `select`, of geometry `from_step`"),
 )
 
 

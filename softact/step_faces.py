@@ -37,7 +37,8 @@ Direction = Annotated[tuple[Dimensionless, Dimensionless, Dimensionless], Before
 
 
 class Selection(BaseModel):
-    """Faces of a STEP file, by what is given; all of it has to hold."""
+    """Faces of a STEP file, by what is given; all of it has to hold. Numbers may stand alone:
+    `3` or `[3, 4]`."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
@@ -82,7 +83,15 @@ class Selection(BaseModel):
         return True
 
 
-AnySelection = Annotated[Selection, BeforeValidator(_numbers)]
+class _OrNumbers:
+    """Tells the JSON schema what else may stand in the place of a selection."""
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
+        number = {"type": "integer", "minimum": 1}
+        return {"anyOf": [number, {"type": "array", "items": number}, handler(schema)]}
+
+
+AnySelection = Annotated[Selection, BeforeValidator(_numbers), _OrNumbers()]
 
 
 @dataclass(frozen=True, eq=False)
