@@ -138,25 +138,26 @@ def faces_of(gmsh, solids: Sequence[Solid], pieces: dict[int, list[int]]) -> lis
             for piece in pieces.get(face, [face]):
                 numbers.setdefault(piece, set()).add(count)
                 names.setdefault(piece, set()).update([name] if name else [])
-    signs: dict[int, list[tuple[int, int]]] = {}
+    owners: dict[int, list[int]] = {}
     for _, solid in gmsh.model.getEntities(3):
-        for _, face in gmsh.model.getBoundary([(3, solid)], oriented=True):
-            signs.setdefault(abs(face), []).append((solid, 1 if face > 0 else -1))
+        for _, face in gmsh.model.getBoundary([(3, solid)], oriented=False):
+            owners.setdefault(face, []).append(solid)
     return [
-        _face(gmsh, tag, owners, frozenset(numbers.get(tag, ())), frozenset(names.get(tag, ())))
-        for tag, owners in sorted(signs.items())
+        _face(gmsh, tag, owners[tag], numbers.get(tag, set()), names.get(tag, set()))
+        for tag in sorted(owners)
     ]
 
 
-def _face(gmsh, tag: int, owners, numbers: frozenset[int], names: frozenset[str]) -> Face:
+def _face(gmsh, tag: int, owners: Sequence[int], numbers: set[int], names: set[str]) -> Face:
     lower, upper = (np.array(bound) for bound in gmsh.model.getParametrizationBounds(2, tag))
     grid = [lower + (upper - lower) * (i, j) for j in (0.5, 0.1, 0.9) for i in (0.5, 0.1, 0.9)]
-    normals = np.reshape(gmsh.model.getNormal(tag, np.concatenate(grid)), (-1, 3)) * owners[0][1]
+    # Those of a face are turned out of the solid that it was made for.
+    normals = np.reshape(gmsh.model.getNormal(tag, np.concatenate(grid)), (-1, 3))
     return Face(
         tag,
-        tuple(dict.fromkeys(solid for solid, _ in owners)),
-        numbers,
-        names,
+        tuple(owners),
+        frozenset(numbers),
+        frozenset(names),
         frozenset(abs(edge) for _, edge in gmsh.model.getBoundary([(2, tag)], oriented=False)),
         np.reshape(gmsh.model.getBoundingBox(2, tag), (2, 3)),
         np.array(gmsh.model.occ.getCenterOfMass(2, tag)),
@@ -227,14 +228,11 @@ def automatic(faces: Sequence[Face], clamp: str, tip: str) -> dict[str, list[Fac
     outside, rooms = shells(faces)
     (lowest, highest), found = _box(outside)[:, 0], {}
     near = NEAR * np.linalg.norm(np.ptp(_box(outside), axis=0)) + 1e-6
-    for name, at, sign in ((clamp, lowest, -1), (tip, highest, 1)):
+    for name, at in ((clamp, lowest), (tip, highest)):
         found[name] = [
             face
             for face in outside
-            if face.flat
-            and abs(face.box[0, 0] - at) < near
-            and abs(face.box[1, 0] - at) < near
-            and sign * face.normal[0] > 0.5
+            if face.flat and abs(face.box[0, 0] - at) < near and abs(face.box[1, 0] - at) < near
         ]
     found[CAVITY] = [face for room in rooms for face in room]
     found |= {f"{CAVITY}_{number}": room for number, room in enumerate(rooms, start=1)}
