@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from softact.cli._scripts import tell_scripts
+from softact.cli._files import tell_scripts
 
 
 @click.command(short_help="Runs over values of a spec, each computed once; table and page.")

@@ -4,7 +4,8 @@ import sys
 
 import click
 
-from softact.errors import MeshError, SoftactError, SpecError
+from softact.cli._files import tell_file
+from softact.errors import SpecError
 
 
 @click.command(short_help="Check specs; every fault at once, without meshing.")
@@ -26,24 +27,17 @@ def validate(specs: tuple[str, ...], overrides: tuple[str, ...]) -> None:
     Example:
       softact validate configs/pneunet_glove.yaml
     """
-    from softact.geometry import look
     from softact.spec import load
 
     faults = 0
     for path in specs:
-        said: list[str] = []
         try:
             geometry = load(path, overrides).geometry
-            said = geometry.notes()
-            look(geometry, said)
-        except SoftactError as error:
+        except SpecError as error:
             faults += len(error.lines)
-            at = f"{path}: geometry: " if isinstance(error, MeshError) else ""
             for line in error.lines:
-                click.echo(at + line, err=True)
+                click.echo(line, err=True)
         else:
-            click.echo(f"{path}: ok")
-        for line in said:
-            click.echo(f"  {line}")
+            faults += tell_file(path, geometry)
     if faults:
         sys.exit(SpecError.exit_code)

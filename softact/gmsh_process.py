@@ -89,13 +89,13 @@ def write(geometry: Geometry, path: Path, part: str) -> list[str]:
     is wrong with the mesh."""
     if part == "look":
         geometry.look(gmsh)
-        return []
+        meshed = any(map(len, gmsh.model.mesh.getElements(3)[1]))
+        return faults_of(geometry)[1] if meshed else []
     if path.suffix == ".step":
         write_step(geometry, path, part)
         return []
     geometry.mesh(gmsh)
-    parts, faults = read_parts(geometry)
-    faults = faults or check(geometry, parts)
+    parts, faults = faults_of(geometry)
     if faults:
         return faults
     if part == "core":
@@ -104,6 +104,12 @@ def write(geometry: Geometry, path: Path, part: str) -> list[str]:
     writers = {".msh": write_msh, ".vtu": write_vtu, ".stl": write_stl}
     writers[path.suffix](geometry, parts, path)
     return []
+
+
+def faults_of(geometry: Geometry) -> tuple[Parts | None, list[str]]:
+    """The named groups of the current gmsh model, and what is wrong with them."""
+    parts, faults = read_parts(geometry)
+    return parts, faults or check(geometry, parts)
 
 
 def read_parts(geometry: Geometry) -> tuple[Parts | None, list[str]]:

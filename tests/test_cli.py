@@ -9,6 +9,7 @@ from pathlib import Path
 
 import click
 import pytest
+import step_files
 
 from softact.cli import main as cli
 from softact.cli._progress import Progress
@@ -161,6 +162,28 @@ def test_validate_tells_the_faults_of_every_file(folder, capsys):
     assert out == "cube.yaml: ok\n"
     starts = [line.split(" ")[0] for line in err.splitlines()]
     assert starts == ["bad.yaml:2:", "bad.yaml:3:", "nowhere.yaml:"]
+
+
+def test_validate_says_what_a_step_file_holds_and_what_it_lacks(folder, capsys):
+    """One file with two specs: one that names both ends, one that asks for a surface more."""
+    step_files.write(folder / "arm.step", step_files.bladder)
+    text = (
+        "geometry: {type: from_step, file: arm.step%s}\n"
+        "materials: {body: ecoflex-00-30}\nsteps: [{pressure: 1 kPa}]\n"
+    )
+    (folder / "arm.yaml").write_text(text % "")
+    (folder / "felt.yaml").write_text(text % ", surfaces: [felt]")
+    capsys.readouterr()
+    assert leave("validate", "arm.yaml") == 0
+    said = capsys.readouterr().out.splitlines()
+    assert said[:2] == [
+        "arm.yaml: ok",
+        "  arm.step: 1 solid with 12 faces, 40 x 14 x 12 mm (the file says mm)",
+    ]
+    assert leave("validate", "felt.yaml") == 2
+    said = capsys.readouterr()
+    assert said.err.startswith("felt.yaml: geometry: from_step: arm.step: no face has a name")
+    assert sum(line.startswith("  face ") for line in said.out.splitlines()) == 12
 
 
 def test_validate_applies_overrides(folder, capsys):

@@ -10,7 +10,7 @@ import pytest
 from softact.components import components
 from softact.errors import MeshError
 from softact.geometries.from_script import FromScript
-from softact.geometry import make_mesh
+from softact.geometry import look, make_mesh
 
 BOXES = {"regions": ["left", "right"], "cavities": {}, "mesh_size": "4 mm"}
 HEADER = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n"
@@ -127,6 +127,20 @@ def test_solids_whose_triangles_differ_where_they_touch_are_refused(mesh, tmp_pa
     assert "their triangles there differ" in line and "separate: true" in line
     apart = geometry.model_copy(update={"separate": True})
     assert "touches another near" in make_mesh(apart, tmp_path / "x.msh")[0]
+
+
+def test_what_is_wrong_with_a_mesh_is_seen_before_a_run(mesh):
+    """Its ends are no room: four edges times two."""
+    given = {**BOXES, "cavities": {"air": ["clamp", "tip"]}, "file": mesh(matching(0.0))}
+    said: list[str] = []
+    with pytest.raises(
+        MeshError, match="walls of the cavity 'air' do not close: 24 edges are open"
+    ):
+        look(FromScript.model_validate(given), said)
+    assert said == [
+        "solids of the mesh touch over 100 mm^2 and are joined there",
+        f"1 part of {said[1].split()[3]} tetrahedra",
+    ]
 
 
 def sphere():
