@@ -317,6 +317,17 @@ def test_progress_on_a_terminal_is_the_share_of_all_steps(monkeypatch):
     assert "pressure_kPa 7" in task.description
 
 
+def test_a_note_stays_on_a_terminal(monkeypatch):
+    """The line with the bar is written over by the next event."""
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    printed = []
+    with Progress(["a"]) as progress:
+        monkeypatch.setattr(progress._bar.console, "print", lambda text, **_: printed.append(text))
+        progress({"stage": "note", "text": "runs the script arm.py as code"})
+        progress({"stage": "mesh"})
+    assert printed == ["runs the script arm.py as code"]
+
+
 def test_progress_elsewhere_is_a_line_per_event(capsys):
     with Progress(["a"]) as progress:
         progress({"stage": "mesh"})
