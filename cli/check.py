@@ -53,6 +53,8 @@ def check(
             faults += error.lines
     if faults:
         raise SpecError(*faults)
+    for line in dict.fromkeys(line for case in chosen for line in case.spec.geometry.notes()):
+        click.echo(line, err=True)
     outcomes = []
     for outcome in check_all(chosen, jobs):
         outcomes.append(outcome)

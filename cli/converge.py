@@ -83,6 +83,8 @@ def converge(
     from softact.sweep.output import written_alone
 
     loaded = load(spec, overrides)
+    for line in loaded.geometry.notes():
+        click.echo(line, err=True)
     wanted = measures or ("bending_angle_deg", "max_principal_stress_MPa")
     cache = Cache(Path(cache_folder or DEFAULT), warn=lambda line: click.echo(line, err=True))
     if into:  # before hours of computing, not after

@@ -73,5 +73,8 @@ def mesh(
     path = Path(output or f"{loaded.name}.{suffix or 'msh'}")
     if path.is_dir():
         raise SpecError(f"{path}: this is a folder; give the name of a file")
-    export(loaded.geometry, path, timeout=timeout, part=part)
+    for text in loaded.geometry.notes():
+        click.echo(text)
+    for text in export(loaded.geometry, path, timeout=timeout, part=part):
+        click.echo(text)
     click.echo(f"wrote {path}")

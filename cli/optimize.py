@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from softact.cli._files import tell_scripts
+
 
 @click.command(short_help="Find the best designs within constraints (Optuna).")
 @click.argument("file", metavar="OPT")
@@ -43,6 +45,7 @@ def optimize(
     from softact.sweep.spec import read
 
     wanted, base = read(Path(file), Optimisation)
+    tell_scripts(base.data, wanted.parameters)
     if trials:
         wanted = wanted.model_copy(update={"trials": trials})
     directory = Path(output) if output else Path("results") / wanted.name

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import click
 
+from softact.cli._files import tell_scripts
+
 
 @click.command(short_help="Runs over values of a spec, each computed once; table and page.")
 @click.argument("sweep", metavar="SWEEP")
@@ -78,6 +80,7 @@ def sweep(
 
     started = time.monotonic()
     study, base = read(Path(sweep), Sweep)
+    tell_scripts(base.data, study.axes)
     directory = Path(output) if output else Path("results") / study.name
     cache = Cache(Path(cache_folder or DEFAULT), warn=lambda line: click.echo(line, err=True))
     sample = sample_of(sensitivity, study) if sensitivity else None

@@ -1,10 +1,11 @@
-"""`softact validate`: every fault of a spec at once, without meshing."""
+"""`softact validate`: every fault of a spec at once, without meshing, and what its file holds."""
 
 import sys
 from typing import TYPE_CHECKING
 
 import click
 
+from softact.cli._files import tell_file
 from softact.errors import SpecError
 
 if TYPE_CHECKING:
@@ -25,8 +26,9 @@ def validate(files: tuple[str, ...], overrides: tuple[str, ...]) -> None:
 
     A file may be a spec, a sweep, an optimisation, a reference case, a material card, a list of
     test data or one of published requirements; it is checked as what it is. Nothing is meshed or
-    written. Exits with 2 when a file has a fault. A value of a spec that is right in form and looks
-    a unit wrong is warned of, and is no fault.
+    written, and no script is run. Of a STEP file or a mesh that a spec names it says which solids
+    and faces it found. Exits with 2 when a file has a fault. A value of a spec that is right in
+    form and looks a unit wrong is warned of, and is no fault.
 
     \b
     Examples:
@@ -46,19 +48,24 @@ def validate(files: tuple[str, ...], overrides: tuple[str, ...]) -> None:
             for line in error.lines:
                 click.echo(line, err=True)
         else:
-            _tell(path, checked)
+            faults += _tell(path, checked)
     if faults:
         sys.exit(SpecError.exit_code)
 
 
-def _tell(path: str, checked: "Checked") -> None:
-    """Say that a file has no fault, what it is, and what looks odd in it."""
+def _tell(path: str, checked: "Checked") -> int:
+    """Say what a file is, what looks odd in it and what the file of its geometry holds; return the
+    number of faults of the latter."""
     from softact.spec import plausible
 
-    said = [f"{path}: ok"] if checked.spec else [f"{path}: ok", checked.called]
-    warnings = plausible.lines(checked.spec, checked.source) if checked.spec else []
+    if checked.spec is None:
+        click.echo(f"{path}: ok, {checked.called}")
+        return 0
+    warnings = plausible.lines(checked.spec, checked.source)
     for line in warnings:
         click.echo(f"warning: {line}", err=True)
-    if warnings:
-        said.append(f"{len(warnings)} warning{'s' if len(warnings) > 1 else ''}")
-    click.echo(", ".join(said))
+    return tell_file(path, checked.spec.geometry, f"{path}: ok{_counted(len(warnings))}")
+
+
+def _counted(warnings: int) -> str:
+    return f", {warnings} warning{'s' if warnings > 1 else ''}" if warnings else ""

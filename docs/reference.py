@@ -21,6 +21,7 @@ from softact.spec.models import (
     Traction,
 )
 from softact.spec.plausible import RANGES
+from softact.step_faces import Selection
 from softact.units import DIMENSIONS
 
 PAGE = Path(__file__).with_name("reference.md")
@@ -38,6 +39,7 @@ PARTS = (
     (SurfaceContact, "An entry of `contact`"),
     (ObstacleChange, "An entry of a step's `obstacles`"),
     (Solver, "`solver`"),
+    (Selection, "A value of `select`, of geometry `from_step`"),
 )
 
 

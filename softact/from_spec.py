@@ -10,7 +10,9 @@ import numpy as np
 from softact.bonded import BondedLayer
 from softact.contact.rigid import Obstacle
 from softact.contact.surfaces import Touching
-from softact.mesh import distribute, of_sheets, read_msh
+from softact.geometry import Layout
+from softact.held import refuse_loose
+from softact.mesh import Tetrahedra, distribute, of_sheets, read_msh
 from softact.model import Model, Support
 from softact.ramp import LoadStep
 from softact.sheets.body import Ply, Sheet
@@ -24,7 +26,7 @@ def build_model(comm, spec, mesh_file: Path):
     """The ``Model`` of a spec on a mesh. Collective."""
     layout = spec.geometry.layout()
     if layout.regions:
-        mesh = distribute(comm, lambda: read_msh(mesh_file, layout), layout)
+        mesh = distribute(comm, lambda: _held(read_msh(mesh_file, layout), layout, spec), layout)
     else:
         mesh = of_sheets(comm, spec.geometry.checked_mesh(), layout)
     return Model(
@@ -37,6 +39,11 @@ def build_model(comm, spec, mesh_file: Path):
         _touching(spec),
         {name: _sheet(sheet) for name, sheet in spec.sheets.items()},
     )
+
+
+def _held(tets: Tetrahedra, layout: Layout, spec) -> Tetrahedra:
+    refuse_loose(tets, layout, spec)
+    return tets
 
 
 def _layer(layer):

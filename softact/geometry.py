@@ -22,13 +22,14 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from softact.errors import GmshKilledError, MeshError, SoftactError, SpecError
 from softact.orphans import bound
+from softact.scripts import as_code
 from softact.sheets.pattern import Pattern
 from softact.streams import UTF8
-from softact.units import LENGTH, dimension_of
+from softact.units import LENGTH, dimension_of, one_line
 
 # A child started by a process that runs under mpirun would join its MPI job and hang.
 MPI_PREFIXES = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "HYDRA_", "MPI_")
-FAULT = "softact-fault: "
+FAULT, NOTE = "softact-fault: ", "softact-note: "
 MOST_TETRAHEDRA = 3e6
 THINNEST, LONGEST = 1e-4, 1e5  # mm
 SUFFIXES = (".msh", ".vtu", ".stl", ".step")
@@ -140,6 +141,18 @@ class Geometry(BaseModel):
         where nothing is."""
         return None
 
+    @property
+    def code(self) -> Path | None:
+        """The file of the user's that is run as code to build it, None where there is none."""
+        return None
+
+    def notes(self) -> list[str]:
+        """What a user should know before it is built, in lines."""
+        return [as_code(self.code)] if self.code else []
+
+    def look(self, gmsh) -> None:
+        """Tells what is in the file that it is made of, without a mesh (see ``tell``)."""
+
     def build(self, gmsh) -> None:
         """Adds the solid as OCC entities to the current gmsh model, with named groups and mesh
         sizes unless ``mesh`` is written too."""
@@ -205,19 +218,38 @@ def __getattr__(name: str):
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
-def make_mesh(geometry: Geometry, path: Path, timeout: float = 300.0) -> None:
+def tell(text: str) -> None:
+    """Says something that the user should know, out of the process in which gmsh runs."""
+    print(NOTE + one_line(text), flush=True)
+
+
+def look(geometry: Geometry, said: list[str], timeout: float = 60.0) -> None:
+    """Append to ``said`` what is in the file that a geometry is made of; no script is run.
+
+    Raises MeshError where the file does not give what the geometry promises; what was found until
+    then has been said.
+    """
+    if not geometry.code and type(geometry).look is not Geometry.look:
+        _run_gmsh(geometry, Path(), timeout, "look", said)
+
+
+def make_mesh(geometry: Geometry, path: Path, timeout: float = 300.0) -> list[str]:
     """Writes the mesh of a geometry to ``path`` (.msh 4.1, mm), meshed in a process of its own.
+
+    Returns what the user should know of it.
 
     timeout: seconds after which gmsh is killed. The file appears whole or not at all, and the
     same parameters give the same mesh. Raises MeshError where gmsh fails, crashes or runs out of
     time, or where the mesh does not have the parts and volumes that the geometry promises; OSError
     where the folder cannot be written or the disk is full.
     """
-    _write(geometry, Path(path), timeout, ".msh")
+    return _write(geometry, Path(path), timeout, ".msh")
 
 
-def export(geometry: Geometry, path: Path, timeout: float = 300.0, part: Part = "solid") -> None:
-    """Writes a geometry to ``path`` in the format of its suffix.
+def export(
+    geometry: Geometry, path: Path, timeout: float = 300.0, part: Part = "solid"
+) -> list[str]:
+    """Writes a geometry to ``path`` in the format of its suffix; returns what the user should know.
 
     part: "solid" is what is printed; "core" is the air of its cavities, what is put into a mould,
     in .stl and .step only.
@@ -238,12 +270,13 @@ def export(geometry: Geometry, path: Path, timeout: float = 300.0, part: Part = 
             raise SpecError(f"{path}: a core is written to {' or '.join(CORE_SUFFIXES)} only")
         if not geometry.layout().cavities:
             raise SpecError(f"{path}: {_name(geometry)} has no closed cavity, so there is no core")
-    _write(geometry, path, timeout, path.suffix.lower(), part)
+    return _write(geometry, path, timeout, path.suffix.lower(), part)
 
 
 def _write(
     geometry: Geometry, path: Path, timeout: float, suffix: str, part: Part = "solid"
-) -> None:
+) -> list[str]:
+    notes: list[str] = []
     if not path.parent.is_dir():
         raise SpecError(f"{path}: there is no folder '{path.parent}'")
     temporary = path.with_name(f".{path.name}.{os.getpid()}{suffix}")
@@ -254,11 +287,12 @@ def _write(
             geometry.export_sheets(temporary, suffix)
         else:
             temporary.touch()  # or gmsh would be the one to find that it may not
-            _run_gmsh(geometry, temporary.resolve(), timeout, part)
+            _run_gmsh(geometry, temporary.resolve(), timeout, part, notes)
             _check_whole(temporary)
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
+    return notes
 
 
 def _check_whole(path: Path) -> None:
@@ -270,13 +304,15 @@ def _check_whole(path: Path) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
 
 
-def _run_gmsh(geometry: Geometry, path: Path, timeout: float, part: Part) -> None:
+def _run_gmsh(
+    geometry: Geometry, path: Path, timeout: float, part: Part | Literal["look"], said: list[str]
+) -> None:
     kind = type(geometry)
     job = {
         "module": kind.__module__,
         "file": getattr(sys.modules[kind.__module__], "__file__", None),
         "class": kind.__qualname__,
-        "parameters": {name: getattr(geometry, name) for name in kind.model_fields},
+        "parameters": geometry.model_dump(),
         "path": str(path),
         "part": part,
         "timeout": timeout,
@@ -304,9 +340,10 @@ def _run_gmsh(geometry: Geometry, path: Path, timeout: float, part: Part) -> Non
     except BaseException:
         _kill(process)
         raise
+    said += _said(log, NOTE)
     if process.returncode == 0:
         return
-    faults = [line[len(FAULT) :] for line in log.splitlines() if line.startswith(FAULT)]
+    faults = _said(log, FAULT)
     if faults:
         raise MeshError(*(f"{_name(geometry)}: {fault}" for fault in faults))
     if process.returncode == -signal.SIGKILL:
@@ -315,6 +352,10 @@ def _run_gmsh(geometry: Geometry, path: Path, timeout: float, part: Part) -> Non
     if process.returncode < 0:
         how = f"crashed ({signal.Signals(-process.returncode).name})"
     raise MeshError(f"{_name(geometry)}: gmsh {how}{_last_words(log)}")
+
+
+def _said(log: str, mark: str) -> list[str]:
+    return [line[len(mark) :] for line in log.splitlines() if line.startswith(mark)]
 
 
 def _kill(process: subprocess.Popen) -> str:

@@ -15,15 +15,18 @@ from pathlib import Path
 import gmsh
 import numpy as np
 
+from softact import leaks
+from softact.components import FACES, face_keys
 from softact.errors import MeshError
+from softact.file_mesh import missing
 from softact.geometry import FAULT, Geometry
 from softact.orphans import end_with
 from softact.streams import make_safe
+from softact.units import one_line
 
 TRIANGLE, TETRAHEDRON = 2, 4  # gmsh's numbers for first-order elements
 # Mean ratio (1 regular, 0 flat) under which a tetrahedron would spoil the solution.
 WORST_QUALITY = 0.01
-FACES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])  # outward for positive volume
 
 
 @dataclass(frozen=True)
@@ -63,7 +66,7 @@ def main() -> int:
     except Exception as error:
         faults = [f"{type(error).__name__}: {' '.join(str(error).split())}"]
     for fault in faults:
-        print(FAULT + fault)
+        print(FAULT + one_line(fault))
     sys.stdout.flush()
     gmsh.finalize()
     return 1 if faults else 0
@@ -84,13 +87,17 @@ def load(job: dict) -> Geometry:
 
 
 def write(geometry: Geometry, path: Path, part: str) -> list[str]:
-    """Writes the file that the suffix of ``path`` asks for; returns what is wrong with the mesh."""
+    """Writes the file that the suffix of ``path`` asks for, unless ``part`` is "look"; returns what
+    is wrong with the mesh."""
+    if part == "look":
+        geometry.look(gmsh)
+        meshed = any(map(len, gmsh.model.mesh.getElements(3)[1]))
+        return faults_of(geometry)[1] if meshed else []
     if path.suffix == ".step":
         write_step(geometry, path, part)
         return []
     geometry.mesh(gmsh)
-    parts, faults = read_parts(geometry)
-    faults = faults or check(geometry, parts)
+    parts, faults = faults_of(geometry)
     if faults:
         return faults
     if part == "core":
@@ -99,6 +106,12 @@ def write(geometry: Geometry, path: Path, part: str) -> list[str]:
     writers = {".msh": write_msh, ".vtu": write_vtu, ".stl": write_stl}
     writers[path.suffix](geometry, parts, path)
     return []
+
+
+def faults_of(geometry: Geometry) -> tuple[Parts | None, list[str]]:
+    """The named groups of the current gmsh model, and what is wrong with them."""
+    parts, faults = read_parts(geometry)
+    return parts, faults or check(geometry, parts)
 
 
 def read_parts(geometry: Geometry) -> tuple[Parts | None, list[str]]:
@@ -118,19 +131,16 @@ def read_parts(geometry: Geometry) -> tuple[Parts | None, list[str]]:
             named[dimension, gmsh.model.getPhysicalName(dimension, group)] = elements
     layout = geometry.layout()
     wanted = [(3, name) for name in layout.regions] + [(2, name) for name in layout.surfaces]
-    missing = [key for key in wanted if not len(named.get(key, ()))]
-    if missing:
-        return None, [_missing(dimension, name, named) for dimension, name in missing]
+    faults = [
+        missing("volume" if d == 3 else "surface", name, [n for kind, n in named if kind == d])
+        for d, name in wanted
+        if not len(named.get((d, name), ()))
+    ]
+    if faults:
+        return None, faults
     regions = {name: named[3, name] for name in layout.regions}
     surfaces = {name: named[2, name] for name in layout.surfaces}
     return Parts(coordinates.reshape(-1, 3), regions, surfaces), []
-
-
-def _missing(dimension: int, name: str, named: dict) -> str:
-    kind = {2: "surface", 3: "volume"}[dimension]
-    there = sorted(n for d, n in named if d == dimension and n)
-    known = f"there are {', '.join(there)}" if there else f"no {kind} has a name"
-    return f"the mesh has nothing in the {kind} group '{name}'; {known}"
 
 
 def signed_volumes(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
@@ -157,18 +167,13 @@ def triangle_vectors(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 def outward(triangles: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Triangles turned outward from a cell that they are a face of, and of how many cells."""
     faces = cells[:, FACES].reshape(-1, 3)
-    base = int(cells.max()) + 1
-
-    def key(corners):
-        a, b, c = np.sort(corners, axis=1).T
-        return (a * base + b) * base + c
-
-    ordered = np.sort(key(faces))
-    first = np.argsort(key(faces), kind="stable")
-    wanted = key(triangles)
+    count = int(cells.max()) + 1
+    keys, wanted = face_keys(faces, count), face_keys(triangles, count)
+    first = np.argsort(keys, kind="stable")
+    ordered = keys[first]
     start = np.searchsorted(ordered, wanted)
-    count = np.searchsorted(ordered, wanted, side="right") - start
-    return faces[first[np.minimum(start, len(first) - 1)]], count
+    members = np.searchsorted(ordered, wanted, side="right") - start
+    return faces[first[np.minimum(start, len(first) - 1)]], members
 
 
 def check(geometry: Geometry, parts: Parts) -> list[str]:
@@ -188,14 +193,22 @@ def check(geometry: Geometry, parts: Parts) -> list[str]:
     ]
     if faults:
         return faults
+    closing = list(layout.symmetry.values())
     for cavity, walls in layout.cavities.items():
         triangles = np.vstack([parts.surfaces[wall] for wall in walls])
-        vectors = triangle_vectors(points, outward(triangles, cells)[0])
-        closing = list(layout.symmetry.values())
-        leak = np.delete(vectors.sum(axis=0), closing)
-        if np.abs(leak).max(initial=0.0) > 1e-6 * np.linalg.norm(vectors, axis=1).sum():
-            faults.append(f"the walls of the cavity '{cavity}' do not close")
+        edges = leaks.open_edges(points, triangles, closing)
+        if len(edges):
+            why = leaks.reason(points, parts.regions, triangles, edges)
+            faults.append(leaks.told(cavity, points, edges) + why)
+    if faults:
+        return faults
     found = measure(geometry, parts)
+    faults = [
+        f"the walls of the cavity '{cavity}' enclose the solid itself and no room in it; name the "
+        "faces inside"
+        for cavity in layout.cavities
+        if found[cavity] <= 0
+    ]
     for name, wanted in geometry.volumes().items():
         if abs(found[name] - wanted) > geometry.volume_tolerance(name) * wanted:
             faults.append(

@@ -2,20 +2,27 @@
 
 import hashlib
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
+import numpy as np
 from pydantic import Field
 
+from softact.components import components, gap, part_names
+from softact.discrete import add_mesh
 from softact.errors import NOT_UTF8, MeshError
+from softact.file_mesh import FileMesh, only_named, straight, without_inner_walls
 from softact.files import NAMES_A_FILE
-from softact.geometry import Geometry, Layout
+from softact.geometry import Geometry, Layout, tell
+from softact.joining import joined
 from softact.part_names import PartName, PartNameOrNone
+from softact.part_size import Drawn
 from softact.units import Length, is_utf8
 
 Names = Annotated[tuple[PartName, ...], Field(strict=False)]
 Axis = Literal["x", "y", "z"]
-TETRAHEDRON = 4  # gmsh's number
+Unit = Literal["um", "mm", "cm", "in", "ft", "m"]
 
 
 class Imported(Geometry):
@@ -32,11 +39,18 @@ class Imported(Geometry):
     symmetry: dict[Axis, PartName] = Field(
         {}, description="coordinate that is zero in a symmetry plane -> surface in that plane"
     )
+    separate: bool = Field(
+        False, description="keep solids that touch apart; else they are joined where they touch"
+    )
+    unit: Unit | None = Field(
+        None, description="in which the file is drawn, where it does not say so or says it wrong"
+    )
     mesh_size: Length = Field(2.0, description="longest edge")
 
     suffixes: ClassVar[tuple[str, ...]] = ()
 
-    def faults(self):
+    def faults(self) -> Iterator[tuple[str, str]]:
+        """See ``Geometry.faults``."""
         path = Path(self.file)
         if not is_utf8(self.file):
             yield "file", NOT_UTF8
@@ -51,9 +65,10 @@ class Imported(Geometry):
                 yield "cavities", f"'{cavity}' has no walls; write the names of its surfaces"
 
     def _too_many(self):
-        return iter(())  # nobody knows before it is meshed
+        return iter(())  # nobody knows before the file is read
 
     def layout(self) -> Layout:
+        """See ``Geometry.layout``."""
         planes = {name: "xyz".index(axis) for axis, name in self.symmetry.items()}
         walls = [name for names in self.cavities.values() for name in names]
         ends = [name for name in (self.clamp, self.tip) if name]
@@ -68,34 +83,79 @@ class Imported(Geometry):
         )
 
     def volumes(self) -> dict[str, float]:
+        """See ``Geometry.volumes``: nobody knows them."""
         return {}
 
     def content(self) -> str:
         """A number that changes with the file's content, for what is kept by the spec's hash."""
         return hashlib.sha256(Path(self.file).read_bytes()).hexdigest()[:16]
 
+    def drawn(self, gmsh) -> Drawn:
+        """The size of the current model, which ``build`` has made."""
+        return Drawn.of_model(gmsh)
+
+    @property
+    def scale(self) -> float:
+        """mm of the unit of length in which ``build`` makes the current model."""
+        return 1.0
+
     def mesh(self, gmsh) -> None:
-        """See ``Geometry.mesh``; raises MeshError where there is no solid, or one has no name."""
+        """See ``Geometry.mesh``; solids that touch are joined.
+
+        Raises MeshError where there is no solid, or one has no name, or where the part and
+        ``mesh_size`` do not fit each other.
+        """
         self.build(gmsh)
         if not gmsh.model.getEntities(3):
             raise MeshError(
                 "the file holds no solid: its surfaces, if any, do not close one (not watertight)"
             )
-        if not len(gmsh.model.mesh.getElementsByType(TETRAHEDRON)[0]):
+        drawn = self.drawn(gmsh)
+        if not _tetrahedra(gmsh):
+            drawn.refuse(self.mesh_size)
             gmsh.option.setNumber("Mesh.MeshSizeFromPoints", 0)
             gmsh.option.setNumber("Mesh.MeshSizeMax", self.mesh_size)
+            gmsh.option.setNumber("Mesh.ElementOrder", 1)
             gmsh.model.mesh.generate(3)
             gmsh.model.mesh.optimize("")
-        named = {
-            entity
-            for dimension, group in gmsh.model.getPhysicalGroups(3)
-            if gmsh.model.getPhysicalName(dimension, group) in self.regions
-            for entity in gmsh.model.getEntitiesForPhysicalGroup(dimension, group)
-        }
-        others = [tag for _, tag in gmsh.model.getEntities(3) if tag not in named]
-        lost = sum(len(gmsh.model.mesh.getElementsByType(TETRAHEDRON, tag)[0]) for tag in others)
-        if lost and named:
-            raise MeshError(
-                f"{lost} tetrahedra are in no solid named under regions "
-                f"({', '.join(self.regions)}); name all solids"
-            )
+            if not _tetrahedra(gmsh):
+                raise MeshError("gmsh made no tetrahedra in the solids of the file")
+        if drawn.doubt:
+            tell(drawn.doubt)
+        found = straight(gmsh, self.scale, tell)
+        self._put_back(gmsh, only_named(found, self.layout(), _tetrahedra(gmsh)))
+
+    def look(self, gmsh) -> None:
+        """See ``Geometry.look``: a finished mesh is read as for a run."""
+        self.mesh(gmsh)
+
+    def _put_back(self, gmsh, mesh: FileMesh) -> None:
+        """Make the current model hold a mesh whose solids are joined where they touch."""
+        if not self.separate:
+            mesh, area = joined(mesh)
+            if area:
+                tell(f"solids of the mesh touch over {area:.4g} mm^2 and are joined there")
+        walls = {name for names in self.layout().cavities.values() for name in names}
+        mesh = without_inner_walls(mesh, walls)
+        tell_parts(mesh)
+        add_mesh(gmsh, mesh.points, mesh.regions, mesh.by_names())
+
+
+def _tetrahedra(gmsh) -> int:
+    return sum(len(tags) for tags in gmsh.model.mesh.getElements(3)[1])
+
+
+def tell_parts(mesh: FileMesh) -> None:
+    """Say of how many parts a mesh is, and how far apart they are."""
+    cells = mesh.cells
+    labels = components(mesh.points, cells)
+    count = int(labels.max()) + 1
+    if count == 1:
+        tell(f"1 part of {len(cells)} tetrahedra")
+        return
+    names = part_names(mesh.points, cells, mesh.region, list(mesh.regions), labels)
+    for label, name in enumerate(names):
+        tell(
+            f"part {label + 1} of {count}, {name}, {int(np.sum(labels == label))} tetrahedra, "
+            f"{gap(mesh.points, cells, labels, label)}"
+        )

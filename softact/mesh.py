@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from softact import compat
-from softact.errors import MeshError
+from softact import compat, leaks
+from softact.errors import MeshError, SoftactError
 from softact.geometry import Layout
 from softact.sheets.mesh import SheetMesh, on_facets
 
@@ -127,16 +127,10 @@ def check_closed(tets: Tetrahedra, layout: Layout) -> None:
     planes = list(layout.symmetry.values())
     for cavity, walls in layout.cavities.items():
         triangles = np.vstack([tets.surfaces[name] for name in walls])
-        sides = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-        edges, counts = np.unique(sides, axis=0, return_counts=True)
-        ends = np.abs(tets.points[edges[counts == 1]])
-        in_plane = (ends[:, :, planes].max(axis=1) < 1e-6 * ends.max(initial=1.0)).any(axis=1)
-        if not in_plane.all():
-            place = ", ".join(f"{c:.3g}" for c in ends[~in_plane][0].mean(axis=0))
-            raise MeshError(
-                f"cavity '{cavity}' is not closed: {int((~in_plane).sum())} edges of its walls are "
-                f"open, one near ({place}) mm; close it, or use surface_pressure"
-            )
+        edges = leaks.open_edges(tets.points, triangles, planes)
+        if len(edges):
+            told = leaks.told(cavity, tets.points, edges)
+            raise MeshError(f"{told}; close it, or use surface_pressure")
 
 
 def distribute(comm, load: Callable[[], Tetrahedra], layout: Layout) -> Mesh:
@@ -189,7 +183,7 @@ def _on_root(comm, work):
     if comm.rank == 0:
         try:
             result = work()
-        except MeshError as found:
+        except SoftactError as found:
             error = found
     shared, error = comm.bcast((result[1:], error))
     if error is not None:

@@ -72,7 +72,7 @@ def run(
     """
     progress = progress or (lambda event: None)
     directory = Path(directory)
-    notes = plausible.lines(spec)
+    notes = [*spec.geometry.notes(), *plausible.lines(spec)]
     if spec.contact and processes > 1:
         processes = 1
         notes += ["contact between surfaces is computed by one process: the others are left out"]
@@ -87,10 +87,10 @@ def run(
         mesh_file, spec_file = folder / "mesh.msh", folder / "spec.yaml"
         job_file = folder / "job.json"
 
-        def prepare() -> None:
-            """Mesh, and the job that the solver waits for."""
+        def prepare() -> list[str]:
+            """Mesh, and the job that the solver waits for; what is to be said of the mesh."""
             progress({"stage": "mesh"})
-            make_mesh(spec.geometry, mesh_file)
+            said = make_mesh(spec.geometry, mesh_file)
             spec_file.write_text(spec.to_yaml(), encoding="utf-8")
             job = {
                 "spec": str(spec_file),
@@ -100,6 +100,7 @@ def run(
                 "old_steps": old.steps if old else None,
             }
             write_atomic(job_file, json.dumps(job))
+            return said
 
         last = _solve(job_file, prepare, directory, processes, threads, progress, notes)
     if report:
@@ -166,7 +167,7 @@ def _to_resume(spec, directory: Path) -> _Old | None:
 
 def _solve(
     job_file: Path,
-    prepare: Callable[[], None],
+    prepare: Callable[[], list[str]],
     directory: Path,
     processes: int,
     threads: int | None,
@@ -179,13 +180,18 @@ def _solve(
     been given one thread: others run beside it, and it takes no more than one core.
     """
     last: dict = {}
-    lines = list(notes)
-    for text in notes:
-        progress({"stage": "note", "text": text})
+    lines: list[str] = []
+
+    def say(texts: list[str]) -> None:
+        lines.extend(texts)
+        for text in texts:
+            progress({"stage": "note", "text": text})
+
+    say(notes)
     errors = job_file.with_name("stderr")
     beside = threads != 1
     if not beside:
-        prepare()
+        say(prepare())
     with errors.open("wb") as stderr:
         process = subprocess.Popen(
             _command(job_file, processes),
@@ -197,7 +203,7 @@ def _solve(
         )
         try:
             if beside:
-                prepare()
+                say(prepare())
             for line in process.stdout:
                 try:
                     last = json.loads(line)

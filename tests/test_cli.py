@@ -9,6 +9,7 @@ from pathlib import Path
 
 import click
 import pytest
+import step_files
 
 from softact.cli import main as cli
 from softact.cli._progress import Progress
@@ -163,6 +164,28 @@ def test_validate_tells_the_faults_of_every_file(folder, capsys):
     assert starts == ["bad.yaml:2:", "bad.yaml:3:", "nowhere.yaml:"]
 
 
+def test_validate_says_what_a_step_file_holds_and_what_it_lacks(folder, capsys):
+    """One file with two specs: one that names both ends, one that asks for a surface more."""
+    step_files.write(folder / "arm.step", step_files.bladder)
+    text = (
+        "geometry: {type: from_step, file: arm.step%s}\n"
+        "materials: {body: ecoflex-00-30}\nsteps: [{pressure: 1 kPa}]\n"
+    )
+    (folder / "arm.yaml").write_text(text % "")
+    (folder / "felt.yaml").write_text(text % ", surfaces: [felt]")
+    capsys.readouterr()
+    assert leave("validate", "arm.yaml") == 0
+    said = capsys.readouterr().out.splitlines()
+    assert said[:2] == [
+        "arm.yaml: ok",
+        "  arm.step: 1 solid with 12 faces, 40 x 14 x 12 mm (the file says mm)",
+    ]
+    assert leave("validate", "felt.yaml") == 2
+    said = capsys.readouterr()
+    assert said.err.startswith("felt.yaml: geometry: from_step: arm.step: no face has a name")
+    assert sum(line.startswith("  face ") for line in said.out.splitlines()) == 12
+
+
 def test_validate_applies_overrides(folder, capsys):
     assert leave("validate", "cube.yaml", "--set", "geometry.mesh_size=5") == 2
     assert capsys.readouterr().err.startswith("--set geometry.mesh_size=5: geometry.mesh_size: ")
@@ -303,6 +326,19 @@ def test_progress_on_a_terminal_is_the_share_of_all_steps(monkeypatch):
     # The second of two steps is half done.
     assert task.percentage == pytest.approx(75.0)
     assert "pressure_kPa 7" in task.description
+
+
+def test_a_note_stays_on_a_terminal(monkeypatch):
+    """The line with the bar is written over by the next event."""
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    printed = []
+    with Progress(["a"]) as progress:
+        console = progress._bar.console
+        monkeypatch.setattr(console, "print", lambda *texts, **_: printed.extend(texts))
+        progress({"stage": "note", "text": "runs the script arm.py as code"})
+        progress({"stage": "mesh"})
+    told = [text for text in printed if isinstance(text, str)]  # the bar prints itself
+    assert told == ["runs the script arm.py as code"]
 
 
 def test_progress_elsewhere_is_a_line_per_event(capsys):

@@ -128,8 +128,10 @@ def _levels(specs: Sequence[Spec], cache: Cache, jobs: int, told) -> list[Level]
 
 
 def _edge(spec: Spec, record: Record) -> float:
-    layout = spec.geometry.layout()
-    volume = sum(spec.geometry.volumes()[region] for region in layout.regions)
+    volumes = spec.geometry.volumes()
+    if not volumes:  # of a part out of a file nobody knows it: gmsh makes the edges as it is told
+        return min(mesh_sizes(spec).values())
+    volume = sum(volumes[region] for region in spec.geometry.layout().regions)
     return (volume / record.cells) ** (1 / 3)
 
 

@@ -267,6 +267,8 @@ def run_request(
     from softact.fit.calibration_files import tell, write
 
     spec = load(request.spec, request.overrides)
+    for line in spec.geometry.notes():
+        say(line)
     directory = directory or Path("results") / f"{spec.name}-calibrated"
     with tempfile.TemporaryDirectory(prefix="softact-calibrate-") as scratch:
         outcome = calibrate(request, spec, say, Path(scratch))

@@ -55,6 +55,8 @@ def cross_faults(data: Any, geometry: Geometry | None) -> Iterator[Fault]:
         yield from _surface(layer, ("layers", index), layout)
     if data.get("supports") is not None:
         yield from _supports(data["supports"], ("supports",), layout)
+    elif not layout.clamp and layout.regions:
+        yield from _supports([], ("supports",), layout)
     yield from _obstacles(data.get("obstacles"), layout)
     for index, contact in _mappings(data.get("contact")):
         yield from _contact(contact, ("contact", index), layout)
@@ -285,7 +287,8 @@ def _supports(value: Any, place: Place, layout: Layout) -> Iterator[Fault]:
                 yield (*place, index), fault
             seen.add(entry)
     for component in sorted(set("xyz") - held):
-        yield place, f"nothing holds the actuator along {component}; fix it on some surface"
+        clamp = "" if layout.clamp else ", which has no clamp,"
+        yield place, f"nothing holds the actuator{clamp} along {component}; fix it on some surface"
 
 
 def _components(support: dict) -> set[str]:

@@ -1,0 +1,68 @@
+"""Files that people brought (``shared/field`` beside the repository) each end well.
+
+Skipped where the folder is not there; files alike are made by OCC in ``tests/geometries``.
+"""
+
+import csv
+from pathlib import Path
+
+import pytest
+
+from softact.errors import MeshError
+from softact.geometry import look, make_mesh
+from softact.run import run
+from softact.spec import Spec, load, loads
+
+BESIDE = [folder / "shared" / "field" for folder in Path(__file__).resolve().parents[1:5]]
+FIELD = next((folder for folder in BESIDE if folder.is_dir()), None)
+pytestmark = pytest.mark.skipif(FIELD is None, reason="there is no shared/field beside the tree")
+
+
+def of_bladder(file: str, more: str = "") -> Spec:
+    """The spec of the bladder with another file in its place."""
+    text = (FIELD / "bladder.yaml").read_text()
+    assert "file: bladder.step" in text
+    return loads(text.replace("file: bladder.step", f"file: {FIELD / file}{more}"))
+
+
+def solved(spec: Spec, folder: Path) -> dict[str, float]:
+    """The last row of curve.csv, on a coarse mesh in few increments."""
+    coarse = spec.geometry.model_copy(update={"mesh_size": 8.0})
+    solver = spec.solver.model_copy(update={"initial_increment": 0.5, "max_increment": 0.5})
+    outcome = run(
+        spec.model_copy(update={"geometry": coarse, "solver": solver}), folder, report=False
+    )
+    assert outcome.status == "complete"
+    with (folder / "curve.csv").open() as file:
+        return list(csv.DictReader(file))[-1]
+
+
+def test_the_base_of_two_solids_takes_part(tmp_path):
+    """It stayed at rest, since nothing joined it to the rubber above."""
+    last = solved(load(FIELD / "two.yaml"), tmp_path / "two")
+    assert float(last["principal_stress_peak_base_MPa"]) > 1e-4
+    assert float(last["cavity_volume_mm3"]) > 32 * 8 * 6
+
+
+def test_solids_that_share_a_whole_face(tmp_path):
+    text = (FIELD / "two.yaml").read_text().replace("two.step", str(FIELD / "two_same.step"))
+    last = solved(loads(text), tmp_path / "two")
+    assert float(last["principal_stress_peak_base_MPa"]) > 1e-4
+
+
+@pytest.mark.parametrize("file", ["bladder.step", "unnamed.step"])
+def test_a_bladder_with_names_and_without(file, tmp_path):
+    """One is the other without names: the faces that are found are those that were named."""
+    spec = of_bladder(file)
+    if file == "unnamed.step":
+        spec = loads(spec.to_yaml().replace("skin", "outer"))
+    last = solved(spec, tmp_path / "one")
+    assert float(last["cavity_volume_mm3"]) > 32 * 8 * 8
+
+
+def test_a_part_drawn_in_mm_and_said_to_be_in_m(tmp_path):
+    with pytest.raises(MeshError, match="write unit: mm"):
+        make_mesh(of_bladder("drawn_mm_said_m.step").geometry, tmp_path / "x.msh", 60.0)
+    said: list[str] = []
+    look(of_bladder("drawn_mm_said_m.step", ", unit: mm").geometry, said)
+    assert "40 x 14 x 14 mm (in mm)" in said[0]
