@@ -211,7 +211,7 @@ class _Inflation:
             self.held_back = max(self.held_back, drag / (s * self.pressure_force))
         outcome = replace(outcome, unstable_modes=0)  # of no equilibrium, but of a motion
         self.model.contacts.stiffen(self.stepper.state)  # for the next time step
-        told = {"control": "dynamics", "kinetic_ratio": ratio}
+        told = {"control": "motion", "kinetic_ratio": ratio}
         self.path = self.stepper.accept(self.step, self.drive, self.path, s, outcome, **told)
         return ratio
 
@@ -253,6 +253,7 @@ class _Inflation:
         self._without_inertia()
         self.stepper.go_to(self.drive, self.path[-1])
         begun, end = self.quasi_static_from, self.path[-1].s
+        slow = begun is not None and max(self.worst, self.held_back) <= QUASI_STATIC
         if begun is None:
             told = "its kinetic energy never fell below 5 % of the internal energy"
         else:
@@ -264,7 +265,8 @@ class _Inflation:
                 f"{self.held_back:.2%} of the pressure's force{motion}"
             )
         told += f"; {self._energies()}"
-        self.stepper.progress.remarks.append(
+        progress = self.stepper.progress
+        (progress.notes if slow else progress.remarks).append(
             f"step '{self.step.name}': inflated by implicit dynamics to {end:.2%}, {told}"
         )
         return self.path, fault

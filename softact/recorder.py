@@ -67,6 +67,7 @@ class Recorder:
                     "counts": counts,
                     "memory_MB": round(memory / 1024),
                     "messages": messages,
+                    "notes": progress.notes,
                     "history": [asdict(a) for a in progress.attempts],
                 },
             )
@@ -117,6 +118,7 @@ class Recorder:
         for measure in self.measures:
             row |= measure.evaluate(snapshot)
         row["unstable_modes"] = attempt.unstable_modes
+        row["control"], row["kinetic_ratio"] = attempt.control, attempt.kinetic_ratio
         row["newton_iterations"] = attempt.iterations
         row["residual"] = attempt.residuals[-1] if attempt.residuals else 0.0
         self.row = row

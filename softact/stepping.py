@@ -31,7 +31,8 @@ class Attempt:
     """One try at an increment, for the convergence history; see ``NewtonOutcome``.
 
     control: "load", "search" (load, with a line search), "volume", "arc" (the way through the
-    displacements) or "dynamics". kinetic_ratio: largest kinetic by internal energy on the way,
+    displacements), "dynamics" (an equilibrium that a damped motion has led to) or "motion" (a state
+    of the first inflation, no equilibrium). kinetic_ratio: largest kinetic by internal energy on the way,
     where there was a motion. speed: norm of the displacements' change (mm) per change of the
     fraction at the equilibrium; 0 where not known.
     """
@@ -50,11 +51,12 @@ class Attempt:
 
 @dataclass
 class Progress:
-    """What the run has done: attempts so far, remarks for the user and, where it stopped early,
-    why."""
+    """What the run has done: attempts so far, remarks that a reader has to know before he trusts
+    it, notes that he may read and, where it stopped early, why."""
 
     attempts: list[Attempt] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
     stopped: str | None = None
 
     @property
@@ -130,7 +132,7 @@ class Stepper:
         self.state = replace(state, x=state.x.copy())
         self.model.contacts.resume(self.state)
         self.progress.attempts = [Attempt(**attempt) for attempt in start.attempts]
-        self.progress.remarks = list(start.remarks)
+        self.progress.remarks, self.progress.notes = list(start.remarks), list(start.notes)
         self.newton.counts = Counts(**start.counts)
         self.accepted = start.rows
 

@@ -25,6 +25,8 @@ BOOKKEEPING = {
     "residual",
     "iterations",
     "unstable_modes",
+    "control",
+    "kinetic_ratio",
 }
 
 
