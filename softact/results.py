@@ -112,6 +112,37 @@ def read(directory: str | Path) -> Results:
     )
 
 
+def load_name(results: Results) -> str | None:
+    """Column that the curves are drawn against: the pressure that changes most, if any does."""
+    best, span = None, 0.0
+    for name, values in results.curve.items():
+        if name.startswith("pressure_") and name.endswith("_kPa") and values.dtype == float:
+            width = np.ptp(values[np.isfinite(values)]) if np.isfinite(values).any() else 0.0
+            if width > span:
+                best, span = name, width
+    return best
+
+
+def load(results: Results) -> np.ndarray:
+    """(rows,) the load of each state: kPa of ``load_name``, else finished steps and fraction."""
+    name = load_name(results)
+    if name:
+        return results.curve[name]
+    rows = len(next(iter(results.curve.values()), ()))
+    if "step_fraction" not in results.curve:
+        return np.arange(rows, dtype=float)
+    names = results.curve.get("step", np.zeros(rows))
+    begun = np.cumsum([0, *(names[1:] != names[:-1])]) if rows else np.zeros(0)
+    return begun + results.curve["step_fraction"]
+
+
+def rest_state(results: Results) -> int:
+    """Last state before the load begins to grow, -1 where the first row is loaded already."""
+    values = load(results)
+    unloaded = np.flatnonzero(np.abs(values) > 1e-9 * np.abs(values).max(initial=0))
+    return int(unloaded[0]) - 1 if len(unloaded) else len(values) - 1
+
+
 def _read_columns(path: Path) -> dict[str, np.ndarray]:
     if not path.is_file():
         return {}

@@ -1,8 +1,8 @@
 """Largest stretch, where it is, and how much the material's volume changes.
 
 At a re-entrant corner the volume of a nearly incompressible material changes without bound as the
-mesh is refined, so the largest change at a single point decides nothing: the change that one percent
-of the volume exceeds does, and the part of the volume that changes by more than ``BOUND``.
+mesh is refined, so the largest change at a single point decides nothing: the change that one
+percent of the volume exceeds does, and the part of the volume that changes by more than ``BOUND``.
 """
 
 import numpy as np
@@ -64,8 +64,8 @@ STRAIN = Measure(
     {"max_principal_stretch": "largest principal stretch"}
     | {f"max_principal_stretch_{c}_mm": f"its undeformed {c} coordinate" for c in "xyz"}
     | {
-        "volume_change_max": "largest |J − 1| at a quadrature point, mostly at a sharp corner, where "
-        "it grows with every refinement",
+        "volume_change_max": "largest |J − 1| at a quadrature point, mostly at a sharp corner, "
+        "where it grows with every refinement",
     }
     | {f"volume_change_max_{c}_mm": f"its undeformed {c} coordinate" for c in "xyz"}
     | {

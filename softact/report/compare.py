@@ -12,8 +12,7 @@ from softact.errors import SpecError
 from softact.files import csv_text, write_atomic
 from softact.report import base, curves, labels, requirements, targets
 from softact.report.base import Plot, Section
-from softact.report.view import load, load_name
-from softact.results import COMPLETE, Results, read
+from softact.results import COMPLETE, Results, load, load_name, read
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,7 @@ import yaml
 
 from softact.report import base, curves, history, labels, mesh_error, origin
 from softact.report.base import Plot, Section
-from softact.report.view import load, load_name
-from softact.results import COMPLETE, NO_EQUILIBRIUM, Results
+from softact.results import COMPLETE, NO_EQUILIBRIUM, Results, load, load_name
 
 _VIEW = """\
 <div id="shape" role="img" aria-label="The deformed actuator; drag to turn it"></div>

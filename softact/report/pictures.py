@@ -10,8 +10,8 @@ from softact.files import write_atomic
 from softact.report import frames, labels
 from softact.report.frames import Group, Scene
 from softact.report.surface import Skin
-from softact.report.view import STRESS_COLOURS, View, load, load_name, states
-from softact.results import Results
+from softact.report.view import STRESS_COLOURS, View, states
+from softact.results import Results, load, load_name
 
 INK, _GREY = "#15202b", "#8a949b"
 _DPI = 160

@@ -9,8 +9,7 @@ import numpy as np
 from softact.report import base, labels, targets
 from softact.report.base import Plot, Section
 from softact.report.targets import Requirement
-from softact.report.view import load, load_name
-from softact.results import Results
+from softact.results import Results, load, load_name
 
 #: Figures of an actuator that nothing stops; a run with a load cell does not tell them.
 FREE = {

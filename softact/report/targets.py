@@ -14,8 +14,7 @@ from softact.errors import SpecError
 from softact.report import base, body, labels
 from softact.report.base import Plot, Section
 from softact.report.curves import at_load
-from softact.report.view import load, load_name
-from softact.results import Results
+from softact.results import Results, load, load_name
 from softact.spec.choice import nearest
 from softact.units import conversion
 

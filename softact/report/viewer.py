@@ -8,8 +8,8 @@ import numpy as np
 from softact.report import labels
 from softact.report.obstacles import COLOUR, Body, bodies
 from softact.report.surface import Skin, drawn, mirrored, skin
-from softact.report.view import STRESS_COLOURS, bending_view, colour_range, load, load_name
-from softact.results import Results
+from softact.report.view import STRESS_COLOURS, bending_view, colour_range
+from softact.results import Results, load, load_name
 
 _MOST_STATES = 40
 _MOST_TRIANGLES = 45_000
