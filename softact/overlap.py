@@ -19,6 +19,7 @@ from itertools import combinations
 
 import numpy as np
 
+from softact import quadratic
 from softact.boundary import among, exterior
 from softact.crossing import deepest_crossing
 from softact.results import Results
@@ -30,10 +31,8 @@ INSIDE = 0.01
 NOTHING = 0.05
 # How far outside of its straight-edged corners a quadratic element may reach, in barycentrics.
 _BULGE = 0.3
-_NEWTON_STEPS = 6
 _CHUNK = 4000  # elements looked at together, which bounds the memory
 
-_EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
 #: Barycentrics of four points inside of a face, one for each of its flat pieces.
 _IN_FACE = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4], [2, 2, 2]]) / 6.0
 
@@ -60,33 +59,40 @@ class Overlap:
 
 def overlap(results: Results, number: int) -> Overlap | None:
     """The deepest overlap of a state (a row of the curve), None where there is none."""
-    moved = results.field(number, "displacement")
-    found = None
-    if results.layout.regions:
-        found = _Body(results, moved).deepest()
-    if found is None and results.layout.sheets:
-        crossing = deepest_crossing(results, moved)
-        if crossing is not None:
-            depth, place, other, seen, sheets = crossing
-            found = Overlap(0.0, depth, place, other, seen, sheets, at_least=True)
-    return found
+    return _seek(results, number)[0]
 
 
 def first_overlap(results: Results, number: int) -> tuple[int, Overlap] | None:
-    """The first state with an overlap, and the overlap in state ``number``; None where that has
-    none. Between states without and with one, the interval is halved: an overlap that comes and
-    goes before is not found."""
-    found = overlap(results, number)
+    """The first state in which the parts that overlap in state ``number`` do so, and the overlap in
+    that state; None where it has none. The interval between a state without and one with it is
+    halved: what comes and goes before is not found."""
+    found, inside = _seek(results, number)
     if found is None:
         return None
     without, with_one = -1, number
     while with_one - without > 1:
         middle = (without + with_one) // 2
-        if overlap(results, middle) is None:
+        if _seek(results, middle, inside)[0] is None:
             without = middle
         else:
             with_one = middle
     return with_one, found
+
+
+def _seek(results: Results, number: int, only: np.ndarray | None = None):
+    """The deepest overlap of a state or None, and which of the surface's points lie inside. only:
+    those points alone are looked at."""
+    moved = results.field(number, "displacement")
+    found, inside = None, None
+    if results.layout.regions:
+        found, inside = _Body(results, moved).deepest(only)
+    if found is None and results.layout.sheets:
+        crossing = deepest_crossing(results, moved)
+        if crossing is not None:
+            depth, place, other, seen, sheets = crossing
+            found = Overlap(0.0, depth, place, other, seen, sheets, at_least=True)
+            inside = None
+    return found, inside
 
 
 class _Body:
@@ -101,12 +107,12 @@ class _Body:
 
     def __init__(self, results: Results, moved: np.ndarray):
         self.results, self.cells = results, results.cells
-        self.undeformed = _ten(results.points, results.cells)
-        self.deformed = _ten(results.points + moved, results.cells)
+        self.undeformed = quadratic.ten_nodes(results.points, results.cells)
+        self.deformed = quadratic.ten_nodes(results.points + moved, results.cells)
         margin = _BULGE * np.ptp(self.deformed, axis=1)
         self.box = self.deformed.min(axis=1) - margin, self.deformed.max(axis=1) + margin
         edges = self.deformed[:, 1:4] - self.deformed[:, :1]
-        self.flattened = _inverse(np.swapaxes(edges, 1, 2))
+        self.flattened = quadratic.inverse(np.swapaxes(edges, 1, 2))
         planes = [results.surfaces[name] for name in results.layout.symmetry
                   if name in results.surfaces]  # fmt: skip
         faces = exterior(results.cells)
@@ -117,9 +123,11 @@ class _Body:
         faces, count = self.faces, len(self.faces)
         inside, outward = [], []
         for places in (before, after):
-            six = _six(places, faces)
-            inside.append(np.einsum("pk,fki->fpi", _face_shapes(_IN_FACE), six).reshape(-1, 3))
-            along = np.einsum("pkj,fki->fpji", _face_slopes(_IN_FACE), six)
+            six = quadratic.six_nodes(places, faces)
+            inside.append(
+                np.einsum("pk,fki->fpi", quadratic.face_shapes(_IN_FACE), six).reshape(-1, 3)
+            )
+            along = np.einsum("pkj,fki->fpji", quadratic.face_slopes(_IN_FACE), six)
             outward.append(np.cross(along[:, :, 0], along[:, :, 1]))
         # A node belongs to several faces: the first stands for it, with the normals of all.
         nodes, first = np.unique(faces, return_index=True)
@@ -143,11 +151,13 @@ class _Body:
             sides[among(self.faces, there)] = number
         return sides
 
-    def deepest(self) -> Overlap | None:
+    def deepest(self, only: np.ndarray | None = None) -> tuple[Overlap | None, np.ndarray]:
+        """The deepest overlap or None, and which points lie inside (n,); only: of these points."""
+        chosen = np.arange(len(self.before)) if only is None else np.flatnonzero(only)
         inside = np.zeros(len(self.before), bool)
         worst: tuple = (0.0,)
         for signs in _images(self.results):
-            point, other = self._seek(signs)
+            point, other = self._seek(chosen, signs)
             if not len(point):
                 continue
             depth, nearest = self._depth(point, other, signs)
@@ -157,20 +167,19 @@ class _Body:
             if deep[at] and depth[at] > worst[0]:
                 worst = float(depth[at]), point[at], other[at], nearest[at]
         if len(worst) == 1:
-            return None
+            return None, inside
         depth, point, other, nearest = worst
-        return Overlap(
-            float(self.area[inside].sum() / self.area.sum()), depth, self.before[point], other,
-            self.after[point], (self._surface(point), self._surface(nearest)),
-        )  # fmt: skip
+        share = float(self.area[inside].sum() / self.area.sum())
+        names = self._surface(point), self._surface(nearest)
+        return Overlap(share, depth, self.before[point], other, self.after[point], names), inside
 
-    def _seek(self, signs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Numbers (k,) of the surface's points whose image (coordinates times ``signs``) is inside
-        of an element, and where that is in the undeformed body (k, 3)."""
+    def _seek(self, chosen: np.ndarray, signs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Numbers (k,) of those chosen points of the surface whose image (coordinates times
+        ``signs``) is inside of an element, and where that is in the undeformed body (k, 3)."""
         from scipy.spatial import cKDTree
 
         places = self.after * signs
-        tree = cKDTree(places)
+        tree = cKDTree(places[chosen])
         middle = self.deformed.mean(axis=1)
         reach = 1.1 * np.linalg.norm(self.deformed - middle[:, None], axis=2).max(axis=1)
         points, others = [np.zeros(0, int)], [np.zeros((0, 3))]
@@ -179,7 +188,7 @@ class _Body:
             near = tree.query_ball_point(middle[part], reach[part], return_sorted=False)
             cell = np.repeat(start + np.arange(len(near)), [len(some) for some in near])
             if len(cell):
-                point = np.concatenate([some for some in near if some]).astype(int)
+                point = chosen[np.concatenate([some for some in near if some]).astype(int)]
                 point, other = self._inside(places, point, cell, mirrored=bool((signs < 0).any()))
                 points.append(point)
                 others.append(other)
@@ -192,16 +201,16 @@ class _Body:
         boxed = ((places[point] > low[cell]) & (places[point] < high[cell])).all(axis=1)
         point, cell = point[boxed], cell[boxed]
         away = places[point] - self.deformed[cell, 0]
-        bary = _full(np.einsum("nij,nj->ni", self.flattened[cell], away))
+        bary = quadratic.barycentrics(np.einsum("nij,nj->ni", self.flattened[cell], away))
         near = bary.min(axis=1) > -_BULGE
         point, cell, bary = point[near], cell[near], bary[near]
         if not mirrored:
             same = self.own[point][:, :, None] == self.cells[cell][:, None, :]
             others = ~same.any(axis=(1, 2))
             point, cell, bary = point[others], cell[others], bary[others]
-        found, bary = _invert(self.deformed[cell], places[point], bary)
+        found, bary = quadratic.invert(self.deformed[cell], places[point], bary, INSIDE)
         point, cell = point[found], cell[found]
-        return point, np.einsum("nk,nki->ni", _shapes(bary), self.undeformed[cell])
+        return point, np.einsum("nk,nki->ni", quadratic.shapes(bary), self.undeformed[cell])
 
     def _depth(self, point, other, signs) -> tuple[np.ndarray, np.ndarray]:
         """How deep the points lie (k,) mm, and the numbers of the surface's points next to where
@@ -232,91 +241,6 @@ def _images(results: Results) -> Iterator[np.ndarray]:
             signs = np.ones(3)
             signs[list(chosen)] = -1.0
             yield signs
-
-
-def _invert(ten: np.ndarray, places: np.ndarray, bary: np.ndarray):
-    """Numbers (k,) of the places (n, 3) that are inside of their quadratic elements (n, 10, 3), and
-    their barycentrics (k, 4); from a guess (n, 4), by Newton's method."""
-    number = np.arange(len(ten))
-    for _ in range(_NEWTON_STEPS):
-        missing = places - np.einsum("nk,nki->ni", _shapes(bary), ten)
-        slopes = np.einsum("nkj,nki->nij", _slopes(bary), ten)
-        step = np.einsum("nij,nj->ni", _inverse(slopes), missing)
-        bary = _full(bary[:, 1:] + np.clip(step, -0.5, 0.5))
-        # Most are soon seen to be outside.
-        near = bary.min(axis=1) > -2 * np.abs(step).max(axis=1, initial=0.0)
-        number, ten, places, bary = number[near], ten[near], places[near], bary[near]
-    missing = places - np.einsum("nk,nki->ni", _shapes(bary), ten)
-    size = np.ptp(ten, axis=1).max(axis=1)
-    found = np.abs(missing).max(axis=1, initial=0.0) < 1e-6 * size
-    found &= bary.min(axis=1) > INSIDE
-    return number[found], bary[found]
-
-
-def _inverse(matrices: np.ndarray) -> np.ndarray:
-    """(n, 3, 3) inverse matrices; zero for those without."""
-    a, b, c = np.moveaxis(matrices, 2, 0)
-    rows = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
-    determinant = np.einsum("ni,ni->n", a, rows[:, 0])
-    sound = np.abs(determinant) > 1e-14 * np.abs(matrices).max(axis=(1, 2), initial=1e-300) ** 3
-    return (
-        np.where(sound[:, None, None], rows, 0.0) / np.where(sound, determinant, 1.0)[:, None, None]
-    )
-
-
-def _full(three: np.ndarray) -> np.ndarray:
-    """(n, 4) barycentrics from the last three."""
-    return np.column_stack([1 - three.sum(axis=1), three])
-
-
-def _ten(places: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """(m, 10, 3) places of the elements' nodes; elements with straight edges get theirs."""
-    there = places[cells]
-    if cells.shape[1] == 10:
-        return there
-    return np.concatenate([there, there[:, _EDGES].mean(axis=2)], axis=1)
-
-
-def _six(places: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """(f, 6, 3) places of the faces' nodes."""
-    there = places[faces]
-    if faces.shape[1] == 6:
-        return there
-    return np.concatenate([there, there[:, ((0, 1), (1, 2), (2, 0))].mean(axis=2)], axis=1)
-
-
-def _shapes(bary: np.ndarray) -> np.ndarray:
-    """(n, 10) quadratic shape functions of an element, in VTK's order."""
-    a, b = np.transpose(_EDGES)
-    return np.hstack([bary * (2 * bary - 1), 4 * bary[:, a] * bary[:, b]])
-
-
-def _slopes(bary: np.ndarray) -> np.ndarray:
-    """(n, 10, 3) their derivatives by the last three barycentrics."""
-    by = np.zeros((len(bary), 10, 4))
-    corner = np.arange(4)
-    by[:, corner, corner] = 4 * bary - 1
-    a, b = np.transpose(_EDGES)
-    edge = np.arange(4, 10)
-    by[:, edge, a], by[:, edge, b] = 4 * bary[:, b], 4 * bary[:, a]
-    return by[:, :, 1:] - by[:, :, :1]
-
-
-def _face_shapes(bary: np.ndarray) -> np.ndarray:
-    """(p, 6) quadratic shape functions of a face."""
-    following = bary[:, [1, 2, 0]]
-    return np.hstack([bary * (2 * bary - 1), 4 * bary * following])
-
-
-def _face_slopes(bary: np.ndarray) -> np.ndarray:
-    """(p, 6, 2) their derivatives by the last two barycentrics."""
-    by = np.zeros((len(bary), 6, 3))
-    for corner in range(3):
-        following = (corner + 1) % 3
-        by[:, corner, corner] = 4 * bary[:, corner] - 1
-        by[:, 3 + corner, corner] = 4 * bary[:, following]
-        by[:, 3 + corner, following] = 4 * bary[:, corner]
-    return by[:, :, 1:] - by[:, :, :1]
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:
