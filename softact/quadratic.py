@@ -15,8 +15,8 @@ def invert(ten: np.ndarray, places: np.ndarray, bary: np.ndarray, least: float):
     number = np.arange(len(ten))
     for _ in range(_NEWTON_STEPS):
         missing = places - np.einsum("nk,nki->ni", shapes(bary), ten)
-        slopes = np.einsum("nkj,nki->nij", slopes(bary), ten)
-        step = np.einsum("nij,nj->ni", inverse(slopes), missing)
+        gradient = np.einsum("nkj,nki->nij", slopes(bary), ten)
+        step = np.einsum("nij,nj->ni", inverse(gradient), missing)
         bary = barycentrics(bary[:, 1:] + np.clip(step, -0.5, 0.5))
         # Most are soon seen to be outside.
         near = bary.min(axis=1) > -2 * np.abs(step).max(axis=1, initial=0.0)
@@ -34,9 +34,8 @@ def inverse(matrices: np.ndarray) -> np.ndarray:
     rows = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
     determinant = np.einsum("ni,ni->n", a, rows[:, 0])
     sound = np.abs(determinant) > 1e-14 * np.abs(matrices).max(axis=(1, 2), initial=1e-300) ** 3
-    return (
-        np.where(sound[:, None, None], rows, 0.0) / np.where(sound, determinant, 1.0)[:, None, None]
-    )
+    rows[~sound], determinant[~sound] = 0.0, 1.0
+    return rows / determinant[:, None, None]
 
 
 def barycentrics(three: np.ndarray) -> np.ndarray:
