@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -34,6 +34,14 @@ def among(triangles: np.ndarray, groups: Sequence[np.ndarray]) -> np.ndarray:
         return np.zeros(len(triangles), bool)
     known = names(np.vstack([part[:, :3] for part in (triangles, *groups)]))
     return np.isin(known[: len(triangles)], known[len(triangles) :])
+
+
+def surface_of(face: np.ndarray, surfaces: Mapping[str, np.ndarray]) -> str:
+    """Name of the first surface that has a face, "" where none has it."""
+    for name, triangles in surfaces.items():
+        if triangles.shape[1] >= 3 and among(face[None], [triangles])[0]:
+            return name
+    return ""
 
 
 def names(triangles: np.ndarray) -> np.ndarray:

@@ -2,8 +2,10 @@
 
 Sides of their flat pieces (four for each quadratic triangle) that pierce another piece: a tree of
 places finds those that may (broad phase), a line through a triangle decides (Möller and Trumbore
-1997, J. Graphics Tools 2:21). Neighbours share nodes and do not count. A sheet has no inside: how
-far a side sticks out of the piece that it pierces is told, a lower bound of the depth.
+1997, J. Graphics Tools 2:21). Neighbours share nodes and do not count, nor does a triangle whose
+pieces lie folded on each other: it is slack, and nothing decides where its nodes are. A sheet has
+no inside: how far a side sticks out of the piece that it pierces is told, a lower bound of the
+depth.
 """
 
 from __future__ import annotations
@@ -31,12 +33,12 @@ def deepest_crossing(results: Results, moved: np.ndarray) -> Crossing | None:
     moved: (n, 3) mm, displacements of all nodes.
     """
     sheets = results.layout.sheets
-    pieces = [flat(results.surfaces[name]) for name in sheets]
+    before, after = results.points, results.points + moved
+    pieces = [_unfolded(after, results.surfaces[name]) for name in sheets]
     owner = np.repeat(np.arange(len(sheets)), [len(part) for part in pieces])
     triangles = np.vstack(pieces)
     all_sides = np.sort(triangles[:, ((0, 1), (1, 2), (2, 0))].reshape(-1, 2), axis=1)
     sides, first = np.unique(all_sides, axis=0, return_index=True)
-    before, after = results.points, results.points + moved
     found = None
     for mirrors in _mirrors(results):
         signs = np.ones(3)
@@ -54,6 +56,16 @@ def deepest_crossing(results: Results, moved: np.ndarray) -> Crossing | None:
                 float(depth[at]), ends.mean(axis=0), corners.mean(axis=0), place[at] * signs, names
             )  # fmt: skip
     return found
+
+
+def _unfolded(after: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """(k, 3) the flat pieces of the triangles that are not folded on themselves."""
+    pieces = flat(triangles)
+    a, b, c = np.moveaxis(after[pieces], 1, 0)
+    normals = np.cross(b - a, c - a).reshape(len(triangles), -1, 3)
+    whole = normals.sum(axis=1, keepdims=True)
+    kept = ((normals * whole).sum(axis=2) > 0).all(axis=1)
+    return pieces.reshape(len(triangles), -1, 3)[kept].reshape(-1, 3)
 
 
 def _mirrors(results: Results):

@@ -44,8 +44,8 @@ class Overlap:
     share: of its surface, by undeformed area, that lies inside; 0 where only single nodes do or
     sheets cross. depth: mm, of the deepest place. place, other: (3,) mm, where in the undeformed
     actuator the two parts are that meet there. seen: (3,) mm, where that is in the state. surfaces:
-    names of the surfaces nearest to the two, "" where they have none. at_least: whether the depth
-    is a lower bound, as it is for sheets.
+    names of the surfaces that lie inside, that with the largest part first. at_least: whether the
+    depth is a lower bound, as it is for sheets.
     """
 
     share: float
@@ -53,7 +53,7 @@ class Overlap:
     place: np.ndarray
     other: np.ndarray
     seen: np.ndarray
-    surfaces: tuple[str, str]
+    surfaces: tuple[str, ...]
     at_least: bool = False
 
 
@@ -160,18 +160,18 @@ class _Body:
             point, other = self._seek(chosen, signs)
             if not len(point):
                 continue
-            depth, nearest = self._depth(point, other, signs)
+            depth = self._depth(point, other, signs)
             deep = depth > NOTHING * self.size[point]
             inside[point[deep]] = True
             at = int(np.argmax(np.where(deep, depth, 0.0)))
             if deep[at] and depth[at] > worst[0]:
-                worst = float(depth[at]), point[at], other[at], nearest[at]
+                worst = float(depth[at]), point[at], other[at]
         if len(worst) == 1:
             return None, inside
-        depth, point, other, nearest = worst
+        depth, point, other = worst
         share = float(self.area[inside].sum() / self.area.sum())
-        names = self._surface(point), self._surface(nearest)
-        return Overlap(share, depth, self.before[point], other, self.after[point], names), inside
+        names, seen = self._names(inside), self.after[point]
+        return Overlap(share, depth, self.before[point], other, seen, names), inside
 
     def _seek(self, chosen: np.ndarray, signs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Numbers (k,) of those chosen points of the surface whose image (coordinates times
@@ -212,9 +212,20 @@ class _Body:
         point, cell = point[found], cell[found]
         return point, np.einsum("nk,nki->ni", quadratic.shapes(bary), self.undeformed[cell])
 
-    def _depth(self, point, other, signs) -> tuple[np.ndarray, np.ndarray]:
-        """How deep the points lie (k,) mm, and the numbers of the surface's points next to where
-        they have got to."""
+    def _names(self, inside: np.ndarray) -> tuple[str, ...]:
+        """Names of the surfaces with these points, by their area in these."""
+        faces = np.flatnonzero(np.bincount(self.face[inside], minlength=len(self.faces)))
+        areas, left = {}, np.bincount(self.face, self.area * inside, len(self.faces))
+        for name, triangles in self.results.surfaces.items():
+            if triangles.shape[1] >= 3:
+                chosen = faces[among(self.faces[faces], [triangles])]
+                areas[name] = left[chosen].sum()
+                faces = np.setdiff1d(faces, chosen)
+        return tuple(sorted((n for n in areas if areas[n] > 0), key=lambda n: -areas[n]))
+
+    def _depth(self, point, other, signs) -> np.ndarray:
+        """How deep the points lie (k,) mm, by the points of the surface next to where they have got
+        to in the undeformed body."""
         from scipy.spatial import cKDTree
 
         nearest = np.zeros(len(point), int)
@@ -222,15 +233,7 @@ class _Body:
             mine, there = self.side[point] == side, np.flatnonzero(self.side == side)
             nearest[mine] = there[cKDTree(self.before[there]).query(other[mine])[1]]
         away = self.after[nearest] - self.after[point] * signs
-        return np.abs(np.einsum("ni,ni->n", away, self.normal[nearest])), nearest
-
-    def _surface(self, point: int) -> str:
-        """Name of a surface that has the face of a point."""
-        face = self.faces[self.face[point]][None]
-        for name, triangles in self.results.surfaces.items():
-            if triangles.shape[1] >= 3 and among(face, [triangles]).any():
-                return name
-        return ""
+        return np.abs(np.einsum("ni,ni->n", away, self.normal[nearest]))
 
 
 def _images(results: Results) -> Iterator[np.ndarray]:

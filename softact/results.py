@@ -136,6 +136,16 @@ def load(results: Results) -> np.ndarray:
     return begun + results.curve["step_fraction"]
 
 
+def load_text(results: Results, row: int) -> str:
+    """The load of a state in words: "31.2 kPa", or "40 % of step 'pull'" without a pressure."""
+    if load_name(results):
+        return f"{load(results)[row]:.4g} kPa"
+    curve = results.curve
+    if "step" in curve and "step_fraction" in curve:
+        return f"{100 * curve['step_fraction'][row]:.4g} % of step '{curve['step'][row]}'"
+    return f"state {row}"
+
+
 def rest_state(results: Results) -> int:
     """Last state before the load begins to grow, -1 where the first row is loaded already."""
     values = load(results)
