@@ -5,16 +5,19 @@ from __future__ import annotations
 import resource
 import time
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 
 from softact.checkpoint import pack
 from softact.from_spec import load_steps, parameters, supports_of
 from softact.measures import MEASURES
+from softact.measures.failure import SHARE
+from softact.results import NO_EQUILIBRIUM, read
 from softact.settings import Settings
 from softact.snapshot import Snapshot, gather_mesh, gather_nodes
 from softact.stepping import Stepper
+from softact.verdict import AMBER, RED, Reason, Verdict, judge
 
 
 class Recorder:
@@ -31,6 +34,7 @@ class Recorder:
         )
         self.row: dict = model.comm.bcast(writer.last_row if writer is not None else None)
         self.write_time = 0.0
+        self.verdict: Verdict | None = None  # on rank 0, at the end
         if start is None:
             self._write_mesh()
 
@@ -59,20 +63,30 @@ class Recorder:
                 "cutbacks": progress.cutbacks,
                 **asdict(self.stepper.newton.counts),
             }
-            self.writer.finish(
-                status,
-                summary,
-                {
-                    "times_s": {name: round(t, 4) for name, t in times.items()},
-                    "counts": counts,
-                    "memory_MB": round(memory / 1024),
-                    "messages": messages,
-                    "notes": progress.notes,
-                    "history": [asdict(a) for a in progress.attempts],
-                },
-            )
-        self.tell({"stage": "done", "status": status, "message": progress.stopped})
+            told = {"messages": messages, "notes": progress.notes}
+            started = time.perf_counter()
+            self.verdict = self._judge(status, told)
+            times["judge"] = time.perf_counter() - started
+            told |= {
+                "verdict": self.verdict.data(),
+                "times_s": {name: round(t, 4) for name, t in times.items()},
+                "counts": counts,
+                "memory_MB": round(memory / 1024),
+                "history": [asdict(a) for a in progress.attempts],
+            }
+            self.writer.finish(status, summary, told)
+        done = {"stage": "done", "status": status, "message": progress.stopped}
+        self.tell({**done, "verdict": self.verdict and self.verdict.data()})
         return status
+
+    def _judge(self, status: str, told: dict) -> Verdict:
+        """The verdict on what has been written, and on what run.json will say."""
+        directory = self.writer.directory
+        try:
+            return judge(replace(read(directory), run={"status": status, **told}))
+        except Exception as error:  # the run is worth more than what is thought of it
+            colour = RED if status == NO_EQUILIBRIUM else AMBER
+            return Verdict(colour, (Reason("unread", f"no verdict could be reached: {error!r}"),))
 
     def _unstable(self) -> str | None:
         """What to say of unstable equilibria."""
@@ -104,10 +118,11 @@ class Recorder:
                 beyond |= stretch[..., -1] < low
             part = self.model.sum(float(solid.volumes[beyond].sum()))
             whole = self.model.sum(float(solid.volumes.sum()))
-            if part > 0:
+            if part > SHARE * whole:  # at a sharp corner some is stretched beyond any test
                 said.append(
                     f"region '{name}': {part / whole:.2%} of the volume leaves the stretches "
-                    f"{low:g} to {high:g} to which {card.name or 'its material'} was tested"
+                    f"{low:g} to {high:g} to which {card.name or 'its material'} was tested: what "
+                    "the law says there is an extrapolation"
                 )
         return said
 

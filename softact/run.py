@@ -21,21 +21,25 @@ from softact.files import write_atomic
 from softact.geometry import make_mesh
 from softact.orphans import bound
 from softact.results import RESTART
+from softact.verdict import Verdict
+from softact.verdict import from_data as verdict_of
 
 # Events that ``progress`` receives: {"stage": "mesh"}; {"stage": "solve", "cells", "unknowns"};
 # {"stage": "increment", "step", "fraction", "iterations", ... and the row of curve.csv};
-# {"stage": "cutback", "step", "fraction", "reason"}; {"stage": "done", "status", "message"};
-# {"stage": "report"}; {"stage": "note", "text"}: something the user should know.
+# {"stage": "cutback", "step", "fraction", "reason"}; {"stage": "done", "status", "message",
+# "verdict"}; {"stage": "report"}; {"stage": "note", "text"}: something the user should know.
 Progress = Callable[[Mapping], None]
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a run ended. status: "complete" or "no_equilibrium"; message: why it stopped early."""
+    """How a run ended. status: "complete" or "no_equilibrium"; message: why it stopped early;
+    verdict: what is to be thought of it, see ``softact.verdict``."""
 
     status: str
     directory: Path
     message: str | None
+    verdict: Verdict | None = None
 
     @property
     def exit_code(self) -> int:
@@ -80,7 +84,7 @@ def run(
     started = time.perf_counter()
     old = _to_resume(spec, directory) if resume else None
     if old and old.finished_as(spec):
-        return Outcome(old.status, directory, None)
+        return Outcome(old.status, directory, None, old.verdict)
     with _scratch(scratch) as folder:
         mesh_file, spec_file = folder / "mesh.msh", folder / "spec.yaml"
         job_file = folder / "job.json"
@@ -105,7 +109,7 @@ def run(
         from softact.report import write_report
 
         write_report(directory, extra)
-    return Outcome(last["status"], directory, last.get("message"))
+    return Outcome(last["status"], directory, last.get("message"), verdict_of(last.get("verdict")))
 
 
 @contextlib.contextmanager
@@ -125,6 +129,7 @@ class _Old:
 
     status: str
     steps: list[dict]
+    verdict: Verdict | None
 
     def finished_as(self, spec) -> bool:
         """Whether nothing is left to solve."""
@@ -153,7 +158,8 @@ def _to_resume(spec, directory: Path) -> _Old | None:
             f"{directory}: holds the run of another spec ({', '.join(differing)} differ); a run is "
             "resumed with its own spec, in which only later steps may change"
         )
-    return _Old(json.loads(known.read_text())["status"], old["steps"])
+    story = json.loads(known.read_text())
+    return _Old(story["status"], old["steps"], verdict_of(story.get("verdict")))
 
 
 def _solve(
@@ -300,7 +306,8 @@ def log_line(event: Mapping) -> str:
                 f"{event['iterations']} iterations: {event['reason']}"
             )
         case "done":
-            return event["message"] or "all steps solved"
+            verdict = verdict_of(event.get("verdict"))
+            return "\n".join(verdict.lines) if verdict else event["message"] or "all steps solved"
         case "error":
             return "\n".join(event["lines"])
         case stage:

@@ -83,13 +83,26 @@ def from_data(data: object) -> Verdict | None:
 
 def judge(results: Results) -> Verdict:
     """The verdict on a run, finished or not."""
-    reasons = list(_reasons(results))
+    reasons = [*_told(results), *_of_fields(results)]
     if results.status != COMPLETE:
         return Verdict(RED, tuple(reasons))
     return Verdict(AMBER if reasons else GREEN, tuple(reasons))
 
 
-def _reasons(results: Results) -> Iterator[Reason]:
+def _of_fields(results: Results) -> list[Reason]:
+    """What the fields say: nothing is thought of a run whose fields cannot be read."""
+    faults = list(results.faults)
+    if not faults and results.increments:
+        try:
+            said = gives_way.told(results)
+            return [*([Reason("limit", said)] if said else []), *_overlap(results)]
+        except (OSError, KeyError, ValueError, RuntimeError) as error:  # h5py's, of a torn file
+            faults = [f"fields.h5 cannot be read: {error}"]
+    text = "whether the actuator passes through itself was not looked at: "
+    return [Reason("unread", text + "; ".join(faults))] if faults else []
+
+
+def _told(results: Results) -> Iterator[Reason]:
     messages = [str(message) for message in results.run.get("messages") or []]
     if results.status == NO_EQUILIBRIUM:
         yield Reason("end", messages.pop(0) if messages else "no further equilibrium was found")
@@ -99,13 +112,6 @@ def _reasons(results: Results) -> Iterator[Reason]:
     yield from _motion(results)
     yield from _volume(results)
     yield from _mesh(results)
-    if results.faults:
-        text = "whether it passes through itself was not looked at: " + "; ".join(results.faults)
-        yield Reason("unread", text)
-    elif results.increments:
-        if said := gives_way.told(results):
-            yield Reason("limit", said)
-        yield from _overlap(results)
 
 
 def _motion(results: Results) -> Iterator[Reason]:

@@ -13,8 +13,10 @@ from softact.tensors import determinant
 
 #: Bulk by shear modulus from which on a material hardly changes its volume (ν > 0.45).
 INCOMPRESSIBLE = 10.0
-#: |J − 1| of such a material from which on its volume is far from kept.
-BOUND = 0.1
+#: |J − 1| of such a material from which on its volume is far from kept. P2/P1 elements keep it on
+#: average and not at each point: of a thin-walled finger on usual meshes, 1 % of the volume changes
+#: by more than 13 to 17 % (configs/pneunet_small.yaml with 2 to 4 mm).
+BOUND = 0.2
 #: Part of the volume in which |J − 1| is larger than the percentile that is told.
 SHARE = 0.01
 BEYOND_COLUMN = "volume_change_beyond_percent"
@@ -72,7 +74,7 @@ STRAIN = Measure(
         "volume_change_mean": "relative change of the material's whole volume",
         PERCENTILE_COLUMN: "|J − 1| that 1 % of the volume of the nearly incompressible materials "
         "(bulk modulus above ten times the shear modulus) exceeds",
-        BEYOND_COLUMN: "part of that volume in which |J − 1| is above 10 %",
+        BEYOND_COLUMN: "part of that volume in which |J − 1| is above 20 %",
     },
     _evaluate,
 )
