@@ -72,6 +72,7 @@ def inflate(stepper, step, drive, path: list[Point], pressure: float, largest: f
     pressure: largest change of the step, MPa. Returns the path and why it stopped early, None where
     it did not.
     """
+    stepper.control = "motion"
     return _Inflation(stepper, step, drive, path, pressure, largest).run()
 
 

@@ -16,27 +16,41 @@ from softact.measures.failure import SHARE
 from softact.results import NO_EQUILIBRIUM, read
 from softact.settings import Settings
 from softact.snapshot import Snapshot, gather_mesh, gather_nodes
-from softact.stepping import Stepper
+from softact.stepping import Stepper, Trying
 from softact.verdict import AMBER, RED, Reason, Verdict, judge
+
+# Seconds without an event after which it is told what the solver tries.
+SILENCE = 5.0
 
 
 class Recorder:
     """Runs the steps of a spec and writes down each accepted state."""
 
     def __init__(self, spec, model, writer, tell: Callable[[dict], None], start):
-        self.spec, self.model, self.writer, self.tell = spec, model, writer, tell
+        self.spec, self.model, self.writer, self._tell = spec, model, writer, tell
+        self._told_at = time.monotonic()
         wanted = MEASURES if spec.measures == "all" else dict.fromkeys(spec.measures)
         self.measures = [MEASURES[name] for name in wanted]
         settings = spec.solver.model_dump()
         settings.pop("element")
         self.stepper = Stepper(
-            model, Settings(**settings), self._accept, self._reject, self._checkpoint
+            model, Settings(**settings), self._accept, self._reject, self._checkpoint, self._try
         )
         self.row: dict = model.comm.bcast(writer.last_row if writer is not None else None)
         self.write_time = 0.0
         self.verdict: Verdict | None = None  # on rank 0, at the end
         if start is None:
             self._write_mesh()
+
+    def tell(self, event: dict) -> None:
+        """Tell what happens."""
+        self._told_at = time.monotonic()
+        self._tell(event)
+
+    def _try(self, trying: Trying) -> None:
+        """Tell what is being tried, where nothing has been told for a while."""
+        if time.monotonic() - self._told_at > SILENCE:
+            self.tell({"stage": "progress", **asdict(trying)})
 
     def _write_mesh(self) -> None:
         gathered = gather_mesh(self.model)

@@ -26,8 +26,10 @@ from softact.verdict import from_data as verdict_of
 
 # Events that ``progress`` receives: {"stage": "mesh"}; {"stage": "solve", "cells", "unknowns"};
 # {"stage": "increment", "step", "fraction", "iterations", ... and the row of curve.csv};
-# {"stage": "cutback", "step", "fraction", "reason"}; {"stage": "done", "status", "message",
-# "verdict"}; {"stage": "report"}; {"stage": "note", "text"}: something the user should know.
+# {"stage": "cutback", "step", "fraction", "reason"}; {"stage": "progress", "step", "fraction",
+# "control", "iteration", "residual"}: what is being tried, where nothing else has been told for
+# some seconds; {"stage": "done", "status", "message", "verdict"}; {"stage": "report"};
+# {"stage": "note", "text"}: something the user should know.
 Progress = Callable[[Mapping], None]
 
 
@@ -103,13 +105,20 @@ def run(
             }
             write_atomic(job_file, json.dumps(job))
 
-        last = _solve(job_file, prepare, directory, processes, threads, progress, notes)
+        log = _Log(started, notes)
+        last = _solve(job_file, prepare, directory, processes, threads, progress, log)
     if report:
         progress({"stage": "report"})
         from softact.report import write_report
 
         write_report(directory, extra)
     return Outcome(last["status"], directory, last.get("message"), verdict_of(last.get("verdict")))
+
+
+def usual_processes(spec) -> int:
+    """How many MPI processes a run takes where nobody says: the cores, up to two, beyond which
+    little is gained; one where contact between surfaces or sheets leave no choice."""
+    return 1 if spec.contact or spec.sheets else min(2, len(os.sched_getaffinity(0)))
 
 
 @contextlib.contextmanager
@@ -169,7 +178,7 @@ def _solve(
     processes: int,
     threads: int | None,
     progress: Progress,
-    notes: list[str],
+    log: _Log,
 ) -> Mapping:
     """Start the worker, pass its events on and write its log; returns its last event.
 
@@ -177,8 +186,7 @@ def _solve(
     been given one thread: others run beside it, and it takes no more than one core.
     """
     last: dict = {}
-    lines = list(notes)
-    for text in notes:
+    for text in log.notes:
         progress({"stage": "note", "text": text})
     errors = job_file.with_name("stderr")
     beside = threads != 1
@@ -201,7 +209,7 @@ def _solve(
                     last = json.loads(line)
                 except ValueError:
                     continue
-                lines.append(log_line(last))
+                log.add(last)
                 progress(last)
             code = process.wait()
         except BaseException:
@@ -211,7 +219,7 @@ def _solve(
             raise
     if directory.is_dir():
         noise = errors.read_text(errors="replace")
-        write_atomic(directory / "log.txt", "\n".join(lines) + "\n" + noise)
+        write_atomic(directory / "log.txt", log.text() + noise)
     if last.get("stage") == "error":
         if last.get("cannot_write"):
             raise CannotWriteError(*last["lines"])
@@ -262,10 +270,19 @@ def _command(job_file: Path, processes: int) -> list[str]:
     return bound(mpirun)
 
 
+# Variables of the MPI job that this process is part of, as is a Python that has imported MPI:
+# mpirun would take them for its own.
+_OF_A_JOB = (
+    "PMIX_", "PMI_", "PRTE_", "ORTE_", "OMPI_COMM_WORLD_", "OMPI_APP_CTX_", "OMPI_UNIVERSE_",
+    "OMPI_FIRST_RANKS", "OMPI_FILE_LOCATION", "OMPI_MCA_orte_", "OMPI_MCA_ess", "OMPI_MCA_pmix",
+)  # fmt: skip
+
+
 def _environment(processes: int, threads: int | None = None) -> dict[str, str]:
     """Threads: all cores for one process, one for each of several (MUMPS uses them in BLAS)."""
     usual = str(len(os.sched_getaffinity(0)) if processes == 1 else 1)
-    environment = {"OPENBLAS_NUM_THREADS": usual, **os.environ, "OMP_NUM_THREADS": "1"}
+    inherited = {n: value for n, value in os.environ.items() if not n.startswith(_OF_A_JOB)}
+    environment = {"OPENBLAS_NUM_THREADS": usual, **inherited, "OMP_NUM_THREADS": "1"}
     if threads:
         environment["OPENBLAS_NUM_THREADS"] = str(threads)
     # All processes are on this machine and talk by shared memory: looking for networks takes each
@@ -280,6 +297,33 @@ def _environment(processes: int, threads: int | None = None) -> dict[str, str]:
     if os.geteuid() == 0:
         environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
     return environment
+
+
+class _Log:
+    """What log.txt holds: the seconds since the start, and a line for each event."""
+
+    def __init__(self, started: float, notes: Sequence[str]):
+        self._started, self.notes, self._lines = started, notes, list(notes)
+
+    def add(self, event: Mapping) -> None:
+        seconds = time.perf_counter() - self._started
+        verdict = verdict_of(event.get("verdict"))
+        lines = [log_line(event), *(verdict.lines if verdict else [])]
+        self._lines += [f"{seconds:8.1f} s  {line}" for line in lines]
+
+    def text(self) -> str:
+        return "\n".join(self._lines) + "\n"
+
+
+#: What is being tried under each control of an attempt.
+_TRIED = {
+    "load": "seeks the next equilibrium",
+    "search": "seeks the next equilibrium with a line search",
+    "volume": "follows the path beyond a limit, by volume instead of pressure",
+    "arc": "follows the path beyond a limit, by its length",
+    "dynamics": "lets the actuator move to its next equilibrium",
+    "motion": "lets the pressure blow up the flat sheets",
+}
 
 
 def log_line(event: Mapping) -> str:
@@ -306,8 +350,13 @@ def log_line(event: Mapping) -> str:
                 f"{event['iterations']} iterations: {event['reason']}"
             )
         case "done":
-            verdict = verdict_of(event.get("verdict"))
-            return "\n".join(verdict.lines) if verdict else event["message"] or "all steps solved"
+            return event["message"] or "all steps solved"
+        case "progress":
+            what = _TRIED.get(event["control"], event["control"])
+            return (
+                f"{event['step']} {event['fraction']:7.2%}  {what}: iteration "
+                f"{event['iteration']}, residual {event['residual']:.1e}"
+            )
         case "error":
             return "\n".join(event["lines"])
         case stage:

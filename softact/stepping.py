@@ -49,6 +49,21 @@ class Attempt:
     speed: float = 0.0
 
 
+@dataclass(frozen=True)
+class Trying:
+    """What is being tried: an iteration of Newton's method on the way from an accepted state.
+
+    fraction: of the step, of that state. control: see ``Attempt``. iteration: in this solve;
+    residual: relative.
+    """
+
+    step: str
+    fraction: float
+    control: str
+    iteration: int
+    residual: float
+
+
 @dataclass
 class Progress:
     """What the run has done: attempts so far, remarks that a reader has to know before he trusts
@@ -70,7 +85,8 @@ class Stepper:
 
     on_accept is called with (state, attempt, increment number) at each new equilibrium, and once
     with the unloaded state before the first; on_reject with each attempt that failed; on_checkpoint
-    after each increment from which the run could go on. accepted: number of states so far.
+    after each increment from which the run could go on; on_iteration at each iteration, so that it
+    has to be quick. accepted: number of states so far. control: how the next state is sought.
     """
 
     def __init__(
@@ -80,11 +96,14 @@ class Stepper:
         on_accept: Callable[[State, Attempt, int], None],
         on_reject: Callable[[Attempt], None] = lambda attempt: None,
         on_checkpoint: Callable[[Checkpoint], None] = lambda checkpoint: None,
+        on_iteration: Callable[[Trying], None] = lambda trying: None,
     ):
         self.model, self.settings = model, settings
         self.on_accept, self.on_reject = on_accept, on_reject
-        self.on_checkpoint = on_checkpoint
+        self.on_checkpoint, self.on_iteration = on_checkpoint, on_iteration
         self.newton = Newton(model, settings.tolerance, settings.max_iterations)
+        self.newton.watch = self._watch
+        self.step, self.fraction, self.control = "", 0.0, "load"
         self.progress = Progress()
         self.state = model.initial_state()
         self.accepted = 0
@@ -120,6 +139,7 @@ class Stepper:
             if number > first and step.supports is not None:
                 self.newton.set_supports(step.supports, self.state)
             ladder = Ladder(self, number, step)
+            self.step, self.fraction = step.name, 0.0
             if inside:
                 ladder.resume(inside)
             self.progress.stopped = ladder.climb()
@@ -140,10 +160,14 @@ class Stepper:
         """Count an attempt and tell of it; the state is as the attempt left it."""
         self.progress.attempts.append(attempt)
         if attempt.converged:
+            self.step, self.fraction = attempt.step, attempt.fraction
             self.on_accept(self.state, attempt, self.accepted)
             self.accepted += 1
         else:
             self.on_reject(attempt)
+
+    def _watch(self, iteration: int, residual: float) -> None:
+        self.on_iteration(Trying(self.step, self.fraction, self.control, iteration, residual))
 
     def attempt(
         self, drive: Drive, path: Sequence[Point], s: float, at_most: int | None = None
@@ -151,6 +175,7 @@ class Stepper:
         """Seek the equilibrium at the place ``s``, from a prediction or from the last point, in at
         most so many iterations where fewer are allowed than otherwise."""
         outcome, contacts, start = None, self.model.contacts, path[-1]
+        self.control = "search" if self.newton.line_search else drive.control
         for guess in self._guesses(drive, path, s):
             held, control = drive.set(self.state, s, guess.q)
             if guess is not start and not contacts.admissible(self.state, start.x, guess.x):
