@@ -1,7 +1,6 @@
 """The options ``--measured`` and ``--columns`` of commands that write a report."""
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from pathlib import Path
 
 import click
@@ -14,8 +13,9 @@ def measured_options(command: Callable) -> Callable:
         multiple=True,
         type=click.Path(path_type=Path),
         metavar="FILE",
-        help="Set the run against a measured curve. Headings name columns of curve.csv, in any "
-        "unit that fits: 'Pressure (bar), Bending angle (rad)'. May be repeated.",
+        help="Set the run against a measured curve, which stays in the result folder. Headings "
+        "name columns of curve.csv, in any unit that fits: 'Pressure (bar), Bending angle (rad)'. "
+        "May be repeated.",
     )
     headings = click.option(
         "--columns",
@@ -43,15 +43,6 @@ def read_all(files: Sequence[Path], known: Sequence[str], headings: str | None) 
     if faults:
         raise SpecError(*faults)
     return found
-
-
-def sections(measured: Sequence) -> list:
-    """What ``write_report`` adds to a report for measured curves."""
-    if not measured:
-        return []
-    from softact.report.overlay import section
-
-    return [partial(section, several=measured)]
 
 
 def tell(directory: Path, measured: Sequence) -> None:

@@ -5,13 +5,19 @@ from pathlib import Path
 
 import click
 
-from softact.cli._measured import measured_options, read_all, sections, tell
+from softact.cli._measured import measured_options, read_all, tell
 from softact.cli._targets import targets_option
 
 
 @click.command(short_help="Rebuild the report of a result folder.")
 @click.argument("directory", metavar="DIR", type=click.Path(path_type=Path))
 @measured_options
+@click.option(
+    "--forget-measured",
+    "forget",
+    is_flag=True,
+    help="Leave out the measured curves that stay in DIR from earlier calls.",
+)
 @targets_option
 @click.option(
     "--animate",
@@ -22,13 +28,15 @@ def report(
     directory: Path,
     measured: tuple[Path, ...],
     columns: str | None,
+    forget: bool,
     targets: tuple[str, ...],
     animate: str | None,
 ) -> None:
     """Rebuild report.html and the pictures of a result folder from the files in it.
 
     With --measured, the report sets the run against measured curves: RMSE, the largest deviation
-    and the load from which they differ by more than 10 % of the measured range.
+    and the load from which they differ by more than 10 % of the measured range. The curves stay in
+    the folder, and every later report shows them too.
 
     \b
     Examples:
@@ -39,16 +47,19 @@ def report(
     """
     from softact.report import animation, write_report
     from softact.report import targets as published
-    from softact.results import read
+    from softact.report.remembered import remember, remembered
+    from softact.results import MEASURED, read
 
     published.check(targets)
     if animate:
         animation.check(animate)
     results = read(directory)
-    read_in = read_all(measured, list(results.curve), columns)
+    if forget:
+        (directory / MEASURED).unlink(missing_ok=True)
+    remember(directory, read_all(measured, list(results.curve), columns))
     more = [partial(published.section, wanted=targets)] if targets else []
-    path = write_report(directory, [*sections(read_in), *more])
-    tell(directory, read_in)
+    path = write_report(directory, more)
+    tell(directory, remembered(directory))
     for name in targets:
         verdicts = [published.judge(results, asked) for asked in published.requirements(name)]
         for line in published.tell(name, verdicts):

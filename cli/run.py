@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from softact.cli._measured import measured_options, read_all, sections, tell
+from softact.cli._measured import measured_options, read_all, tell
 from softact.errors import SpecError
 
 
@@ -83,7 +83,7 @@ def run(
             directory,
             processes=processes or usual_processes(loaded),
             progress=progress,
-            extra=sections(read_in),
+            measured=read_in,
             resume=resume,
         )
     tell(directory, read_in)

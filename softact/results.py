@@ -18,6 +18,7 @@ NO_EQUILIBRIUM = "no_equilibrium"
 
 RESTART = "restart.npz"
 MESH_ERROR = "mesh_error.json"
+MEASURED = "measured.json"
 
 #: Every file that softact itself puts into a result folder, ``run.json`` excepted.
 OWN_FILES = (
@@ -35,6 +36,7 @@ OWN_FILES = (
     "log.txt",
     RESTART,
     MESH_ERROR,
+    MEASURED,
 )
 
 

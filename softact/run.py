@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from softact.errors import OUT_OF_MEMORY, NoEquilibriumError, SoftactError, SpecError
 from softact.files import write_atomic
@@ -23,6 +24,9 @@ from softact.orphans import bound
 from softact.results import RESTART
 from softact.verdict import Verdict
 from softact.verdict import from_data as verdict_of
+
+if TYPE_CHECKING:
+    from softact.fit.measured import Measured
 
 # Events that ``progress`` receives: {"stage": "mesh"}; {"stage": "solve", "cells", "unknowns"};
 # {"stage": "increment", "step", "fraction", "iterations", ... and the row of curve.csv};
@@ -57,14 +61,15 @@ def run(
     report: bool = True,
     threads: int | None = None,
     scratch: Path | None = None,
-    extra: Sequence = (),
+    measured: Sequence[Measured] = (),
     resume: bool = False,
 ) -> Outcome:
     """Solve ``spec`` and write its result folder.
 
     processes: MPI processes of the solver. report: whether report.html and the pictures are made
     too; ``softact.report.write_report`` makes them later from the folder alone. threads: of a
-    single process in BLAS, by default one for each core. extra: further sections of the report.
+    single process in BLAS, by default one for each core. measured: curves to set the run against;
+    they stay in the folder.
     scratch: folder for mesh and job files, by default a new one in the system's temporary folder.
     The solver ends with this process, even where this one is killed. resume: go on with the run in
     ``directory`` from its last accepted increment; the spec may have further steps, and a finished
@@ -74,8 +79,8 @@ def run(
     folder read-only, and SolverCrashError where the solver's process ends in a way that it could
     not tell of itself.
     """
-    progress = progress or (lambda event: None)
     directory = Path(directory)
+    progress = _remembering(directory, measured, progress or (lambda event: None))
     notes = []
     if spec.contact and processes > 1:
         processes = 1
@@ -86,6 +91,8 @@ def run(
     started = time.perf_counter()
     old = _to_resume(spec, directory) if resume else None
     if old and old.finished_as(spec):
+        if measured and report:
+            _report(directory, measured)
         return Outcome(old.status, directory, None, old.verdict)
     with _scratch(scratch) as folder:
         mesh_file, spec_file = folder / "mesh.msh", folder / "spec.yaml"
@@ -109,10 +116,29 @@ def run(
         last = _solve(job_file, prepare, directory, processes, threads, progress, log)
     if report:
         progress({"stage": "report"})
-        from softact.report import write_report
-
-        write_report(directory, extra)
+        _report(directory, ())
     return Outcome(last["status"], directory, last.get("message"), verdict_of(last.get("verdict")))
+
+
+def _remembering(directory: Path, measured: Sequence[Measured], progress: Progress) -> Progress:
+    """The same, which copies measured curves into the folder as soon as that is there."""
+
+    def both(event: Mapping) -> None:
+        if event["stage"] == "solve" and measured:
+            from softact.report.remembered import remember
+
+            remember(directory, measured)
+        progress(event)
+
+    return both
+
+
+def _report(directory: Path, measured: Sequence[Measured]) -> None:
+    from softact.report import write_report
+    from softact.report.remembered import remember
+
+    remember(directory, measured)
+    write_report(directory)
 
 
 def usual_processes(spec) -> int:

@@ -11,10 +11,12 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from softact import gives_way
+from softact.files import json_text, write_atomic
 from softact.measures.strain import BEYOND_COLUMN, BOUND, PERCENTILE_COLUMN
 from softact.overlap import first_overlap
 from softact.reached import moving_rows
@@ -25,6 +27,7 @@ from softact.results import (
     Results,
     load,
     load_text,
+    read,
 )
 
 GREEN, AMBER, RED = "green", "amber", "red"
@@ -87,6 +90,15 @@ def judge(results: Results) -> Verdict:
     if results.status != COMPLETE:
         return Verdict(RED, tuple(reasons))
     return Verdict(AMBER if reasons else GREEN, tuple(reasons))
+
+
+def store(directory: Path) -> Verdict:
+    """Judge a run anew and write the verdict into its run.json, where something was added to its
+    folder that counts."""
+    results = read(directory)
+    verdict = judge(results)
+    write_atomic(directory / "run.json", json_text({**results.run, "verdict": verdict.data()}))
+    return verdict
 
 
 def _of_fields(results: Results) -> list[Reason]:

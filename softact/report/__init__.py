@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,14 +26,16 @@ Extra = Callable[[Results], "Section"]
 def write_report(directory: str | Path, extra: Sequence[Extra] = ()) -> Path:
     """(Re)build report.html, curve.png, states.png and shape.png; returns the report's path.
 
-    extra: further sections; where one raises SpecError, the report says so in its place.
+    extra: further sections; where one raises SpecError, the report says so in its place. Measured
+    curves that stand in the folder (``remembered``) have one of their own.
 
     A picture or 3-D view that cannot be made does not stop the rest: the report says which is
     missing and why. Raises SpecError where the folder is not a result folder.
     """
     # Imported here: a sweep takes a label or a plot from this package, and makes no report.
-    from softact.report import curves, page, pictures, surface
+    from softact.report import curves, overlay, page, pictures, surface
     from softact.report.base import plotly
+    from softact.report.remembered import remembered
 
     directory = Path(directory)
     results = read(directory)
@@ -54,8 +56,12 @@ def write_report(directory: str | Path, extra: Sequence[Extra] = ()) -> Path:
         fault = finish()
     if fault:
         faults.append(f"The pictures of the actuator are missing: {fault}")
-    more = []
-    for make in extra:
+    more, measured = [], []
+    try:
+        measured = remembered(directory)
+    except SpecError as error:
+        faults += error.lines
+    for make in [*([partial(overlay.section, several=measured)] if measured else []), *extra]:
         try:
             more.append(make(results))
         except SpecError as error:
