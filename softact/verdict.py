@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -42,13 +42,29 @@ QUASI_STATIC = 0.05
 BEGINNING = 0.1
 
 
+#: What each kind of reason is about.
+TITLES = {
+    "end": "The end.",
+    "remark": "The solver remarks:",
+    "limit": "What gives way:",
+    "motion": "A motion.",
+    "kinetic": "A fast motion.",
+    "overlap": "It passes through itself.",
+    "volume": "The volume is not kept.",
+    "mesh": "The mesh is coarse.",
+    "unread": "Not looked at.",
+}
+
+
 @dataclass(frozen=True)
 class Reason:
-    """Why a run is not simply trusted. kind: "end", "remark", "limit", "motion", "kinetic",
-    "overlap", "volume", "mesh" or "unread"."""
+    """Why a run is not simply trusted. kind: one of ``TITLES``. place: (x, y, z) mm where it is
+    seen in the state ``row``, where there is one."""
 
     kind: str
     text: str
+    place: tuple[float, float, float] | None = field(default=None, compare=False)
+    row: int | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)
@@ -228,6 +244,8 @@ def _overlap(results: Results) -> Iterator[Reason]:
             f"the actuator passes through itself at {load_text(results, row)}{begun}: {much} "
             f"({parts}deepest at x, y, z = {where} mm of the undeformed actuator); "
             f"{_remedy(results, worst.surfaces)}",
+            tuple(worst.seen.tolist()),
+            row,
         )
         return
 

@@ -8,13 +8,17 @@ from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from softact.errors import SpecError
 from softact.files import write_atomic
+from softact.reached import reached
 from softact.results import Results, read
 
 if TYPE_CHECKING:
     from softact.report.base import Section
     from softact.report.surface import Skin
+    from softact.verdict import Verdict
 
 __all__ = ["Extra", "write_report"]
 
@@ -36,6 +40,7 @@ def write_report(directory: str | Path, extra: Sequence[Extra] = ()) -> Path:
     from softact.report import curves, overlay, page, pictures, surface
     from softact.report.base import plotly
     from softact.report.remembered import remembered
+    from softact.verdict import judge
 
     directory = Path(directory)
     results = read(directory)
@@ -53,7 +58,8 @@ def write_report(directory: str | Path, extra: Sequence[Extra] = ()) -> Path:
         if there:
             view = _view(results, parts, faults)
         plotly()
-        fault = finish()
+        verdict = judge(results)
+        fault = finish(_marks(results, verdict))
     if fault:
         faults.append(f"The pictures of the actuator are missing: {fault}")
     more, measured = [], []
@@ -67,8 +73,14 @@ def write_report(directory: str | Path, extra: Sequence[Extra] = ()) -> Path:
         except SpecError as error:
             faults += error.lines
     path = directory / "report.html"
-    write_atomic(path, page.html(results, view, faults, more))
+    write_atomic(path, page.html(results, verdict, view, faults, more))
     return path
+
+
+def _marks(results: Results, verdict: Verdict) -> list[np.ndarray]:
+    """Places to mark in the picture of the state that stands for the run."""
+    main = reached(results).main
+    return [np.array(r.place) for r in verdict.reasons if r.place is not None and r.row == main]
 
 
 def _view(results: Results, parts: Callable[[], Skin], faults: list[str]) -> dict | None:

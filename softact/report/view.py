@@ -2,9 +2,11 @@
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
+from softact.reached import reached
 from softact.results import Results, load, rest_state
 
 #: A little off the bending plane's normal, so that the depth shows (degrees).
@@ -79,16 +81,31 @@ def _unit(vector: np.ndarray) -> np.ndarray:
 
 
 def states(results: Results, count: int) -> list[int]:
-    """Numbers of at most ``count`` states at even parts of the load, the last one included."""
-    driver = load(results)
+    """Numbers of at most ``count`` states: the one that stands for the run (``reached``), the ends
+    of the steps before it, and states at even parts of the load of the step that changes it most.
+    """
+    main = reached(results).main
     last = len(results.increments) - 1
+    last = last if main is None else min(main, last)
     rest = max(rest_state(results), 0)
     if last <= rest:
         return [last]
-    span = np.arange(rest + 1, last + 1)
-    aims = driver[rest] + (driver[last] - driver[rest]) * np.arange(1, count + 1) / count
-    found = {int(span[np.argmin(np.abs(driver[span] - aim))]) for aim in aims} | {last}
-    return sorted(found)
+    steps = results.curve.get("step")
+    ends = [n for n in range(rest + 1, last) if steps is not None and steps[n] != steps[n + 1]]
+    ends = ends[len(ends) - count + 1 :] if len(ends) >= count else ends
+    found = {*ends, last}
+    return sorted(found | _between(results, [rest, *ends, last], count - len(found)))
+
+
+def _between(results: Results, ends: list[int], count: int) -> set[int]:
+    """So many states within the step whose load changes most, at even parts of it."""
+    loads = load(results)
+    begin, end = max(pairwise(ends), key=lambda pair: abs(loads[pair[1]] - loads[pair[0]]))
+    inside = np.arange(begin + 1, end)
+    if not len(inside):
+        return set()
+    aims = loads[begin] + (loads[end] - loads[begin]) * np.arange(1, count + 1) / (count + 1)
+    return {int(inside[np.argmin(np.abs(loads[inside] - aim))]) for aim in aims}
 
 
 def colour_range(results: Results, name: str, nodes: np.ndarray) -> tuple[float, float, float]:
