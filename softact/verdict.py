@@ -44,15 +44,15 @@ BEGINNING = 0.1
 
 #: What each kind of reason is about.
 TITLES = {
-    "end": "The end.",
-    "remark": "The solver remarks:",
+    "end": "End:",
+    "remark": "Solver:",
     "limit": "What gives way:",
-    "motion": "A motion.",
-    "kinetic": "A fast motion.",
-    "overlap": "It passes through itself.",
-    "volume": "The volume is not kept.",
-    "mesh": "The mesh is coarse.",
-    "unread": "Not looked at.",
+    "motion": "Motion:",
+    "kinetic": "Kinetic energy:",
+    "overlap": "Overlap:",
+    "volume": "Volume:",
+    "mesh": "Mesh:",
+    "unread": "Not looked at:",
 }
 
 
@@ -84,6 +84,12 @@ class Verdict:
         """For people: the words, and a line for each reason."""
         head = self.words + (":" if self.reasons else "")
         return [head, *(f"  - {reason.text}" for reason in self.reasons)]
+
+    @property
+    def cell(self) -> str:
+        """For a table: the colour and the kinds of the reasons, such as "amber: overlap, mesh"."""
+        kinds = ", ".join(dict.fromkeys(reason.kind for reason in self.reasons))
+        return f"{self.colour}: {kinds}" if kinds else self.colour
 
     def data(self) -> dict:
         """What run.json holds."""
@@ -164,7 +170,7 @@ def _motion(results: Results) -> Iterator[Reason]:
         yield Reason(
             "kinetic",
             f"on the way to {load_text(results, row)} the kinetic energy was up to "
-            f"{jumped[row]:.0%} of the internal energy: which equilibrium a real actuator comes to "
+            f"{100 * jumped[row]:.0f} % of the internal energy: where a real actuator comes to "
             "rest in may depend on its mass and damping",
         )
 
@@ -216,7 +222,9 @@ def _mesh(results: Results) -> Iterator[Reason]:
         parts = {n: float(bar) / max(values[n], 1e-300) for n, bar in story["error_bars"].items()}
     except (OSError, ValueError, KeyError, IndexError, TypeError, AttributeError):
         return  # not there; the report says of a file that cannot be read
-    coarse = [f"{name} is known to {part:.0%}" for name, part in parts.items() if part > wanted]
+    coarse = [
+        f"{name} is known to {100 * part:.0f} %" for name, part in parts.items() if part > wanted
+    ]
     if coarse:
         yield Reason(
             "mesh",
@@ -233,7 +241,7 @@ def _overlap(results: Results) -> Iterator[Reason]:
         first, worst = found
         where = ", ".join(f"{c:.1f}" for c in worst.place)
         depth = f"{'at least ' if worst.at_least else ''}{worst.depth:.2g} mm deep"
-        much = f"{worst.share:.1%} of its surface lies inside of it, up to {depth}"
+        much = f"{100 * worst.share:.1f} % of its surface lies inside of it, up to {depth}"
         if worst.share < 5e-4:
             much = f"single points of it, {depth}"
         begun = f", from {load_text(results, first)} on" if first != row else ""

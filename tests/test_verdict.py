@@ -86,7 +86,7 @@ def test_a_motion_is_no_equilibrium(tmp_path, changes, said):
 def test_a_jump_with_much_kinetic_energy(tmp_path, ratio, told):
     verdict = write(tmp_path / "r", [{"control": "dynamics", "kinetic_ratio": ratio}, {}])
     assert kinds(verdict) == (["kinetic"] if told else [])
-    assert not told or "on the way to 20 kPa the kinetic energy was up to 20%" in verdict.lines[1]
+    assert not told or "on the way to 20 kPa the kinetic energy was up to 20 %" in verdict.lines[1]
 
 
 @pytest.mark.parametrize("share, told", [(0.9, False), (3.5, True)])
@@ -117,7 +117,9 @@ def test_a_mesh_that_is_not_converged(tmp_path, bar, spec_hash, told):
     (tmp_path / "r" / MESH_ERROR).write_text(json.dumps(story))
     verdict = judge(read(tmp_path / "r"))
     assert kinds(verdict) == (["mesh"] if told else [])
-    assert not told or "bending_angle_deg is known to 10%, where 5 % was wanted" in verdict.lines[1]
+    assert (
+        not told or "bending_angle_deg is known to 10 %, where 5 % was wanted" in verdict.lines[1]
+    )
 
 
 def test_a_body_that_passes_through_itself(tmp_path):

@@ -14,8 +14,9 @@ _GROUPS = (
     ("Bending angle", ("bending_angle", "chord_angle")),
     ("Pressures", ("pressure_",)),
     ("Cavity volume", ("cavity_volume",)),
-    ("Largest stress", ("max_principal_stress", "max_von_mises")),
-    ("Largest stretch", ("max_principal_stretch",)),
+    ("Stress", ("max_principal_stress", "max_von_mises", "principal_stress")),
+    ("Stretch", ("max_principal_stretch", "principal_stretch", "max_fibre_stretch")),
+    ("Pressures at failure", ("failure_pressure", "safe_pressure", "tested_stretch_pressure")),
     ("Elongation", ("elongation",)),
     ("Twist", ("twist_angle",)),
     ("Reaction force", ("reaction_x", "reaction_y", "reaction_z")),
@@ -51,6 +52,8 @@ def measures(results: Results) -> list[str]:
     """Columns that are results: numbers, not bookkeeping, not places, not zero or noise
     throughout."""
     columns = results.curve
+    angle = columns.get("bending_angle_deg", np.zeros(0))
+    bends = _size(angle) > noise(results, "bending_angle_deg")  # else its axis is any
     return [
         name
         for name, values in columns.items()
@@ -58,6 +61,7 @@ def measures(results: Results) -> list[str]:
         and values.dtype == float
         and not is_place(name, columns)
         and _size(values) > noise(results, name)
+        and not (name.startswith("bending_axis") and not bends)
     ]
 
 

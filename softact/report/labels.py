@@ -59,7 +59,7 @@ _STEMS = {
     "principal_stretch_p999": "Principal stretch exceeded in 0.1 % of the volume",
     "failure_pressure_peak": "Failure pressure by the highest node",
     "tested_stretch_pressure": "Pressure at the end of the tested stretch",
-    "contact_overlap": "Overlap in contact, of the element size",
+    "contact_overlap": "Overlap in contact",
 }
 
 FIELDS = {
@@ -95,12 +95,12 @@ def column(name: str) -> Label:
 
 @cache
 def _templates() -> list[tuple[re.Pattern, str]]:
-    """Patterns of all columns of all measures, those without a part's name first."""
+    """Patterns of all columns of all measures, those without a part's name first, then the longest."""
     from softact.measures import MEASURES
 
     said = {title: what for m in MEASURES.values() for title, what in m.columns.items()}
     patterns = []
-    for title in sorted(said, key=lambda title: "<" in title):
+    for title in sorted(said, key=lambda title: ("<" in title, -len(title))):
         parts = re.split(r"(_<\w+>)", title)
         pattern = "".join("(_.+)?" if p.startswith("_<") else re.escape(p) for p in parts)
         patterns.append((re.compile(pattern), said[title]))
@@ -126,4 +126,6 @@ def number(value: float, digits: int = 4, largest: float | None = None) -> str:
     text = f"{value:.{decimals}f}"
     if largest is None and decimals:
         text = text.rstrip("0").rstrip(".")
+    if not text.strip("-0."):
+        text = text.removeprefix("-")  # what rounds to zero has no sign
     return text.replace("-", "−")

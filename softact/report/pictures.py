@@ -108,7 +108,7 @@ def compose(
     bar = place(columns * width + 0.3, title, 0.16, max(size[1] - title - 1.55, 1.2))
     _colour_bar(figure, bar, scene)
     cross = place(columns * width + 0.1, size[1] - 1.3, legend - 0.2, 1.2)
-    note = "grey: undeformed" if group.ghost else ""
+    note = "ring: deepest overlap" if len(marks) else "grey: undeformed" * group.ghost
     mm_per_inch = (group.high - group.low)[0] / width
     _axes_cross(cross, scene.view, mm_per_inch, legend - 0.2, 1.2, note)
     out = BytesIO()
@@ -140,6 +140,7 @@ def state_title(results: Results, number: float) -> str:
 
 def _ring(axes, group: Group, places: np.ndarray) -> None:
     """Rings around places (n, 2) mm of a panel that fills the axes."""
+    axes.set_zorder(1)  # above the picture
     axes.set_xlim(group.low[0], group.high[0])
     axes.set_ylim(group.low[1], group.high[1])
     # A white rim lets it be seen on any colour.

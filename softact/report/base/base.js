@@ -90,21 +90,26 @@ function layoutOf(plot) {
     hoverlabel: HOVERLABEL,
     ...own,
     xaxis: { ...AXIS, title: { text: plot.x }, ...xaxis },
-    yaxis: { ...AXIS, title: { text: plot.y }, ...yaxis, ...namesOfBars(plot) },
+    yaxis: { ...AXIS, title: { text: broken(plot.y ?? "", TITLE_LETTERS) }, ...yaxis, ...namesOfBars(plot) },
   };
 }
 
-const LETTERS = 16;
+const LETTERS = 16, TITLE_LETTERS = 30;
+
+/* A text in lines of up to so many letters. */
+function broken(text, letters) {
+  return String(text).split(" ").reduce((lines, word) => {
+    const longer = `${lines.at(-1)} ${word}`.trim();
+    return longer.length > letters ? [...lines, word] : [...lines.slice(0, -1), longer];
+  }, [""]).filter(Boolean).join("<br>");
+}
 
 /* Names of lying bars in lines of up to 16 letters where the window is narrow: the bars need room. */
 function namesOfBars(plot) {
   const bars = plot.traces.find((trace) => trace.orientation === "h");
   if (!bars || !narrow()) return {};
-  const wrapped = (name) => String(name).split(" ").reduce((lines, word) => {
-    const longer = `${lines.at(-1)} ${word}`.trim();
-    return longer.length > LETTERS ? [...lines, word] : [...lines.slice(0, -1), longer];
-  }, [""]).filter(Boolean).join("<br>");
-  return { tickmode: "array", tickvals: bars.y, ticktext: bars.y.map(wrapped) };
+  const texts = bars.y.map((name) => broken(name, LETTERS));
+  return { tickmode: "array", tickvals: bars.y, ticktext: texts };
 }
 
 const HOVER = "%{x:.4~g}, %{y:.4~g}";
@@ -223,6 +228,7 @@ function watchTheme() {
   // Half of the width of a sheet of A4 for each; paper is white.
   window.addEventListener("beforeprint", () => {
     root.classList.add("light");
+    document.querySelectorAll("details").forEach((part) => { part.open = true; });
     resize({ width: 330, height: 270 });
   });
   window.addEventListener("afterprint", () => {
