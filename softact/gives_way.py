@@ -51,7 +51,7 @@ def told(results: Results) -> str:
         or len(results.increments) != len(loads)
     ):
         return ""
-    if not results.layout.regions or len(loads) < 3:
+    if not results.layout.regions or len(loads) < 3 or load_name(results) is None:
         return ""
     unstable = unstable_rows(results)
     if _STRETCH not in results.field_names(-1):
@@ -63,7 +63,7 @@ def told(results: Results) -> str:
     growth = after / np.maximum(before, 1e-300)
     cell = int(np.argmax(after - before))
     name = load_name(results)
-    if name is None or growth[cell] < BALLOONS or not _takes_in(results, name, begin, end):
+    if growth[cell] < BALLOONS or not _takes_in(results, name, begin, end):
         return _moves_aside(results, begin, end)
     place = place_of(results, cell)
     falls = abs(loads[end]) < abs(loads[begin])

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 # Events that ``progress`` receives: {"stage": "mesh"}; {"stage": "solve", "cells", "unknowns"};
 # {"stage": "increment", "step", "fraction", "iterations", ... and the row of curve.csv};
 # {"stage": "cutback", "step", "fraction", "reason"}; {"stage": "progress", "step", "fraction",
-# "control", "iteration", "residual"}: what is being tried, where nothing else has been told for
-# some seconds; {"stage": "done", "status", "message", "verdict"}; {"stage": "report"};
+# "control", "iteration", "residual", "iterations"}: what is being tried, where nothing else has been
+# told for some seconds; {"stage": "done", "status", "message", "verdict"}; {"stage": "report"};
 # {"stage": "note", "text"}: something the user should know.
 Progress = Callable[[Mapping], None]
 
@@ -381,7 +381,8 @@ def log_line(event: Mapping) -> str:
             what = _TRIED.get(event["control"], event["control"])
             return (
                 f"{event['step']} {event['fraction']:7.2%}  {what}: iteration "
-                f"{event['iteration']}, residual {event['residual']:.1e}"
+                f"{event['iteration']}, residual {event['residual']:.1e}, {event['iterations']} "
+                "iterations so far"
             )
         case "error":
             return "\n".join(event["lines"])

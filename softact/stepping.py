@@ -54,7 +54,7 @@ class Trying:
     """What is being tried: an iteration of Newton's method on the way from an accepted state.
 
     fraction: of the step, of that state. control: see ``Attempt``. iteration: in this solve;
-    residual: relative.
+    residual: relative. iterations: of the run so far.
     """
 
     step: str
@@ -62,6 +62,7 @@ class Trying:
     control: str
     iteration: int
     residual: float
+    iterations: int
 
 
 @dataclass
@@ -167,7 +168,9 @@ class Stepper:
             self.on_reject(attempt)
 
     def _watch(self, iteration: int, residual: float) -> None:
-        self.on_iteration(Trying(self.step, self.fraction, self.control, iteration, residual))
+        done = self.newton.counts.newton_iterations + iteration
+        told = Trying(self.step, self.fraction, self.control, iteration, residual, done)
+        self.on_iteration(told)
 
     def attempt(
         self, drive: Drive, path: Sequence[Point], s: float, at_most: int | None = None

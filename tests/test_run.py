@@ -212,7 +212,7 @@ def test_the_solver_tells_what_it_tries_but_not_too_often(monkeypatch):
     writing = recorder.Recorder.__new__(recorder.Recorder)
     writing._tell, writing._told_at = events.append, 0.0
     for iteration in range(40):
-        writing._try(Trying("inflate", 0.4, "search", iteration, 1e-2))
+        writing._try(Trying("inflate", 0.4, "search", iteration, 1e-2, iteration))
     told = [event["iteration"] for event in events]
     assert all(event["stage"] == "progress" for event in events)
     assert 3 <= len(told) <= 5 and np.all(np.diff(told) >= recorder.SILENCE / 0.5 - 1)
