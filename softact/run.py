@@ -31,9 +31,9 @@ if TYPE_CHECKING:
 # Events that ``progress`` receives: {"stage": "mesh"}; {"stage": "solve", "cells", "unknowns"};
 # {"stage": "increment", "step", "fraction", "iterations", ... and the row of curve.csv};
 # {"stage": "cutback", "step", "fraction", "reason"}; {"stage": "progress", "step", "fraction",
-# "control", "iteration", "residual", "iterations"}: what is being tried, where nothing else has been
-# told for some seconds; {"stage": "done", "status", "message", "verdict"}; {"stage": "report"};
-# {"stage": "note", "text"}: something the user should know.
+# "control", "iteration", "residual", "iterations"}: what is being tried, where nothing else has
+# been told for some seconds; {"stage": "done", "status", "message", "verdict"}; {"stage":
+# "report"}; {"stage": "note", "text"}: something the user should know.
 Progress = Callable[[Mapping], None]
 
 

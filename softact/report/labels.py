@@ -95,7 +95,7 @@ def column(name: str) -> Label:
 
 @cache
 def _templates() -> list[tuple[re.Pattern, str]]:
-    """Patterns of all columns of all measures, those without a part's name first, then the longest."""
+    """Patterns of all columns, those without the name of a part first, then the longest."""
     from softact.measures import MEASURES
 
     said = {title: what for m in MEASURES.values() for title, what in m.columns.items()}
