@@ -44,11 +44,11 @@ QUASI_STATIC = 0.05
 BEGINNING = 0.1
 
 
-#: What each kind of reason is about.
+#: What each kind of reason is about, in the order in which they are told.
 TITLES = {
     "end": "End:",
-    "remark": "Solver:",
     "limit": "What gives way:",
+    "remark": "Solver:",
     "motion": "Motion:",
     "kinetic": "Kinetic energy:",
     "overlap": "Overlap:",
@@ -110,10 +110,14 @@ def from_data(data: object) -> Verdict | None:
 
 def judge(results: Results) -> Verdict:
     """The verdict on a run, finished or not."""
-    reasons = [*_told(results), *_of_fields(results)]
+    reasons = sorted([*_told(results), *_of_fields(results)], key=_order)
     if results.status != COMPLETE:
         return Verdict(RED, tuple(reasons))
     return Verdict(AMBER if reasons else GREEN, tuple(reasons))
+
+
+def _order(reason: Reason) -> int:
+    return list(TITLES).index(reason.kind)
 
 
 def store(directory: Path) -> Verdict:

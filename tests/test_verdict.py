@@ -172,8 +172,8 @@ def test_what_snaps_without_a_balloon_is_told(tmp_path):
         tmp_path / "r", [{}, *beyond, {}], messages=["snaps"],
         stretches=lambda points, number: np.full(len(points), 1.1),
     )  # fmt: skip
-    assert kinds(verdict) == ["remark", "limit"]
-    assert "moves most there" in verdict.reasons[1].text
+    assert kinds(verdict) == ["limit", "remark"]
+    assert "moves most there" in verdict.reasons[0].text
 
 
 def test_it_comes_back_from_run_json(tmp_path):

@@ -136,13 +136,17 @@ _KINDS = {GREEN: "good", AMBER: "warn", RED: "bad"}
 
 def _banner(results: Results, verdict: Verdict, faults: list[str]) -> str:
     last = len(load(results)) - 1
-    reached = escape(_reached(results, last)) if last >= 0 else "no equilibrium state at all"
+    stated = escape(_reached(results, last)) if last >= 0 else "no equilibrium state at all"
     if results.status == COMPLETE:
-        text = f"All steps were solved; the last state is at {reached}."
+        text = f"All steps were solved; the last state is at {stated}."
     elif results.status == NO_EQUILIBRIUM:
-        text = f"The solver reached {reached} and found no further equilibrium."
+        text = f"The solver reached {stated} and found no further equilibrium."
+        largest = reached(results).largest
+        if largest not in (None, last):
+            stable = escape(_reached(results, largest))
+            text = f"The largest stable load is {stable}. The last state found is at {stated}."
     else:
-        text = f"The run has not ended, or was stopped; so far: {reached}."
+        text = f"The run has not ended, or was stopped; so far: {stated}."
     head = f"{verdict.words[:1].upper()}{verdict.words[1:]}"
     head += " …" if verdict.colour == AMBER else "."
     reasons = [r for r in verdict.reasons if r.kind != "end" or results.status == NO_EQUILIBRIUM]
