@@ -9,7 +9,7 @@ import numpy as np
 
 from softact.boundary import among, exterior, surface_of
 from softact.reached import reached, unstable_rows
-from softact.results import Results, load, load_name
+from softact.results import Results, load, load_name, place_text
 
 # Stretch by that at the limit from which on a wall is said to balloon.
 BALLOONS = 1.05
@@ -32,12 +32,11 @@ class Place:
     region: str
 
     def __str__(self) -> str:
-        where = ", ".join(f"{c:.1f}" for c in self.at)
         named = f" of surface '{self.surface}'" if self.surface else ""
         region = f" of region '{self.region}'" if self.region else ""
         return (
-            f"the {self.wall}{named}{region} {self.along:.0f} mm from the clamp (x, y, z = {where} "
-            "mm, undeformed)"
+            f"the {self.wall}{named}{region} {self.along:.0f} mm from the clamp (x, y, z = "
+            f"{place_text(self.at)} mm, undeformed)"
         )
 
 

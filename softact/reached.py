@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softact.results import COMPLETE, NO_EQUILIBRIUM, Results, load
+from softact.results import COMPLETE, NO_EQUILIBRIUM, Results, load, load_name
 
 #: ``Attempt.control`` of what is no equilibrium, and of what was found by volume or arc length.
 MOTION, TRACED = "motion", ("volume", "arc")
@@ -19,7 +19,8 @@ class Reached:
     the load could not simply be raised: some equilibria are unstable, or the run ended early.
     largest: the stable state with the largest load, the last of several; None where there is none.
     main: the state whose figures stand for the run: the last, where all steps are solved and it is
-    no unstable one, else the largest stable. None where there is no state.
+    no unstable one or no pressure drives it there, else the largest stable. None where there is no
+    state.
     """
 
     stable: np.ndarray
@@ -42,7 +43,7 @@ def reached(results: Results) -> Reached:
         largest = int(np.flatnonzero(near)[-1])
     last = len(loads) - 1
     whole = results.status not in (COMPLETE, NO_EQUILIBRIUM)  # what there is so far
-    whole |= results.status == COMPLETE and not unstable[last]
+    whole |= results.status == COMPLETE and (not unstable[last] or load_name(results) is None)
     limit = bool(unstable.any()) or results.status == NO_EQUILIBRIUM
     return Reached(stable, limit, largest, last if whole or largest is None else largest)
 

@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from pathlib import Path
 
@@ -146,6 +147,11 @@ def load_text(results: Results, row: int) -> str:
     if "step" in curve and "step_fraction" in curve:
         return f"{100 * curve['step_fraction'][row]:.4g} % of step '{curve['step'][row]}'"
     return f"state {row}"
+
+
+def place_text(place: Iterable[float]) -> str:
+    """Coordinates in mm: "23.0, 1.7, 0.0"."""
+    return ", ".join(f"{round(float(c), 1) + 0.0:.1f}" for c in place)  # no -0.0
 
 
 def rest_state(results: Results) -> int:

@@ -27,6 +27,7 @@ from softact.results import (
     Results,
     load,
     load_text,
+    place_text,
     read,
 )
 
@@ -213,7 +214,7 @@ def _place(curve: Mapping[str, np.ndarray], stem: str, row: int) -> str:
     found = [curve.get(f"{stem}_{axis}_mm") for axis in "xyz"]
     if any(column is None or column.dtype != float for column in found):
         return ""
-    where = ", ".join(f"{column[row]:.1f}" for column in found)
+    where = place_text(column[row] for column in found)
     return f"at x, y, z = {where} mm of the undeformed actuator"
 
 
@@ -227,16 +228,16 @@ def _mesh(results: Results) -> Iterator[Reason]:
         wanted = float(story["tolerance"])
         values = {name: abs(float(results.curve[name][-1])) for name in story["error_bars"]}
         parts = {n: float(bar) / max(values[n], 1e-300) for n, bar in story["error_bars"].items()}
+        better = (story.get("recommended_mm") or {}).items()
     except (OSError, ValueError, KeyError, IndexError, TypeError, AttributeError):
         return  # not there; the report says of a file that cannot be read
-    coarse = [
-        f"{name} is known to {100 * part:.0f} %" for name, part in parts.items() if part > wanted
-    ]
+    above = {name: 100 * part for name, part in parts.items() if part > wanted}
+    coarse = ", ".join(f"{name} is known to {percent:.0f} %" for name, percent in above.items())
+    sizes = ", ".join(f"{name} {size:.3g} mm" for name, size in better)
+    advice = f"; {sizes} is enough" if sizes else "; no mesh of the study is enough for all figures"
     if coarse:
-        yield Reason(
-            "mesh",
-            f"the mesh is not converged: {', '.join(coarse)}, where {100 * wanted:g} % was wanted",
-        )
+        text = f"the mesh is not converged: {coarse}, where {100 * wanted:g} % was wanted{advice}"
+        yield Reason("mesh", text)
 
 
 def _overlap(results: Results) -> Iterator[Reason]:
@@ -246,7 +247,7 @@ def _overlap(results: Results) -> Iterator[Reason]:
         if found is None:
             continue
         first, worst = found
-        where = ", ".join(f"{c:.1f}" for c in worst.place)
+        where = place_text(worst.place)
         depth = f"{'at least ' if worst.at_least else ''}{worst.depth:.2g} mm deep"
         much = f"{100 * worst.share:.1f} % of its surface lies inside of it, up to {depth}"
         if worst.share < 5e-4:

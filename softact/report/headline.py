@@ -8,6 +8,7 @@ import numpy as np
 
 from softact.reached import Reached, reached
 from softact.report import labels
+from softact.report.curves import noise
 from softact.results import COMPLETE, Results, load, load_name, load_text
 
 # Motions are compared by these sizes: degrees, and a part of the actuator's length.
@@ -40,16 +41,19 @@ class Figure:
 
 
 def motions(results: Results) -> list[str]:
-    """Columns that say what the actuator does, the most telling first, and none that hardly
-    move."""
+    """Columns that say what the actuator does, the most telling first, and none that hardly move.
+
+    What holds it back tells first, then the bending of an actuator that is made to bend.
+    """
     sizes = {name: _largest(results, name) / TURN for name in (BENDING, TWIST)}
     length = results.layout.length if results.layout else 0.0
     if length and _largest(results, BENDING) < BENT:
         sizes[ELONGATION] = _largest(results, ELONGATION) / (CHANGE * length)
     most = max(sizes.values())
     moved = [name for name in sizes if sizes[name] > max(STILL, BESIDE * most)]
-    held = [name for name in HELD if _largest(results, name) > 0]
-    return held + sorted(moved, key=lambda name: -sizes[name])
+    held = [name for name in HELD if _largest(results, name) > noise(results, name)]
+    bends = results.layout is not None and results.layout.bending_axis is not None
+    return held + sorted(moved, key=lambda name: (not (bends and name == BENDING), -sizes[name]))
 
 
 def _largest(results: Results, name: str) -> float:

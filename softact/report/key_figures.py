@@ -10,7 +10,7 @@ import numpy as np
 from softact.reached import reached
 from softact.report import labels
 from softact.report.curves import measures, round_loads
-from softact.results import Results, load, load_name
+from softact.results import Results, load, load_name, load_text
 
 # Columns that still fit; at least one round load is told of each step that changes the load.
 MOST_STOPS = 9
@@ -106,7 +106,7 @@ def _with_limit(results: Results, found: list[Stop]) -> list[Stop]:
         return found
     row = far.largest
     step = str(results.curve["step"][row]) if "step" in results.curve else found[0].step
-    new = Stop(float(row), step, f"{_text(results, load_name(results), row, '')} (largest stable)")
+    new = Stop(float(row), step, f"{load_text(results, row)} (largest stable)")
     place = sum(stop.row < row for stop in found)
     return [*found[:place], new, *found[place:]]
 

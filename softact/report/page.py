@@ -30,6 +30,7 @@ from softact.results import (
     load,
     load_name,
     load_text,
+    place_text,
 )
 from softact.verdict import AMBER, GREEN, RED, TITLES, Verdict
 
@@ -203,7 +204,7 @@ def _where(results: Results, name: str, row: int) -> str:
     places = [results.curve.get(f"{stem}_{axis}_mm") for axis in "xyz"]
     if not name.startswith("max_") or any(p is None or p.dtype != float for p in places):
         return ""
-    return "at x, y, z = " + ", ".join(f"{p[row]:.1f}" for p in places) + " mm (undeformed)"
+    return f"at x, y, z = {place_text(p[row] for p in places)} mm (undeformed)"
 
 
 def _figures(results: Results, bars: dict[str, str]) -> str:

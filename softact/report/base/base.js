@@ -94,7 +94,7 @@ function layoutOf(plot) {
   };
 }
 
-const LETTERS = 16, TITLE_LETTERS = 30;
+const LETTERS = 16, TITLE_LETTERS = 30, LEGEND_LETTERS = 36;
 
 /* A text in lines of up to so many letters. */
 function broken(text, letters) {
@@ -118,17 +118,18 @@ function tracesOf(plot) {
   return plot.traces.map((trace) => ({
     ...(["scatter", "bar", "scattergl"].includes(trace.type) ? {
       hovertemplate: plot.traces.length > 1 ? HOVER : `${HOVER}<extra></extra>`,
-    } : {}), ...trace,
+    } : {}), ...trace, ...(trace.name ? { name: broken(trace.name, LEGEND_LETTERS) } : {}),
   }));
 }
 
 /* Room for a legend of many names, which stands above the axes. */
 function makeRoom(box, plot) {
   const names = new Set(plot.traces.filter((trace) => trace.showlegend !== false).
-    map((trace) => trace.name));
-  const longest = Math.max(0, ...[...names].map((name) => String(name ?? "").length));
+    map((trace) => broken(trace.name ?? "", LEGEND_LETTERS)));
+  const lines = [...names].flatMap((name) => name.split("<br>"));
+  const longest = Math.max(0, ...lines.map((line) => line.length));
   const across = Math.max(1, Math.floor((box.clientWidth - 70) / (60 + 7 * longest)));
-  const rows = Math.ceil(names.size / across);
+  const rows = Math.ceil(lines.length / across);
   box.style.height = "";
   if (names.size > 1 && rows > 1) {
     box.style.height = `${box.clientHeight + 20 * (rows - 1)}px`;
