@@ -49,12 +49,12 @@ BEGINNING = 0.1
 TITLES = {
     "end": "End:",
     "limit": "What gives way:",
-    "remark": "Solver:",
     "motion": "Motion:",
     "kinetic": "Kinetic energy:",
     "overlap": "Overlap:",
     "volume": "Volume:",
     "mesh": "Mesh:",
+    "remark": "Solver:",
     "unread": "Not looked at:",
 }
 
