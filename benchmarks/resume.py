@@ -102,7 +102,7 @@ def difference(wanted, found) -> float:
     that is not rounding (1e-6)."""
     worst = 0.0
     for name in wanted[0]:
-        if name in ("step", "residual"):
+        if name in ("step", "control", "residual"):
             continue
         pairs = [(float(a[name]), float(b[name])) for a, b in zip(wanted, found, strict=True)]
         size = max(abs(a) for a, _ in pairs)

@@ -2,7 +2,6 @@
 
 import shlex
 from collections.abc import Callable, Sequence
-from functools import partial
 from pathlib import Path
 
 import click
@@ -15,8 +14,9 @@ def measured_options(command: Callable) -> Callable:
         multiple=True,
         type=click.Path(path_type=Path),
         metavar="FILE",
-        help="Set the run against a measured curve. Headings name columns of curve.csv, in any "
-        "unit that fits: 'Pressure (bar), Bending angle (rad)'. May be repeated.",
+        help="Set the run against a measured curve, which stays in the result folder. Headings "
+        "name columns of curve.csv, in any unit that fits: 'Pressure (bar), Bending angle (rad)'. "
+        "May be repeated.",
     )
     headings = click.option(
         "--columns",
@@ -54,15 +54,6 @@ def read_all(
         for message in measured.messages:
             click.echo(f"{measured.source}: {message}")
     return found
-
-
-def sections(measured: Sequence) -> list:
-    """What ``write_report`` adds to a report for measured curves."""
-    if not measured:
-        return []
-    from softact.report.overlay import section
-
-    return [partial(section, several=measured)]
 
 
 def tell(directory: Path, measured: Sequence) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from softact.cli._measured import measured_options, read_all, sections, tell
+from softact.cli._measured import measured_options, read_all, tell
 from softact.errors import SpecError
 
 
@@ -24,10 +24,8 @@ from softact.errors import SpecError
     "-n",
     "--processes",
     type=click.IntRange(1, 1024),
-    default=1,
-    show_default=True,
     metavar="PROCS",
-    help="MPI processes; as many as there are cores is the fastest.",
+    help="MPI processes.  [default: the cores, up to two; one with contact of surfaces or sheets]",
 )
 @click.option(
     "--set",
@@ -49,7 +47,7 @@ from softact.errors import SpecError
 def run(
     spec: str,
     output: str | None,
-    processes: int,
+    processes: int | None,
     overrides: tuple[str, ...],
     force: bool,
     resume: bool,
@@ -64,7 +62,7 @@ def run(
 
     \b
     Examples:
-      softact run configs/pneunet_glove.yaml -n 2
+      softact run configs/pneunet_glove.yaml
       softact run finger.yaml -o results/thin --set geometry.roof='0.8 mm'
       softact run finger.yaml --measured angle.csv
       softact run finger.yaml --resume --set steps.1.pressure='60 kPa'
@@ -79,21 +77,35 @@ def run(
     check_folder(directory, force)
 
     from softact.run import run as solve
+    from softact.run import usual_processes
 
     with Progress([step.name for step in loaded.steps]) as progress:
         outcome = solve(
             loaded,
             directory,
-            processes=processes,
+            processes=processes or usual_processes(loaded),
             progress=progress,
-            extra=sections(read_in),
+            measured=read_in,
             resume=resume,
         )
     tell(directory, read_in)
-    if outcome.message:
-        click.echo(outcome.message, err=True)
+    _tell_verdict(outcome)
     click.echo(f"report: {directory / 'report.html'}")
     sys.exit(outcome.exit_code)
+
+
+def _tell_verdict(outcome) -> None:
+    """What is to be thought of the run, on standard error where it is not solved."""
+    if outcome.verdict is None:
+        if outcome.message:
+            click.echo(outcome.message, err=True)
+        return
+    head, *reasons = outcome.verdict.lines
+    unsolved = outcome.exit_code != 0
+    colour = "red" if unsolved else {"green": "green"}.get(outcome.verdict.colour, "yellow")
+    click.secho(head, fg=colour, bold=True, err=unsolved)
+    for line in reasons:
+        click.echo(line, err=unsolved)
 
 
 def _columns(spec) -> list[str]:

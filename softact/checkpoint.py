@@ -30,7 +30,7 @@ class Checkpoint:
 
     step: number of the current step. begun: state at its start. state: now. path: its last points.
     size: next increment. traced_at: where volume control was tried. rows: increments written down.
-    attempts, remarks, counts: what the run has told so far.
+    attempts, remarks, notes, counts: what the run has told so far.
     """
 
     step: int
@@ -42,6 +42,7 @@ class Checkpoint:
     rows: int
     attempts: list[dict] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
     counts: dict = field(default_factory=dict)
 
     @property
@@ -81,6 +82,7 @@ def pack(model, checkpoint: Checkpoint) -> bytes | None:
         "rows": checkpoint.rows,
         "attempts": checkpoint.attempts,
         "remarks": checkpoint.remarks,
+        "notes": checkpoint.notes,
         "counts": checkpoint.counts,
         "processes": len(memories),
     }
@@ -124,7 +126,8 @@ def read(model, directory: Path) -> Checkpoint | None:
     ]
     if known.get("has_rate", False):
         points[-1] = replace(points[-1], rate=vectors[-1])
-    rest = {n: known[n] for n in ("size", "traced_at", "rows", "attempts", "remarks", "counts")}
+    names = "size", "traced_at", "rows", "attempts", "remarks", "notes", "counts"
+    rest = {name: known[name] for name in names}
     return Checkpoint(known["step"], *states, points, **rest)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from softact.bonded import BondedLayer
+from softact.measures.strain import INCOMPRESSIBLE
 from softact.model import Model
 from softact.tensors import determinant
 from softact.terms import State
@@ -20,7 +21,7 @@ RUNAWAY = 8.0
 # Stretch of half a percent of the volume beyond which the law decides more than the material.
 STRETCHED, SHARE = 4.0, 0.005
 # An element is crushed where this part of its volume is left, though its law allows no such change.
-CRUSHED, INCOMPRESSIBLE = 0.5, 10.0
+CRUSHED = 0.5
 
 
 def causes(

@@ -39,6 +39,7 @@ def settle(stepper, step, drive, path: list[Point], further: float) -> tuple[lis
 
     Returns the path from there and whether an equilibrium was found; the state is at its end.
     """
+    stepper.control = "dynamics"
     motion = _Motion(stepper, drive, path[-1], _reachable(stepper, drive, path[-1], further))
     outcome = motion.run()
     if outcome is None or not outcome.converged:

@@ -72,6 +72,7 @@ def inflate(stepper, step, drive, path: list[Point], pressure: float, largest: f
     pressure: largest change of the step, MPa. Returns the path and why it stopped early, None where
     it did not.
     """
+    stepper.control = "motion"
     return _Inflation(stepper, step, drive, path, pressure, largest).run()
 
 
@@ -211,7 +212,7 @@ class _Inflation:
             self.held_back = max(self.held_back, drag / (s * self.pressure_force))
         outcome = replace(outcome, unstable_modes=0)  # of no equilibrium, but of a motion
         self.model.contacts.stiffen(self.stepper.state)  # for the next time step
-        told = {"control": "dynamics", "kinetic_ratio": ratio}
+        told = {"control": "motion", "kinetic_ratio": ratio}
         self.path = self.stepper.accept(self.step, self.drive, self.path, s, outcome, **told)
         return ratio
 
@@ -263,6 +264,7 @@ class _Inflation:
         self._without_inertia()
         self.stepper.go_to(self.drive, self.path[-1])
         begun, end = self.quasi_static_from, self.path[-1].s
+        slow = begun is not None and max(self.worst, self.held_back) <= QUASI_STATIC
         if begun is None:
             told = "its kinetic energy never fell below 5 % of the internal energy"
         else:
@@ -274,7 +276,8 @@ class _Inflation:
                 f"{self.held_back:.2%} of the pressure's force{motion}"
             )
         told += f"; {self._energies()}"
-        self.stepper.progress.remarks.append(
+        progress = self.stepper.progress
+        (progress.notes if slow else progress.remarks).append(
             f"step '{self.step.name}': inflated by implicit dynamics to {end:.2%}, {told}"
         )
         return self.path, fault

@@ -39,6 +39,8 @@ RUNS_AHEAD, TOWARDS_LIMIT = 1.3, 0.5
 # Part of the largest increment by which a motion loads further, and how much farther the next one
 # goes where nothing was gained since the last.
 REACH, FARTHER = 0.2, 2.5
+# Kinds of control (``Attempt``) that are motions.
+MOTIONS = ("dynamics", "motion")
 
 RETURNED = "that equilibrium was passed before the limit"
 
@@ -189,7 +191,7 @@ class Ladder:
     def _reach(self) -> float:
         """How much further (fraction of the step) a motion loads that begins now."""
         controls = [a.control for a in self._attempts if a.converged]
-        moved = len(list(takewhile(lambda c: c == "dynamics", reversed(controls))))
+        moved = len(list(takewhile(lambda c: c in MOTIONS, reversed(controls))))
         return self.largest * min(1.0, REACH * FARTHER**moved)
 
     def _inflate(self) -> str | None:
@@ -217,6 +219,7 @@ class Ladder:
                 stepper.accepted,
                 told(stepper.progress.attempts),
                 list(stepper.progress.remarks),
+                list(stepper.progress.notes),
                 asdict(stepper.newton.counts),
             )
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -98,6 +98,8 @@ class Newton:
         self.model, self.tolerance = model, tolerance
         self.counts = Counts()
         self.line_search = False
+        # Hears of each iteration: its number in the solve, and the relative residual.
+        self.watch: Callable[[int, float], None] = lambda iteration, residual: None
         # Seconds of this process so far: values of the matrix, its factors and their solves.
         self.times = {"assembly": 0.0, "linear_solves": 0.0}
         u = model.unknowns
@@ -372,6 +374,7 @@ class Newton:
         volume = self._volume_error / self._volume_scale if self._volume_scale else 0.0
         error = max(force, volume, self._border.error(self._state) if self._border else 0.0)
         self._residuals.append(float(error))
+        self.watch(iteration, float(error))
         if not np.isfinite(error):
             self._reason = "an element turned inside out"
             return reason.DIVERGED_FNORM_NAN

@@ -5,35 +5,53 @@ from __future__ import annotations
 import resource
 import time
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 
 from softact.checkpoint import pack
 from softact.from_spec import load_steps, parameters, supports_of
 from softact.measures import MEASURES
+from softact.measures.failure import SHARE
+from softact.results import NO_EQUILIBRIUM, read
 from softact.settings import Settings
 from softact.snapshot import Snapshot, gather_mesh, gather_nodes
 from softact.spec import plausible
-from softact.stepping import Stepper
+from softact.stepping import Stepper, Trying
+from softact.verdict import AMBER, RED, Reason, Verdict, judge
+
+# Seconds without an event after which it is told what the solver tries.
+SILENCE = 5.0
 
 
 class Recorder:
     """Runs the steps of a spec and writes down each accepted state."""
 
     def __init__(self, spec, model, writer, tell: Callable[[dict], None], start):
-        self.spec, self.model, self.writer, self.tell = spec, model, writer, tell
+        self.spec, self.model, self.writer, self._tell = spec, model, writer, tell
+        self._told_at = time.monotonic()
         wanted = MEASURES if spec.measures == "all" else dict.fromkeys(spec.measures)
         self.measures = [MEASURES[name] for name in wanted]
         settings = spec.solver.model_dump()
         settings.pop("element")
         self.stepper = Stepper(
-            model, Settings(**settings), self._accept, self._reject, self._checkpoint
+            model, Settings(**settings), self._accept, self._reject, self._checkpoint, self._try
         )
         self.row: dict = model.comm.bcast(writer.last_row if writer is not None else None)
         self.write_time = 0.0
+        self.verdict: Verdict | None = None  # on rank 0, at the end
         if start is None:
             self._write_mesh()
+
+    def tell(self, event: dict) -> None:
+        """Tell what happens."""
+        self._told_at = time.monotonic()
+        self._tell(event)
+
+    def _try(self, trying: Trying) -> None:
+        """Tell what is being tried, where nothing has been told for a while."""
+        if time.monotonic() - self._told_at > SILENCE:
+            self.tell({"stage": "progress", **asdict(trying)})
 
     def _write_mesh(self) -> None:
         gathered = gather_mesh(self.model)
@@ -61,19 +79,30 @@ class Recorder:
                 "cutbacks": progress.cutbacks,
                 **asdict(self.stepper.newton.counts),
             }
-            self.writer.finish(
-                status,
-                summary,
-                {
-                    "times_s": {name: round(t, 4) for name, t in times.items()},
-                    "counts": counts,
-                    "memory_MB": round(memory / 1024),
-                    "messages": messages,
-                    "history": [asdict(a) for a in progress.attempts],
-                },
-            )
-        self.tell({"stage": "done", "status": status, "message": progress.stopped})
+            told = {"messages": messages, "notes": progress.notes}
+            started = time.perf_counter()
+            self.verdict = self._judge(status, told)
+            times["judge"] = time.perf_counter() - started
+            told |= {
+                "verdict": self.verdict.data(),
+                "times_s": {name: round(t, 4) for name, t in times.items()},
+                "counts": counts,
+                "memory_MB": round(memory / 1024),
+                "history": [asdict(a) for a in progress.attempts],
+            }
+            self.writer.finish(status, summary, told)
+        done = {"stage": "done", "status": status, "message": progress.stopped}
+        self.tell({**done, "verdict": self.verdict and self.verdict.data()})
         return status
+
+    def _judge(self, status: str, told: dict) -> Verdict:
+        """The verdict on what has been written, and on what run.json will say."""
+        directory = self.writer.directory
+        try:
+            return judge(replace(read(directory), run={"status": status, **told}))
+        except Exception as error:  # the run is worth more than what is thought of it
+            colour = RED if status == NO_EQUILIBRIUM else AMBER
+            return Verdict(colour, (Reason("unread", f"no verdict could be reached: {error!r}"),))
 
     def _unstable(self) -> str | None:
         """What to say of unstable equilibria."""
@@ -105,10 +134,11 @@ class Recorder:
                 beyond |= stretch[..., -1] < low
             part = self.model.sum(float(solid.volumes[beyond].sum()))
             whole = self.model.sum(float(solid.volumes.sum()))
-            if part > 0:
+            if part > SHARE * whole:  # at a sharp corner some is stretched beyond any test
                 said.append(
                     f"region '{name}': {part / whole:.2%} of the volume leaves the stretches "
-                    f"{low:g} to {high:g} to which {card.name or 'its material'} was tested"
+                    f"{low:g} to {high:g} to which {card.name or 'its material'} was tested: what "
+                    "the law says there is an extrapolation"
                 )
         return said
 
@@ -119,6 +149,7 @@ class Recorder:
         for measure in self.measures:
             row |= measure.evaluate(snapshot)
         row["unstable_modes"] = attempt.unstable_modes
+        row["control"], row["kinetic_ratio"] = attempt.control, attempt.kinetic_ratio
         row["newton_iterations"] = attempt.iterations
         row["residual"] = attempt.residuals[-1] if attempt.residuals else 0.0
         self.row = row

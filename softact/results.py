@@ -2,6 +2,7 @@
 
 import json
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
@@ -20,6 +21,7 @@ NO_EQUILIBRIUM = "no_equilibrium"
 
 RESTART = "restart.npz"
 MESH_ERROR = "mesh_error.json"
+MEASURED = "measured.json"
 
 #: Every file that softact itself puts into a result folder, ``run.json`` excepted.
 OWN_FILES = (
@@ -37,6 +39,7 @@ OWN_FILES = (
     "log.txt",
     RESTART,
     MESH_ERROR,
+    MEASURED,
 )
 
 
@@ -124,6 +127,52 @@ def read(directory: str | Path) -> Results:
         summary={k: v[0] for k, v in _read_columns(directory / "summary.csv").items() if len(v)},
         **mesh,
     )
+
+
+def load_name(results: Results) -> str | None:
+    """Column that the curves are drawn against: the pressure that changes most, if any does."""
+    best, span = None, 0.0
+    for name, values in results.curve.items():
+        if name.startswith("pressure_") and name.endswith("_kPa") and values.dtype == float:
+            width = np.ptp(values[np.isfinite(values)]) if np.isfinite(values).any() else 0.0
+            if width > span:
+                best, span = name, width
+    return best
+
+
+def load(results: Results) -> np.ndarray:
+    """(rows,) the load of each state: kPa of ``load_name``, else finished steps and fraction."""
+    name = load_name(results)
+    if name:
+        return results.curve[name]
+    rows = len(next(iter(results.curve.values()), ()))
+    if "step_fraction" not in results.curve:
+        return np.arange(rows, dtype=float)
+    names = results.curve.get("step", np.zeros(rows))
+    begun = np.cumsum([0, *(names[1:] != names[:-1])]) if rows else np.zeros(0)
+    return begun + results.curve["step_fraction"]
+
+
+def load_text(results: Results, row: int) -> str:
+    """The load of a state in words: "31.2 kPa", or "40 % of step 'pull'" without a pressure."""
+    if load_name(results):
+        return f"{load(results)[row]:.4g} kPa"
+    curve = results.curve
+    if "step" in curve and "step_fraction" in curve:
+        return f"{100 * curve['step_fraction'][row]:.4g} % of step '{curve['step'][row]}'"
+    return f"state {row}"
+
+
+def place_text(place: Iterable[float]) -> str:
+    """Coordinates in mm: "23.0, 1.7, 0.0"."""
+    return ", ".join(f"{round(float(c), 1) + 0.0:.1f}" for c in place)  # no -0.0
+
+
+def rest_state(results: Results) -> int:
+    """Last state before the load begins to grow, -1 where the first row is loaded already."""
+    values = load(results)
+    unloaded = np.flatnonzero(np.abs(values) > 1e-9 * np.abs(values).max(initial=0))
+    return int(unloaded[0]) - 1 if len(unloaded) else len(values) - 1
 
 
 def _read_columns(path: Path) -> dict[str, np.ndarray]:

@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from softact.errors import OUT_OF_MEMORY, NoEquilibriumError, SoftactError, SpecError
 from softact.files import write_atomic
@@ -23,21 +24,30 @@ from softact.orphans import bound
 from softact.results import RESTART
 from softact.spec import plausible
 from softact.streams import UTF8
+from softact.verdict import Verdict
+from softact.verdict import from_data as verdict_of
+
+if TYPE_CHECKING:
+    from softact.fit.measured import Measured
 
 # Events that ``progress`` receives: {"stage": "mesh"}; {"stage": "solve", "cells", "unknowns"};
 # {"stage": "increment", "step", "fraction", "iterations", ... and the row of curve.csv};
-# {"stage": "cutback", "step", "fraction", "reason"}; {"stage": "done", "status", "message"};
-# {"stage": "report"}; {"stage": "note", "text"}: something the user should know.
+# {"stage": "cutback", "step", "fraction", "reason"}; {"stage": "progress", "step", "fraction",
+# "control", "iteration", "residual", "iterations"}: what is being tried, where nothing else has
+# been told for some seconds; {"stage": "done", "status", "message", "verdict"}; {"stage":
+# "report"}; {"stage": "note", "text"}: something the user should know.
 Progress = Callable[[Mapping], None]
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a run ended. status: "complete" or "no_equilibrium"; message: why it stopped early."""
+    """How a run ended. status: "complete" or "no_equilibrium"; message: why it stopped early;
+    verdict: what is to be thought of it, see ``softact.verdict``."""
 
     status: str
     directory: Path
     message: str | None
+    verdict: Verdict | None = None
 
     @property
     def exit_code(self) -> int:
@@ -53,14 +63,15 @@ def run(
     report: bool = True,
     threads: int | None = None,
     scratch: Path | None = None,
-    extra: Sequence = (),
+    measured: Sequence[Measured] = (),
     resume: bool = False,
 ) -> Outcome:
     """Solve ``spec`` and write its result folder.
 
     processes: MPI processes of the solver. report: whether report.html and the pictures are made
     too; ``softact.report.write_report`` makes them later from the folder alone. threads: of a
-    single process in BLAS, by default one for each core. extra: further sections of the report.
+    single process in BLAS, by default one for each core. measured: curves to set the run against;
+    they stay in the folder.
     scratch: folder for mesh and job files, by default a new one in the system's temporary folder.
     The solver ends with this process, even where this one is killed. resume: go on with the run in
     ``directory`` from its last accepted increment; the spec may have further steps, and a finished
@@ -70,8 +81,8 @@ def run(
     folder read-only, and SolverCrashError where the solver's process ends in a way that it could
     not tell of itself.
     """
-    progress = progress or (lambda event: None)
     directory = Path(directory)
+    progress = _remembering(directory, measured, progress or (lambda event: None))
     notes = [*spec.geometry.notes(), *plausible.lines(spec)]
     if spec.contact and processes > 1:
         processes = 1
@@ -82,15 +93,22 @@ def run(
     started = time.perf_counter()
     old = _to_resume(spec, directory) if resume else None
     if old and old.finished_as(spec):
-        return Outcome(old.status, directory, None)
+        if measured and report:
+            _report(directory, measured)
+        return Outcome(old.status, directory, None, old.verdict)
     with _scratch(scratch) as folder:
         mesh_file, spec_file = folder / "mesh.msh", folder / "spec.yaml"
-        job_file = folder / "job.json"
+        job_file, log = folder / "job.json", _Log(started)
 
-        def prepare() -> list[str]:
-            """Mesh, and the job that the solver waits for; what is to be said of the mesh."""
+        def say(texts: Sequence[str]) -> None:
+            log.note(texts)
+            for text in texts:
+                progress({"stage": "note", "text": text})
+
+        def prepare() -> None:
+            """Mesh, what is to be said of it, and the job that the solver waits for."""
             progress({"stage": "mesh"})
-            said = make_mesh(spec.geometry, mesh_file)
+            say(make_mesh(spec.geometry, mesh_file))
             spec_file.write_text(spec.to_yaml(), encoding="utf-8")
             job = {
                 "spec": str(spec_file),
@@ -100,15 +118,40 @@ def run(
                 "old_steps": old.steps if old else None,
             }
             write_atomic(job_file, json.dumps(job))
-            return said
 
-        last = _solve(job_file, prepare, directory, processes, threads, progress, notes)
+        say(notes)
+        last = _solve(job_file, prepare, directory, processes, threads, progress, log)
     if report:
         progress({"stage": "report"})
-        from softact.report import write_report
+        _report(directory, ())
+    return Outcome(last["status"], directory, last.get("message"), verdict_of(last.get("verdict")))
 
-        write_report(directory, extra)
-    return Outcome(last["status"], directory, last.get("message"))
+
+def _remembering(directory: Path, measured: Sequence[Measured], progress: Progress) -> Progress:
+    """The same, which copies measured curves into the folder as soon as that is there."""
+
+    def both(event: Mapping) -> None:
+        if event["stage"] == "solve" and measured:
+            from softact.report.remembered import remember
+
+            remember(directory, measured)
+        progress(event)
+
+    return both
+
+
+def _report(directory: Path, measured: Sequence[Measured]) -> None:
+    from softact.report import write_report
+    from softact.report.remembered import remember
+
+    remember(directory, measured)
+    write_report(directory)
+
+
+def usual_processes(spec) -> int:
+    """How many MPI processes a run takes where nobody says: the cores, up to two, beyond which
+    little is gained; one where contact between surfaces or sheets leave no choice."""
+    return 1 if spec.contact or spec.sheets else min(2, len(os.sched_getaffinity(0)))
 
 
 @contextlib.contextmanager
@@ -134,6 +177,7 @@ class _Old:
 
     status: str
     steps: list[dict]
+    verdict: Verdict | None
 
     def finished_as(self, spec) -> bool:
         """Whether nothing is left to solve."""
@@ -162,17 +206,18 @@ def _to_resume(spec, directory: Path) -> _Old | None:
             f"{directory}: holds the run of another spec ({', '.join(differing)} differ); a run is "
             "resumed with its own spec, in which only later steps may change"
         )
-    return _Old(json.loads(known.read_text(encoding="utf-8"))["status"], old["steps"])
+    story = json.loads(known.read_text(encoding="utf-8"))
+    return _Old(story["status"], old["steps"], verdict_of(story.get("verdict")))
 
 
 def _solve(
     job_file: Path,
-    prepare: Callable[[], list[str]],
+    prepare: Callable[[], None],
     directory: Path,
     processes: int,
     threads: int | None,
     progress: Progress,
-    notes: list[str],
+    log: _Log,
 ) -> Mapping:
     """Start the worker, pass its events on and write its log; returns its last event.
 
@@ -180,18 +225,10 @@ def _solve(
     been given one thread: others run beside it, and it takes no more than one core.
     """
     last: dict = {}
-    lines: list[str] = []
-
-    def say(texts: list[str]) -> None:
-        lines.extend(texts)
-        for text in texts:
-            progress({"stage": "note", "text": text})
-
-    say(notes)
     errors = job_file.with_name("stderr")
     beside = threads != 1
     if not beside:
-        say(prepare())
+        prepare()
     with errors.open("wb") as stderr:
         process = subprocess.Popen(
             _command(job_file, processes),
@@ -203,13 +240,13 @@ def _solve(
         )
         try:
             if beside:
-                say(prepare())
+                prepare()
             for line in process.stdout:
                 try:
                     last = json.loads(line)
                 except ValueError:
                     continue
-                lines.append(log_line(last))
+                log.add(last)
                 progress(last)
             code = process.wait()
         except BaseException:
@@ -219,7 +256,7 @@ def _solve(
             raise
     if directory.is_dir():
         noise = errors.read_text(encoding="utf-8", errors="replace")
-        write_atomic(directory / "log.txt", "\n".join(lines) + "\n" + noise)
+        write_atomic(directory / "log.txt", log.text() + noise)
     if last.get("stage") == "error":
         if last.get("cannot_write"):
             raise CannotWriteError(*last["lines"])
@@ -270,10 +307,19 @@ def _command(job_file: Path, processes: int) -> list[str]:
     return bound(mpirun)
 
 
+# Variables of the MPI job that this process is part of, as is a Python that has imported MPI:
+# mpirun would take them for its own.
+_OF_A_JOB = (
+    "PMIX_", "PMI_", "PRTE_", "ORTE_", "OMPI_COMM_WORLD_", "OMPI_APP_CTX_", "OMPI_UNIVERSE_",
+    "OMPI_FIRST_RANKS", "OMPI_FILE_LOCATION", "OMPI_MCA_orte_", "OMPI_MCA_ess", "OMPI_MCA_pmix",
+)  # fmt: skip
+
+
 def _environment(processes: int, threads: int | None = None) -> dict[str, str]:
     """Threads: all cores for one process, one for each of several (MUMPS uses them in BLAS)."""
     usual = str(len(os.sched_getaffinity(0)) if processes == 1 else 1)
-    environment = {"OPENBLAS_NUM_THREADS": usual, **os.environ, "OMP_NUM_THREADS": "1"}
+    inherited = {n: value for n, value in os.environ.items() if not n.startswith(_OF_A_JOB)}
+    environment = {"OPENBLAS_NUM_THREADS": usual, **inherited, "OMP_NUM_THREADS": "1"}
     if threads:
         environment["OPENBLAS_NUM_THREADS"] = str(threads)
     # All processes are on this machine and talk by shared memory: looking for networks takes each
@@ -290,6 +336,37 @@ def _environment(processes: int, threads: int | None = None) -> dict[str, str]:
     if os.geteuid() == 0:
         environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
     return environment
+
+
+class _Log:
+    """What log.txt holds: the seconds since the start, and a line for each event."""
+
+    def __init__(self, started: float):
+        self._started, self._lines = started, []
+
+    def note(self, texts: Sequence[str]) -> None:
+        """What the user should know, apart from what happens when."""
+        self._lines += texts
+
+    def add(self, event: Mapping) -> None:
+        seconds = time.perf_counter() - self._started
+        verdict = verdict_of(event.get("verdict"))
+        lines = [log_line(event), *(verdict.lines if verdict else [])]
+        self._lines += [f"{seconds:8.1f} s  {line}" for line in lines]
+
+    def text(self) -> str:
+        return "\n".join(self._lines) + "\n"
+
+
+#: What is being tried under each control of an attempt.
+_TRIED = {
+    "load": "seeks the next equilibrium",
+    "search": "seeks the next equilibrium with a line search",
+    "volume": "follows the path beyond a limit, by volume instead of pressure",
+    "arc": "follows the path beyond a limit, by its length",
+    "dynamics": "lets the actuator move to its next equilibrium",
+    "motion": "lets the pressure blow up the flat sheets",
+}
 
 
 def log_line(event: Mapping) -> str:
@@ -317,6 +394,13 @@ def log_line(event: Mapping) -> str:
             )
         case "done":
             return event["message"] or "all steps solved"
+        case "progress":
+            what = _TRIED.get(event["control"], event["control"])
+            return (
+                f"{event['step']} {event['fraction']:7.2%}  {what}: iteration "
+                f"{event['iteration']}, residual {event['residual']:.1e}, {event['iterations']} "
+                "iterations so far"
+            )
         case "error":
             return "\n".join(event["lines"])
         case stage:

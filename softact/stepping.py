@@ -31,9 +31,10 @@ class Attempt:
     """One try at an increment, for the convergence history; see ``NewtonOutcome``.
 
     control: "load", "search" (load, with a line search), "volume", "arc" (the way through the
-    displacements) or "dynamics". kinetic_ratio: largest kinetic by internal energy on the way,
-    where there was a motion. speed: norm of the displacements' change (mm) per change of the
-    fraction at the equilibrium; 0 where not known.
+    displacements), "dynamics" (an equilibrium that a damped motion has led to) or "motion" (a state
+    of the first inflation, no equilibrium). kinetic_ratio: largest kinetic by internal energy on
+    the way, where there was a motion. speed: norm of the displacements' change (mm) per change of
+    the fraction at the equilibrium; 0 where not known.
     """
 
     step: str
@@ -48,13 +49,30 @@ class Attempt:
     speed: float = 0.0
 
 
+@dataclass(frozen=True)
+class Trying:
+    """What is being tried: an iteration of Newton's method on the way from an accepted state.
+
+    fraction: of the step, of that state. control: see ``Attempt``. iteration: in this solve;
+    residual: relative. iterations: of the run so far.
+    """
+
+    step: str
+    fraction: float
+    control: str
+    iteration: int
+    residual: float
+    iterations: int
+
+
 @dataclass
 class Progress:
-    """What the run has done: attempts so far, remarks for the user and, where it stopped early,
-    why."""
+    """What the run has done: attempts so far, remarks that a reader has to know before he trusts
+    it, notes that he may read and, where it stopped early, why."""
 
     attempts: list[Attempt] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
     stopped: str | None = None
 
     @property
@@ -68,8 +86,10 @@ class Stepper:
 
     on_accept is called with (state, attempt, increment number) at each new equilibrium, and once
     with the unloaded state before the first; on_reject with each attempt that failed; on_checkpoint
-    after each increment from which the run could go on. accepted: number of states so far. rest:
-    the last of them, with its loads; nothing may pass through anything on the way from it.
+    after each increment from which the run could go on; on_iteration at each iteration, so that it
+    has to be quick. accepted: number of states so far. control: how the next state is sought.
+    rest: the last of the accepted states, with its loads; nothing may pass through anything on the
+    way from it.
     """
 
     def __init__(
@@ -79,11 +99,14 @@ class Stepper:
         on_accept: Callable[[State, Attempt, int], None],
         on_reject: Callable[[Attempt], None] = lambda attempt: None,
         on_checkpoint: Callable[[Checkpoint], None] = lambda checkpoint: None,
+        on_iteration: Callable[[Trying], None] = lambda trying: None,
     ):
         self.model, self.settings = model, settings
         self.on_accept, self.on_reject = on_accept, on_reject
-        self.on_checkpoint = on_checkpoint
+        self.on_checkpoint, self.on_iteration = on_checkpoint, on_iteration
         self.newton = Newton(model, settings.tolerance, settings.max_iterations)
+        self.newton.watch = self._watch
+        self.step, self.fraction, self.control = "", 0.0, "load"
         self.progress = Progress()
         self.state = model.initial_state()
         self.rest = self._copy()
@@ -120,6 +143,7 @@ class Stepper:
             if number > first and step.supports is not None:
                 self.newton.set_supports(step.supports, self.state)
             ladder = Ladder(self, number, step)
+            self.step, self.fraction = step.name, 0.0
             if inside:
                 ladder.resume(inside)
             self.progress.stopped = ladder.climb()
@@ -133,7 +157,7 @@ class Stepper:
         self.rest = self._copy()
         self.model.contacts.resume(self.state)
         self.progress.attempts = [Attempt(**attempt) for attempt in start.attempts]
-        self.progress.remarks = list(start.remarks)
+        self.progress.remarks, self.progress.notes = list(start.remarks), list(start.notes)
         self.newton.counts = Counts(**start.counts)
         self.accepted = start.rows
 
@@ -141,10 +165,16 @@ class Stepper:
         """Count an attempt and tell of it; the state is as the attempt left it."""
         self.progress.attempts.append(attempt)
         if attempt.converged:
+            self.step, self.fraction = attempt.step, attempt.fraction
             self.on_accept(self.state, attempt, self.accepted)
             self.accepted += 1
         else:
             self.on_reject(attempt)
+
+    def _watch(self, iteration: int, residual: float) -> None:
+        done = self.newton.counts.newton_iterations + iteration
+        told = Trying(self.step, self.fraction, self.control, iteration, residual, done)
+        self.on_iteration(told)
 
     def attempt(
         self, drive: Drive, path: Sequence[Point], s: float, at_most: int | None = None
@@ -152,6 +182,7 @@ class Stepper:
         """Seek the equilibrium at the place ``s``, from a prediction or from the last point, in at
         most so many iterations where fewer are allowed than otherwise."""
         contacts, start = self.model.contacts, path[-1]
+        self.control = "search" if self.newton.line_search else drive.control
         drive.set(self.state, s, start.q)
         self.state.x = start.x.copy()
         overrun = contacts.overrun(self.rest, self.state)

@@ -5,6 +5,7 @@ import json
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import click
@@ -267,9 +268,11 @@ def test_mesh_writes_what_the_suffix_says(folder, capsys):
 
 def test_run_fills_a_result_folder(folder):
     done = subprocess.run([*SOFTACT, "run", "cube.yaml"], capture_output=True, text=True)
-    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stderr == ""
+    assert done.returncode == 0
     lines = done.stdout.splitlines()
-    assert lines[0].endswith("  mesh")
+    assert any(line.endswith("  mesh") for line in lines)
+    assert lines[-2] == "solved and trusted"
     assert any("pull 100.00%" in line for line in lines)
     assert lines[-1] == "report: results/cube/report.html"
     results = Path("results/cube")
@@ -339,6 +342,25 @@ def test_a_note_stays_on_a_terminal(monkeypatch):
         progress({"stage": "mesh"})
     told = [text for text in printed if isinstance(text, str)]  # the bar prints itself
     assert told == ["runs the script arm.py as code"]
+
+
+def test_a_silent_run_says_what_it_is_at(capsys):
+    """A long factorisation sends no event: a line comes all the same."""
+    with Progress(["a"], silence=0.05) as progress:
+        progress({"stage": "mesh"})
+        end = time.monotonic() + 20
+        while "still at: mesh" not in (said := capsys.readouterr().out):
+            assert time.monotonic() < end, said
+            time.sleep(0.02)
+
+
+def test_what_the_solver_tries_is_a_line(capsys):
+    with Progress(["a"]) as progress:
+        progress({"stage": "progress", "step": "a", "fraction": 0.25, "control": "dynamics",
+                  "iteration": 7, "residual": 0.031, "iterations": 90})  # fmt: skip
+    said = capsys.readouterr().out
+    assert "a  25.00%  lets the actuator move to its next equilibrium: iteration 7, " in said
+    assert "residual 3.1e-02, 90 iterations so far" in said
 
 
 def test_progress_elsewhere_is_a_line_per_event(capsys):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
+from softact import verdict
 from softact.converge.output import summary
 from softact.converge.richardson import NOTHING, SAFETY
 from softact.converge.study import Convergence
@@ -32,8 +33,9 @@ def carry_into(study: Convergence, directory: Path) -> str:
     """Write the error bars of the mesh that a result folder was computed on into that folder.
 
     summary.csv gets a column ``<measure>_mesh_error`` for each measure, mesh_error.json the whole
-    story, and the report is built anew. Returns a line that says so. Raises SpecError where the
-    folder is not complete, of another spec, or has other values than the study's run.
+    story, run.json the verdict with them, and the report is built anew. Returns a line that says
+    so. Raises SpecError where the folder is not complete, of another spec, or has other values than
+    the study's run.
     """
     hashes = [level.spec.hash for level in study.levels]
     check_folder(directory, hashes)
@@ -55,5 +57,6 @@ def carry_into(study: Convergence, directory: Path) -> str:
     row |= {f"{measure}{_COLUMN}": bar for measure, bar in bars.items()}
     write_atomic(directory / MESH_ERROR, json_text(story))
     write_atomic(directory / "summary.csv", csv_text([row]))
+    verdict.store(directory)
     record.refresh(directory)  # where it is a sweep's kept run, it shall stay one
     return f"error bars: {directory / 'summary.csv'} and {write_report(directory)}"

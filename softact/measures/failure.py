@@ -40,6 +40,16 @@ def percentile(comm, tensors: np.ndarray, volumes: np.ndarray, places):
     return float(values[chosen]), places[chosen]
 
 
+def exceeded(comm, values: np.ndarray, volumes: np.ndarray, share: float) -> float:
+    """The value that this part of the whole volume exceeds. values, volumes: (n,) of the points of
+    this process; not all processes may be without any."""
+    wanted = share * sum(comm.allgather(float(volumes.sum())))
+    first = _top(values, volumes, wanted)
+    parts = zip(*comm.allgather((values[first], volumes[first])), strict=True)
+    values, volumes = (np.concatenate(part) for part in parts)
+    return float(values[_top(values, volumes, wanted)[-1]])
+
+
 def _top(values: np.ndarray, volumes: np.ndarray, share: float) -> np.ndarray:
     """Numbers of the largest values, descending, that together have the volume ``share``."""
     order = np.argsort(-values, kind="stable")

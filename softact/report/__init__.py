@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from softact.errors import SpecError
 from softact.files import write_atomic
+from softact.reached import reached
 from softact.results import Results, read
 
 if TYPE_CHECKING:
     from softact.report.base import Section
     from softact.report.surface import Skin
+    from softact.verdict import Verdict
 
 __all__ = ["Extra", "write_report"]
 
@@ -26,14 +30,17 @@ Extra = Callable[[Results], "Section"]
 def write_report(directory: str | Path, extra: Sequence[Extra] = ()) -> Path:
     """(Re)build report.html, curve.png, states.png and shape.png; returns the report's path.
 
-    extra: further sections; where one raises SpecError, the report says so in its place.
+    extra: further sections; where one raises SpecError, the report says so in its place. Measured
+    curves that stand in the folder (``remembered``) have one of their own.
 
     A picture or 3-D view that cannot be made does not stop the rest: the report says which is
     missing and why. Raises SpecError where the folder is not a result folder.
     """
     # Imported here: a sweep takes a label or a plot from this package, and makes no report.
-    from softact.report import curves, page, pictures, surface
+    from softact.report import curves, overlay, page, pictures, surface
     from softact.report.base import plotly
+    from softact.report.remembered import remembered
+    from softact.verdict import judge
 
     directory = Path(directory)
     results = read(directory)
@@ -51,18 +58,29 @@ def write_report(directory: str | Path, extra: Sequence[Extra] = ()) -> Path:
         if there:
             view = _view(results, parts, faults)
         plotly()
-        fault = finish()
+        verdict = judge(results)
+        fault = finish(_marks(results, verdict))
     if fault:
         faults.append(f"The pictures of the actuator are missing: {fault}")
-    more = []
-    for make in extra:
+    more, measured = [], []
+    try:
+        measured = remembered(directory)
+    except SpecError as error:
+        faults += error.lines
+    for make in [*([partial(overlay.section, several=measured)] if measured else []), *extra]:
         try:
             more.append(make(results))
         except SpecError as error:
             faults += error.lines
     path = directory / "report.html"
-    write_atomic(path, page.html(results, view, faults, more))
+    write_atomic(path, page.html(results, verdict, view, faults, more))
     return path
+
+
+def _marks(results: Results, verdict: Verdict) -> list[np.ndarray]:
+    """Places to mark in the picture of the state that stands for the run."""
+    main = reached(results).main
+    return [np.array(r.place) for r in verdict.reasons if r.place is not None and r.row == main]
 
 
 def _view(results: Results, parts: Callable[[], Skin], faults: list[str]) -> dict | None:

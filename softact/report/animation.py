@@ -10,8 +10,7 @@ import numpy as np
 from softact.errors import SpecError
 from softact.files import write_atomic
 from softact.report import frames, pictures
-from softact.report.view import load, rest_state
-from softact.results import Results, read
+from softact.results import Results, load, read, rest_state
 
 KINDS = ("gif", "mp4")
 _FRAMES, _HOLD = 40, 20  # of the motion, and of the last state standing still

@@ -9,12 +9,13 @@ import numpy as np
 
 from softact.errors import SpecError
 from softact.files import csv_text, write_atomic
+from softact.reached import reached
 from softact.report import base, curves, labels, requirements, targets
 from softact.report.base import Plot, Section
-from softact.report.view import load, load_name
-from softact.results import COMPLETE, Results, read
+from softact.results import Results, load, load_name, read
 from softact.spec.kinds import expect_results
 from softact.spec.path import joined, leaves
+from softact.verdict import AMBER, GREEN, RED, WORDS, Verdict, judge
 
 
 @dataclass(frozen=True)
@@ -87,11 +88,11 @@ def _names(folders: Sequence[Path]) -> list[str]:
 def measures(runs: Sequence[Results]) -> tuple[float | None, list[Row]]:
     """The load at which the runs are compared, and their measures there.
 
-    The load is the largest that all reach; None where they have no pressure in common: then their
-    last states are compared.
+    The load is the largest that all reach in a stable state; None where they have no pressure in
+    common: then the states that stand for them (``reached``) are compared.
     """
     drivers = {load_name(run) for run in runs}
-    ends = [float(load(run)[-1]) for run in runs]
+    ends = [float(load(run)[reached(run).main]) for run in runs]
     same = len(drivers) == 1 and None not in drivers and len({np.sign(end) for end in ends}) == 1
     aim = min(ends, key=abs) if same else None
     names = dict.fromkeys(name for run in runs for name in curves.measures(run))
@@ -107,8 +108,9 @@ def _value(run: Results, name: str, aim: float | None) -> float:
     values = run.curve.get(name)
     if values is None or values.dtype != float:
         return float("nan")
-    if aim is None or aim == load(run)[-1]:
-        return float(values[-1])
+    main = reached(run).main
+    if aim is None or aim == load(run)[main]:
+        return float(values[main])
     return curves.at_load(run, values, aim)
 
 
@@ -123,24 +125,36 @@ def spec_differences(runs: Sequence[Results]) -> list[tuple[str, list[str]]]:
 def html(names: Sequence[str], runs: Sequence[Results], wanted: Sequence[str] = ()) -> str:
     """The page. wanted: see ``write_comparison``."""
     aim, rows = measures(runs)
+    verdicts = [judge(run) for run in runs]
     sections = [
         *([requirements.section(names, runs, wanted)] if wanted else []),
         Section("measures", "Measures", _measures(names, runs, aim, rows)),
         Section("spec", "What is different in the specs", _differences(names, runs), "Specs"),
         Section("curves", "Curves", base.figures(_plots(names, runs))),
         *_shapes(names, runs),
-        Section("runs", "Runs", _runs(names, runs)),
+        Section("runs", "Runs", _runs(names, runs, verdicts)),
     ]
-    unfinished = [n for n, run in zip(names, runs, strict=True) if run.status != COMPLETE]
-    lead = f"<p class='lead'>{escape(', '.join(names))}</p>"
-    if unfinished:
-        lead += base.banner("warn", "Not all runs are complete:", escape(", ".join(unfinished)))
+    lead = f"<p class='lead'>{escape(', '.join(names))}</p>{_verdicts(names, verdicts)}"
     return base.page("Comparison", sections, kicker=f"{len(runs)} runs of softact", lead=lead)
+
+
+def _verdicts(names: Sequence[str], verdicts: Sequence[Verdict]) -> str:
+    """What is to be thought of the runs that are not simply trusted, the worst colour first."""
+    parts = []
+    for colour, kind in ((RED, "bad"), (AMBER, "warn")):
+        some = [(n, v) for n, v in zip(names, verdicts, strict=True) if v.colour == colour]
+        if some:
+            words = WORDS[colour]
+            items = [(f"{name}:", reason.text) for name, v in some for reason in v.reasons]
+            told = escape(", ".join(name for name, _ in some))
+            head = f"{words[:1].upper()}{words[1:]}:"
+            parts.append(base.banner(kind, head, told, items))
+    return "".join(parts)
 
 
 def _at(runs: Sequence[Results], aim: float | None) -> str:
     if aim is None:
-        return "at the last state of each (they have no pressure in common)"
+        return "at the state that stands for each (they have no pressure in common)"
     label = labels.column(load_name(runs[0]))
     return f"at {labels.number(aim)} {label.unit}, the largest load that all reach"
 
@@ -207,11 +221,11 @@ def _shapes(names, runs) -> list[Section]:
     return [Section("shapes", "Last states", body)]
 
 
-def _runs(names, runs) -> str:
+def _runs(names, runs, verdicts: Sequence[Verdict]) -> str:
     heads = [
         "Run",
-        "Status",
-        "Last load",
+        "Verdict",
+        "Load",
         "Cells",
         "Unknowns",
         "Iterations",
@@ -219,16 +233,17 @@ def _runs(names, runs) -> str:
         "softact",
     ]
     rows = []
-    for name, run in zip(names, runs, strict=True):
+    for name, run, verdict in zip(names, runs, verdicts, strict=True):
         told, driver = run.run, load_name(run)
         unit = labels.column(driver).unit if driver else ""
         rows.append([
-            name, run.status.replace("_", " "), f"{labels.number(load(run)[-1])} {unit}".strip(),
+            name, verdict.words, f"{labels.number(load(run)[reached(run).main])} {unit}".strip(),
             (told.get("mesh") or {}).get("cells"), (told.get("mesh") or {}).get("unknowns"),
             sum(int(item.get("iterations") or 0) for item in told.get("history") or []),
             (told.get("times_s") or {}).get("solve"), str(told.get("softact") or ""),
         ])  # fmt: skip
-    return base.table(heads, rows)
+    marks = [{GREEN: "good", AMBER: "warn", RED: "bad"}[verdict.colour] for verdict in verdicts]
+    return base.table(heads, rows, marks=marks)
 
 
 def _measures_csv(names, aim, rows: Sequence[Row]) -> str:

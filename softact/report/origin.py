@@ -63,9 +63,9 @@ def cite(results: Results, name: str) -> str:
     processes = f" -n {run['processes']}" if run.get("processes") else ""
     command = f"softact run spec.yaml{processes} -o results/{name}"
     return (
-        f"<p>Compute it again from the spec on this page "
-        f"({download('spec.yaml', results.spec_yaml.encode(), 'text/yaml')}):</p>"
+        "<p>Compute it again from the <a href='#spec'>spec on this page</a>:</p>"
         f"<pre class='command'>{escape(command)}</pre>"
+        f"<p>{download('spec.yaml', results.spec_yaml.encode(), 'text/yaml')}</p>"
         f"<p>Cite as: “{escape(name)}”, computed with {escape(which)}{escape(mark)}. "
         f"Cite also what it rests on: {escape(rests)}.</p>"
     )

@@ -7,30 +7,33 @@ from io import BytesIO
 import numpy as np
 
 from softact.files import write_atomic
-from softact.report import frames, labels
+from softact.report import frames, headline, labels
 from softact.report.frames import Group, Scene
 from softact.report.surface import Skin
-from softact.report.view import STRESS_COLOURS, View, load, load_name, states
-from softact.results import Results
+from softact.report.view import STRESS_COLOURS, View, states
+from softact.results import Results, load, load_name
 
 INK, _GREY = "#15202b", "#8a949b"
 _DPI = 160
 _TITLE = 0.4  # inches above a panel
+MOST_STATES = 4
+MARK = "#b3261e"
 CORNER = 0, round(_TITLE * _DPI)  # pixels from the upper left corner to that of a single panel
 _SIDES = 4.2, 5.5  # inches of the longer side of one of several panels, and of a single one
 
 
 @contextmanager
-def drawing(results: Results, make_skin: Callable[[], Skin]) -> Iterator[Callable[[], str]]:
+def drawing(results: Results, make_skin: Callable[[], Skin]) -> Iterator[Callable[..., str]]:
     """Begin to draw both pictures in another process; other work can be done meanwhile.
 
     make_skin: gives the ``skin`` of the results. Gives a function that waits for them and writes
-    ``states.png`` (four loads) and ``shape.png`` (the last state); it returns why that failed, or
-    "".
+    ``states.png`` and ``shape.png``, the last of these states; it takes places (3,) mm to mark in
+    that, and returns why drawing failed, or "".
     """
     with frames.renderer() as renderer:
         scene = frames.make_scene(results, make_skin())
-        four, last = states(results, 4), [len(results.increments) - 1]
+        four = states(results, MOST_STATES)
+        last = four[-1:]
         groups = {
             "states.png": scene.group(four, ghost=True, pixels=_DPI * _SIDES[0]),
             "shape.png": scene.group(last, ghost=False, pixels=_DPI * _SIDES[1]),
@@ -38,12 +41,13 @@ def drawing(results: Results, make_skin: Callable[[], Skin]) -> Iterator[Callabl
         for group in groups.values():
             renderer.draw(scene, group)
 
-        def write() -> str:
+        def write(marks: Sequence[np.ndarray] = ()) -> str:
             composed = {}
             try:
                 for (name, group), panels in zip(groups.items(), renderer.drawn(), strict=True):
                     columns = min(len(group.numbers), 2)
-                    composed[name] = compose(scene, group, panels, columns)
+                    here = marks if name == "shape.png" else ()
+                    composed[name] = compose(scene, group, panels, columns, marks=here)
             except frames.DrawingError as error:
                 return str(error)
             for name, picture in composed.items():
@@ -65,10 +69,12 @@ def compose(
     panels: np.ndarray,
     columns: int,
     titles: Sequence[str] | None = None,
+    marks: Sequence[np.ndarray] = (),
 ) -> bytes:
     """PNG of the panels, pixel by pixel, with titles, colour bar and axes.
 
-    titles: in place of those that say the load of each state.
+    titles: in place of those that say the load of each state. marks: places (3,) mm of the first
+    state to put a ring around.
     """
     titles = titles or [state_title(scene.results, number) for number in group.numbers]
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -97,10 +103,12 @@ def compose(
             (left + width / 2) / size[0], 1 - (top - 0.06) / size[1],
             said, fontsize=11, color=INK, ha="center",
         )  # fmt: skip
+    if len(marks):
+        _ring(place(0, title, width, height), group, scene.view.project(np.array(marks)))
     bar = place(columns * width + 0.3, title, 0.16, max(size[1] - title - 1.55, 1.2))
     _colour_bar(figure, bar, scene)
     cross = place(columns * width + 0.1, size[1] - 1.3, legend - 0.2, 1.2)
-    note = "grey: undeformed" if group.ghost else ""
+    note = "ring: deepest overlap" if len(marks) else "grey: undeformed" * group.ghost
     mm_per_inch = (group.high - group.low)[0] / width
     _axes_cross(cross, scene.view, mm_per_inch, legend - 0.2, 1.2, note)
     out = BytesIO()
@@ -109,7 +117,7 @@ def compose(
 
 
 def state_title(results: Results, number: float) -> str:
-    """What the reader needs of a state: its load, and how far it bends.
+    """What the reader needs of a state: its load, and what the actuator does there.
 
     number: of the state; with a fraction, linear between two.
     """
@@ -123,9 +131,21 @@ def state_title(results: Results, number: float) -> str:
         said = f"{labels.number(value(load(results)))} {label.unit}"
     else:
         said = f"load {labels.number(value(load(results)))}"
-    if "bending_angle_deg" in results.curve:
-        said += f"   ·   {round(float(value(results.curve['bending_angle_deg'])))}° bending"
+    moved = headline.motions(results)
+    if moved:
+        shown = headline.short(results, moved[0], value(results.curve[moved[0]]))
+        said += f"   ·   {shown}"
     return said
+
+
+def _ring(axes, group: Group, places: np.ndarray) -> None:
+    """Rings around places (n, 2) mm of a panel that fills the axes."""
+    axes.set_zorder(1)  # above the picture
+    axes.set_xlim(group.low[0], group.high[0])
+    axes.set_ylim(group.low[1], group.high[1])
+    # A white rim lets it be seen on any colour.
+    for colour, width in (("white", 4.5), (MARK, 2.2)):
+        axes.scatter(*places.T, s=320, facecolors="none", edgecolors=colour, linewidths=width)
 
 
 def _colour_bar(figure, axes, scene: Scene) -> None:

@@ -9,8 +9,7 @@ import numpy as np
 from softact.report import base, labels, targets
 from softact.report.base import Plot, Section
 from softact.report.targets import Requirement
-from softact.report.view import load, load_name
-from softact.results import Results
+from softact.results import Results, load, load_name
 
 #: Figures of an actuator that nothing stops; a run with a load cell does not tell them.
 FREE = {
@@ -63,7 +62,7 @@ def settled(run: Results) -> Results:
         return run
     last = [n + 1 == rows or accepted[n + 1].get("step") != item.get("step")
             for n, item in enumerate(accepted)]  # fmt: skip
-    moving = np.array([item.get("control") == "dynamics" for item in accepted], dtype=bool)
+    moving = np.array([item.get("control") == "motion" for item in accepted], dtype=bool)
     found = loads[1:][~moving[1:]]  # the first row is the unloaded body
     passed = (loads >= found.min(initial=np.inf)) & (loads <= found.max(initial=-np.inf))
     keep = ~moving | (np.array(last, dtype=bool) & ~passed)

@@ -5,11 +5,12 @@ import gzip
 
 import numpy as np
 
-from softact.report import labels
+from softact.reached import moving_rows, unstable_rows
+from softact.report import headline, labels
 from softact.report.obstacles import COLOUR, Body, bodies
 from softact.report.surface import Skin, drawn, mirrored, skin
-from softact.report.view import STRESS_COLOURS, bending_view, colour_range, load, load_name
-from softact.results import Results
+from softact.report.view import STRESS_COLOURS, bending_view, colour_range
+from softact.results import Results, load, load_name
 
 _MOST_STATES = 40
 _MOST_TRIANGLES = 45_000
@@ -110,15 +111,18 @@ def _caption(results: Results, number: int) -> str:
     said = [f"{labels.number(load(results)[number])} {unit}".strip()]
     if not name:
         said = [f"load {said[0]}"]
-    for column in ("bending_angle_deg", "max_principal_stress_MPa"):
-        if column in results.curve:
-            label = labels.column(column)
-            value = labels.number(results.curve[column][number] * label.factor)
-            said.append(f"{label.name.lower()} {value} {label.unit}")
+    moved = headline.motions(results)[:1]
+    for column in [*moved, "max_principal_stress_MPa"]:
+        if column in results.curve and np.isfinite(results.curve[column][number]):
+            said.append(headline.figure(results, column, number).text)
     steps = results.curve.get("step", ())
     if len(set(steps)) > 1:
         said.insert(0, str(steps[number]))
-    return " · ".join(said).replace(" °", "°")
+    if unstable_rows(results)[number]:
+        said.append("not stable")
+    if moving_rows(results)[number]:
+        said.append("in motion, no equilibrium")
+    return " · ".join(said)
 
 
 def _box(places: np.ndarray, parts: Skin) -> np.ndarray:

@@ -104,7 +104,16 @@ def points_banner(table: list[Row]) -> str:
              "missing": "not computed yet"}  # fmt: skip
     said = ", ".join(f"{counts[name]} {text}" for name, text in words.items() if counts[name])
     kind = "good" if set(counts) == {COMPLETE} else "warn"
-    return base.banner(kind, f"{len(table)} points:", f"{said}.")
+    doubted = [row for row in table if str(row.get("verdict", "")).startswith("amber")]
+    lists = [str(row["verdict"]).partition(": ")[2].split(", ") for row in doubted]
+    kinds = Counter(kind for some in lists for kind in some)
+    items = [
+        f"{len(doubted)} of them are solved, but not simply to be trusted "
+        f"({', '.join(f'{kind}: {count}' for kind, count in kinds.most_common())}): the column "
+        "verdict of sweep.csv says which"
+    ]
+    kind = "warn" if doubted else kind
+    return base.banner(kind, f"{len(table)} points:", f"{said}.", items if doubted else ())
 
 
 def trends(verdicts: list[Verdict]) -> list[Section]:

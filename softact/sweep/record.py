@@ -16,6 +16,7 @@ import numpy as np
 from softact.files import write_atomic
 from softact.report.labels import BOOKKEEPING
 from softact.results import NO_EQUILIBRIUM, Results
+from softact.verdict import from_data, judge
 
 RECORD = "record.json"
 
@@ -31,7 +32,7 @@ class Record:
     status: "complete" or "no_equilibrium". cause: why it stopped early, "" otherwise. seconds:
     wall time of the run. measures: column of the last state -> value. columns, steps, table: the
     curve: names of its (c,) columns of numbers, (n,) step of each row, (n, c) float64.
-    cells, unknowns: size of the mesh.
+    cells, unknowns: size of the mesh. verdict: ``Verdict.cell`` of the run.
     """
 
     key: str
@@ -44,6 +45,7 @@ class Record:
     table: np.ndarray
     cells: int
     unknowns: int
+    verdict: str = ""
 
     def curve(self, column: str) -> np.ndarray:
         """(n,) the values of a column over the states."""
@@ -68,6 +70,7 @@ def from_results(key: str, results: Results, seconds: float) -> Record:
         table=table,
         cells=int(mesh.get("cells", 0)),
         unknowns=int(mesh.get("unknowns", 0)),
+        verdict=(from_data(results.run.get("verdict")) or judge(results)).cell,
     )
 
 

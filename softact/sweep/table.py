@@ -16,11 +16,11 @@ from softact.sweep.axes import Axis
 from softact.sweep.study import Study
 
 Row = dict[str, float | str]
-FIRST = ("point", "run", "status", "cause", "seconds")
+FIRST = ("point", "run", "status", "cause", "verdict", "seconds")
 
 
 def rows(study: Study) -> list[Row]:
-    """A row for each point: its number, run, status, cause, parameters and measures.
+    """A row for each point: its number, run, status, cause, verdict, parameters and measures.
 
     Measures are those of the last state; where a run stopped early, of the last that was reached.
     A parameter that the point leaves at the base's value is empty.
@@ -33,6 +33,7 @@ def rows(study: Study) -> list[Row]:
             "run": point.key or "",
             "status": answer.status if answer else "missing",
             "cause": answer.cause if answer else "",
+            "verdict": answer.record.verdict if answer and answer.record else "",
         }
         for axis in study.sweep.axes:
             value = point.coordinates.get(axis.title)

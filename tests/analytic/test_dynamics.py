@@ -72,6 +72,11 @@ def test_volume_leads_past_a_snap(mesh_of, caught):
     assert sum(a.control == "volume" and a.unstable_modes == 1 for a in attempts) > 3
     assert attempts[-1].unstable_modes == 0
     assert attempts[-1].control == "load"
+    # What is tried is told at each iteration, under load and beyond the limit.
+    assert {"load", "volume"} <= {told.control for told in solution.tried}
+    assert {told.step for told in solution.tried} == {"inflate"}
+    beyond = [told.fraction for told in solution.tried if told.control == "volume"]
+    assert min(beyond) > 0.3 and all(told.residual > 0 for told in solution.tried)
 
 
 def test_the_branch_that_was_left_is_not_the_way_on(mesh_of, caught, monkeypatch):
@@ -137,6 +142,8 @@ def test_motion_leads_past_a_snap(mesh_of, caught):
     assert all(a.converged and a.unstable_modes == 0 for a in moved)
     assert all(0 < a.kinetic_ratio < QUASI_STATIC for a in moved)
     assert "damped time steps (kinetic energy at most" in solution.stepper.progress.remarks[0]
+    # Each time step is told too, long before the state at its end is accepted.
+    assert sum(told.control == "dynamics" and told.iteration == 0 for told in solution.tried) > 10
 
 
 def test_motion_may_be_forbidden(mesh_of):

@@ -136,6 +136,29 @@ def test_tip_elongation_and_strain():
     assert row["volume_change_max"] < 1e-12
 
 
+def test_volume_change_by_parts_of_the_volume():
+    """x -> x + a x²/(2 L): J − 1 = a x/L, so above 20 % in the part 1 − 0.2/a of the volume, above
+    0.99 a in one percent of it, a/2 on average, and largest at the end. A material that may change
+    its volume does not count."""
+    a = 0.5
+
+    def swell(points):
+        x, y, z = points.T
+        return np.column_stack([x + a * x**2 / (2 * LENGTH), y, z])
+
+    fine = block((40, 1, 1), (LENGTH, 2.0, 2.0))
+    (row,) = rows_of(build(fine, SOFT), [swell], ["strain"])
+    assert row["volume_change_beyond_percent"] == pytest.approx(100 * (1 - 0.2 / a), abs=0.5)
+    assert row["volume_change_p99"] == pytest.approx(0.99 * a, abs=a / 160)
+    assert row["volume_change_mean"] == pytest.approx(a / 2, rel=1e-6)
+    assert row["volume_change_max"] == pytest.approx(a, abs=a / 80)
+    assert row["volume_change_max_x_mm"] == pytest.approx(LENGTH, abs=LENGTH / 80)
+    foam = LAWS["neo_hookean"].of(c10=0.03, bulk_modulus=0.1, density=1.07e-9)
+    (row,) = rows_of(build(fine, foam), [swell], ["strain"])
+    assert "volume_change_p99" not in row and "volume_change_beyond_percent" not in row
+    assert row["volume_change_mean"] == pytest.approx(a / 2, rel=1e-6)
+
+
 def test_stress_of_a_stretched_bar():
     """Uniaxial stretch 1.5: Cauchy stress 2 C10 (λ² − 1/λ), which is also von Mises's."""
     law = LAWS["neo_hookean"].of(c10=0.14, bulk_modulus=1e6)

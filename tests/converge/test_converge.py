@@ -3,9 +3,9 @@
 import csv
 import json
 import re
-from contextlib import nullcontext
 
 import bent_beam
+import numpy as np
 import pytest
 
 from softact import spec as specs
@@ -15,7 +15,9 @@ from softact.converge.carry import carry_into
 from softact.converge.richardson import SAFETY, estimate
 from softact.converge.study import converge, mesh_sizes, refined
 from softact.errors import SpecError
+from softact.fit.measured import Measured
 from softact.report import pictures, write_report
+from softact.report.remembered import remember
 from softact.results import MESH_ERROR, read
 from softact.sweep import compute as computing
 from softact.sweep.cache import Cache
@@ -115,7 +117,7 @@ def result_of(folder, angle, spec, **more):
 
 @pytest.fixture
 def no_drawing(monkeypatch):
-    monkeypatch.setattr(pictures, "drawing", lambda results, parts: nullcontext(lambda: "left out"))
+    monkeypatch.setattr(pictures, "drawing", bent_beam.undrawn)
 
 
 def shown(folder):
@@ -129,7 +131,12 @@ def shown(folder):
 def test_error_bars_in_a_result_folder_and_its_report(studied, tmp_path):
     """Of h = 4 mm: 40 (1 + 0.016) = 40.64°, limit 40°, 1.25 · 0.64 = 0.8°."""
     folder = result_of(tmp_path / "r", 40.64, refined(SPEC, 2.0))
+    curve = {"pressure_kPa": np.array([10.0, 40.0]), "bending_angle_deg": np.array([8.0, 32.0])}
+    remember(folder, [Measured("angle.csv", "pressure_kPa", curve)])
     carry_into(studied, folder)
+    assert "Against measurement" in shown(folder)  # what was measured stays
+    verdict = json.loads((folder / "run.json").read_text())["verdict"]
+    assert verdict["colour"] == "green"  # 0.8 of 40.64° is within 5 %
     with open(folder / "summary.csv") as file:
         (row,) = csv.DictReader(file)
     assert float(row["bending_angle_deg_mesh_error"]) == pytest.approx(0.8)
@@ -151,6 +158,8 @@ def test_error_bars_go_with_the_run_that_they_are_of(studied, tmp_path):
     folder = result_of(tmp_path / "r", 42.56, SPEC)
     carry_into(studied, folder)
     assert "± 3.2" in shown(folder)  # 1.25 · 6.4 % of 40°
+    verdict = json.loads((folder / "run.json").read_text())["verdict"]
+    assert (verdict["colour"], verdict["reasons"][0]["kind"]) == ("amber", "mesh")
     told = json.loads((folder / MESH_ERROR).read_text())
     told["levels"][0]["spec_hash"] = "another"
     (folder / MESH_ERROR).write_text(json.dumps(told))

@@ -7,14 +7,22 @@ from html import escape
 from softact.files import csv_text
 
 
-def banner(kind: str, head: str, text: str, items: Iterable[str] = ()) -> str:
-    """A coloured note. kind: "good", "warn" or "bad"; text is HTML, head and items are not."""
-    listed = "".join(f"<li>{escape(item)}</li>" for item in items)
+def banner(kind: str, head: str, text: str, items: Iterable[str | tuple[str, str]] = ()) -> str:
+    """A coloured note. kind: "good", "warn" or "bad"; text is HTML, head and items are not. items:
+    texts, or pairs of a title and a text."""
+    listed = "".join(f"<li>{_item(item)}</li>" for item in items)
     more = f"<ul>{listed}</ul>" if listed else ""
     return (
         f"<div class='banner {kind}' role='status'><strong>{escape(head)}</strong> {text}{more}"
         "</div>"
     )
+
+
+def _item(item: str | tuple[str, str]) -> str:
+    if isinstance(item, str):
+        return escape(item)
+    head, text = item
+    return f"<strong>{escape(head)}</strong> {escape(text)}"
 
 
 def card(name: str, value: str, unit: str = "", note: str = "", error: str = "") -> str:
