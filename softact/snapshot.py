@@ -15,6 +15,7 @@ from softact import compat
 from softact.elements import vtk_order
 from softact.model import Model
 from softact.sheets.fields import sheet_stress, sheet_stretch, sheet_wrinkles
+from softact.soundness import NOTHING, Smallest, smallest_jacobian
 from softact.tensors import largest_eigenvalue, right_cauchy_green, symmetric, von_mises
 from softact.terms import State
 
@@ -203,6 +204,13 @@ class Snapshot:
         here = int(np.argmax(values))
         found = self.model.comm.allgather((float(values[here]), self.positions[here]))
         return max(found, key=lambda pair: pair[0])
+
+    @property
+    def smallest_jacobian(self) -> Smallest:
+        """The smallest J anywhere in an element of the whole actuator, and where."""
+        solids = self.model.solids.values()
+        found = [smallest_jacobian(solid, self.state.x) for solid in solids]
+        return min(self.model.comm.allgather(min(found, default=NOTHING)))
 
     def nodal_fields(self) -> dict[str, np.ndarray]:
         """The fields of ``fields.h5`` at this process's nodes."""

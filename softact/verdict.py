@@ -1,9 +1,9 @@
 """What a reader may think of a run: solved and trusted, solved but, not solved; with reasons.
 
 Decided from what the run has written, and from nothing else: run.json (how it ended and what the
-solver remarked), curve.csv (motions, kinetic energy, changes of the material's volume), fields.h5
-(bodies that pass through themselves, walls that give way) and mesh_error.json, where a convergence
-study was carried in.
+solver remarked), curve.csv (motions, kinetic energy, changes of the material's volume, folded
+elements), fields.h5 (bodies that pass through themselves, walls that give way) and mesh_error.json,
+where a convergence study was carried in.
 """
 
 from __future__ import annotations
@@ -16,8 +16,9 @@ from pathlib import Path
 import numpy as np
 
 from softact import gives_way
+from softact.errors import SpecError
 from softact.files import json_text, write_atomic
-from softact.measures.strain import BEYOND_COLUMN, BOUND, PERCENTILE_COLUMN
+from softact.measures.strain import BEYOND_COLUMN, BOUND, JACOBIAN_COLUMN, PERCENTILE_COLUMN
 from softact.overlap import first_overlap
 from softact.reached import moving_rows
 from softact.results import (
@@ -53,8 +54,9 @@ TITLES = {
     "kinetic": "Kinetic energy:",
     "overlap": "Overlap:",
     "volume": "Volume:",
+    "folded": "Elements:",
     "mesh": "Mesh:",
-    "remark": "Solver:",
+    "remark": "Remark:",
     "unread": "Not looked at:",
 }
 
@@ -137,7 +139,7 @@ def _of_fields(results: Results) -> list[Reason]:
         try:
             said = gives_way.told(results)
             return [*([Reason("limit", said)] if said else []), *_overlap(results)]
-        except (OSError, KeyError, ValueError, RuntimeError) as error:  # h5py's, of a torn file
+        except (SpecError, OSError, KeyError, ValueError, RuntimeError) as error:  # a torn file
             faults = [f"fields.h5 cannot be read: {error}"]
     text = "whether the actuator passes through itself was not looked at: "
     return [Reason("unread", text + "; ".join(faults))] if faults else []
@@ -152,6 +154,7 @@ def _told(results: Results) -> Iterator[Reason]:
     yield from (Reason("remark", message) for message in messages)
     yield from _motion(results)
     yield from _volume(results)
+    yield from _folded(results)
     yield from _mesh(results)
 
 
@@ -199,7 +202,7 @@ def _volume(results: Results) -> Iterator[Reason]:
         text += f" (1 % of it by more than {100 * curve[PERCENTILE_COLUMN][row]:.0f} %"
         worst, place = curve.get("volume_change_max"), _place(curve, "volume_change_max", row)
         if worst is not None and place:
-            text += f"; at single points up to {100 * worst[row]:.0f} %, {place}"
+            text += f"; at single points up to {100 * worst[row]:.0f} %, at {place}"
         text += ")"
     remedy = "refine the mesh there, or round a sharp corner"
     if shares[row] > WIDELY:
@@ -210,12 +213,27 @@ def _volume(results: Results) -> Iterator[Reason]:
     yield Reason("volume", f"{text}: {remedy}")
 
 
+def _folded(results: Results) -> Iterator[Reason]:
+    """Elements that are inside out at a corner: they carry their forces, but not rightly."""
+    smallest = results.curve.get(JACOBIAN_COLUMN)
+    if smallest is None or smallest.dtype != float or not (smallest <= 0).any():
+        return
+    row, first = int(np.nanargmin(smallest)), int(np.flatnonzero(smallest <= 0)[0])
+    begun = f", and at or below 0 from {load_text(results, first)} on" if first != row else ""
+    place = _place(results.curve, JACOBIAN_COLUMN, row)
+    yield Reason(
+        "folded",
+        f"elements are folded at a corner{f' near {place}' if place else ''} (J = det F is "
+        f"{smallest[row]:.2g} there at {load_text(results, row)}{begun}): refine the mesh there",
+    )
+
+
 def _place(curve: Mapping[str, np.ndarray], stem: str, row: int) -> str:
     found = [curve.get(f"{stem}_{axis}_mm") for axis in "xyz"]
     if any(column is None or column.dtype != float for column in found):
         return ""
     where = place_text(column[row] for column in found)
-    return f"at x, y, z = {where} mm of the undeformed actuator"
+    return f"x, y, z = {where} mm of the undeformed actuator"
 
 
 def _mesh(results: Results) -> Iterator[Reason]:

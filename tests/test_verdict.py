@@ -66,6 +66,22 @@ def test_a_folder_without_a_state_is_red(tmp_path):
     assert judge(read(tmp_path / "r")).lines == ["not solved:", "  - x"]
 
 
+def test_elements_that_are_folded_at_a_corner_are_told(tmp_path):
+    """Below zero from 30 kPa on, most so at 40 kPa, where its place is told."""
+    smallest = [0.2, -0.1, -0.31, -0.2]
+    changes = [
+        {"jacobian_min": j, **{f"jacobian_min_{c}_mm": 4.0 * j for c in "xyz"}} for j in smallest
+    ]
+    assert write(tmp_path / "sound", changes[:1]).colour == GREEN
+    verdict = write(tmp_path / "r", changes)
+    assert (verdict.colour, kinds(verdict)) == (AMBER, ["folded"])
+    assert verdict.lines[1] == (
+        "  - elements are folded at a corner near x, y, z = -1.2, -1.2, -1.2 mm of the undeformed "
+        "actuator (J = det F is -0.31 there at 40 kPa, and at or below 0 from 30 kPa on): refine "
+        "the mesh there"
+    )
+
+
 MOVED = {"control": "motion", "kinetic_ratio": 0.01}
 
 

@@ -1,8 +1,10 @@
-"""Largest stretch, where it is, and how much the material's volume changes.
+"""Largest stretch, where it is, how much the material's volume changes, and whether elements fold.
 
 At a re-entrant corner the volume of a nearly incompressible material changes without bound as the
 mesh is refined, so the largest change at a single point decides nothing: the change that one
 percent of the volume exceeds does, and the part of the volume that changes by more than ``BOUND``.
+
+These are looked at in the quadrature points; an element may be folded at a corner beside them.
 """
 
 import numpy as np
@@ -21,6 +23,7 @@ BOUND = 0.2
 SHARE = 0.01
 BEYOND_COLUMN = "volume_change_beyond_percent"
 PERCENTILE_COLUMN = "volume_change_p99"
+JACOBIAN_COLUMN = "jacobian_min"
 
 
 def _evaluate(snapshot):
@@ -29,7 +32,13 @@ def _evaluate(snapshot):
     columns |= vector_columns("max_principal_stretch_<xyz>_mm", place)
     if not snapshot.model.solids:
         return columns
-    return columns | _volume_change(snapshot)
+    return columns | _volume_change(snapshot) | _smallest_jacobian(snapshot)
+
+
+def _smallest_jacobian(snapshot) -> dict[str, float]:
+    worst = snapshot.smallest_jacobian
+    columns = {JACOBIAN_COLUMN: worst.jacobian}
+    return columns | vector_columns(f"{JACOBIAN_COLUMN}_<xyz>_mm", np.array(worst.place))
 
 
 def _volume_change(snapshot) -> dict[str, float]:
@@ -62,7 +71,8 @@ def _volume_change(snapshot) -> dict[str, float]:
 
 STRAIN = Measure(
     "strain",
-    "largest stretch and its place in the undeformed actuator, volume change of the material",
+    "largest stretch and its place in the undeformed actuator, volume change of the material, "
+    "elements that fold",
     {"max_principal_stretch": "largest principal stretch"}
     | {f"max_principal_stretch_{c}_mm": f"its undeformed {c} coordinate" for c in "xyz"}
     | {
@@ -75,6 +85,9 @@ STRAIN = Measure(
         PERCENTILE_COLUMN: "|J − 1| that 1 % of the volume of the nearly incompressible materials "
         "(bulk modulus above ten times the shear modulus) exceeds",
         BEYOND_COLUMN: "part of that volume in which |J − 1| is above 20 %",
-    },
+        JACOBIAN_COLUMN: "smallest J anywhere in an element, corners included; one at or below "
+        "zero is that of a folded element, and only its sign is exact",
+    }
+    | {f"{JACOBIAN_COLUMN}_{c}_mm": f"its undeformed {c} coordinate" for c in "xyz"},
     _evaluate,
 )

@@ -49,6 +49,7 @@ _SPECIAL = {
     "volume_change_mean": Label("Mean volume change", "%", 100.0),
     "volume_change_p99": Label("Volume change exceeded in 1 % of the volume", "%", 100.0),
     "volume_change_beyond_percent": Label("Part whose volume changes by more than 20 %", "%"),
+    "jacobian_min": Label("Smallest J anywhere in an element", ""),
 }
 
 #: Beginnings of column names that words alone would not explain, longest first; what follows is the

@@ -41,7 +41,7 @@ def remembered(directory: Path) -> list[Measured]:
     try:
         curves = json.loads(path.read_text(encoding="utf-8"))["curves"]
         return [_measured(curve) for curve in curves]
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise SpecError(
             f"{path}: cannot be read; delete it and give the measured files again with --measured"
         ) from None

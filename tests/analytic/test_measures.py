@@ -16,6 +16,8 @@ from softact.terms import State
 
 LENGTH = 8.0  # mm
 GRAVITY = 9810.0  # mm/s²
+# Of values that a whole has in two places, one on each side of its plane of symmetry.
+PLACES = ("max_principal", "volume_change_max", "jacobian_min")
 SOFT = LAWS["neo_hookean"].of(c10=0.03, bulk_modulus=30.0, density=1.07e-9)
 
 
@@ -159,6 +161,20 @@ def test_volume_change_by_parts_of_the_volume():
     assert row["volume_change_mean"] == pytest.approx(a / 2, rel=1e-6)
 
 
+def test_the_smallest_jacobian_is_that_of_a_corner():
+    """x -> x − a x²/(2 L): J = 1 − a x/L, smallest at the end, where no quadrature point is."""
+    a = 1.02
+
+    def fold(points):
+        x, y, z = points.T
+        return np.column_stack([x - a * x**2 / (2 * LENGTH), y, z])
+
+    (row,) = rows_of(bar(), [fold], ["strain"])
+    assert row["jacobian_min"] == pytest.approx(1 - a, abs=1e-9)
+    assert row["jacobian_min_x_mm"] == pytest.approx(LENGTH)
+    assert row["volume_change_max"] < 1.0  # J is above 0 in all quadrature points
+
+
 def test_stress_of_a_stretched_bar():
     """Uniaxial stretch 1.5: Cauchy stress 2 C10 (λ² − 1/λ), which is also von Mises's."""
     law = LAWS["neo_hookean"].of(c10=0.14, bulk_modulus=1e6)
@@ -291,7 +307,7 @@ def test_half_gives_the_figures_of_the_whole():
     rows = [rows_along(solve(model, steps, [CLAMP], 0.5), MEASURES)[-1] for model in models]
     assert set(rows[0]) == set(rows[1])
     for title in rows[0]:
-        if title.startswith("max_principal") and title.endswith("y_mm"):
+        if title.startswith(PLACES) and title.endswith("y_mm"):
             assert abs(rows[0][title]) == pytest.approx(abs(rows[1][title]))
         else:
             scale = max(abs(rows[1][title]), 1e-6)
