@@ -17,7 +17,7 @@ def exterior(cells: np.ndarray) -> np.ndarray:
         return cells
     corners = cells.shape[1] == 4
     faces = np.vstack([cells[:, face[:3] if corners else face] for face in _TET_FACES])
-    _, first, count = np.unique(names(faces), return_index=True, return_counts=True)
+    _, first, count = np.unique(face_keys(faces), return_index=True, return_counts=True)
     return faces[first[count == 1]]
 
 
@@ -32,7 +32,7 @@ def among(triangles: np.ndarray, groups: Sequence[np.ndarray]) -> np.ndarray:
     """(k,) whether each of ``triangles`` has its corners in one of the ``groups``."""
     if not groups:
         return np.zeros(len(triangles), bool)
-    known = names(np.vstack([part[:, :3] for part in (triangles, *groups)]))
+    known = face_keys(np.vstack([part[:, :3] for part in (triangles, *groups)]))
     return np.isin(known[: len(triangles)], known[len(triangles) :])
 
 
@@ -44,11 +44,14 @@ def surface_of(face: np.ndarray, surfaces: Mapping[str, np.ndarray]) -> str:
     return ""
 
 
-def names(triangles: np.ndarray) -> np.ndarray:
-    """(k,) a number for each triangle by its corners in any order; in the order of the sorted
-    corners."""
+def face_keys(triangles: np.ndarray, count: int = 0) -> np.ndarray:
+    """(k,) a number for each triangle (k, 3 or more) by its corners in any order; in the order of
+    the sorted corners.
+
+    count: of the points of the mesh, for numbers that are compared with those of other triangles.
+    """
     low, middle, high = np.sort(triangles[:, :3], axis=1).astype(np.int64).T
-    size = 1 + int(triangles.max(initial=0))
+    size = count or 1 + int(triangles.max(initial=0))
     sides = low * size + middle
     if size**3 >= 2**63:
         _, sides = np.unique(sides, return_inverse=True)

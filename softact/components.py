@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
+from softact.boundary import face_keys
 from softact.nearest_triangle import nearest_triangle
 
 TOUCHES = 1e-6  # of the size of the whole
@@ -29,18 +28,9 @@ class Skin:
     def of(cls, cells: np.ndarray) -> Skin:
         """The skin of tetrahedra (m, 4) of positive volume."""
         faces = cells[:, FACES].reshape(-1, 3)
-        _, first, counts = np.unique(
-            face_keys(faces, int(cells.max(initial=0)) + 1), return_index=True, return_counts=True
-        )
+        _, first, counts = np.unique(face_keys(faces), return_index=True, return_counts=True)
         members = np.sort(first[counts == 1])
         return cls(faces[members], members // 4)
-
-
-def face_keys(triangles: np.ndarray, count: int) -> np.ndarray:
-    """A number (k,) for each triangle (k, 3) that does not depend on the order of its corners;
-    count: of the points of the mesh."""
-    a, b, c = np.sort(triangles, axis=1).astype(np.int64).T
-    return (a * count + b) * count + c
 
 
 def components(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
@@ -52,14 +42,20 @@ def components(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
     keys = face_keys(cells[:, FACES].reshape(-1, 3), len(points))
     order = np.argsort(keys, kind="stable")
     same = np.flatnonzero(np.diff(keys[order]) == 0)
-    pieces = _connected(order[same] // 4, order[same + 1] // 4, len(cells))
+    pieces = connected(order[same] // 4, order[same + 1] // 4, len(cells))
     if pieces.max(initial=0) == 0:
         return pieces
-    return _connected(*_rigidly_linked(points, cells, pieces), pieces.max() + 1)[pieces]
+    return connected(*_rigidly_linked(points, cells, pieces), pieces.max() + 1)[pieces]
 
 
-def _connected(one: np.ndarray, other: np.ndarray, count: int) -> np.ndarray:
-    links = coo_matrix((np.ones(len(one), dtype=bool), (one, other)), shape=(count, count))
+def connected(one: np.ndarray, other: np.ndarray, count: int) -> np.ndarray:
+    """The number of the group (count,) to which each of ``count`` things belongs that are linked
+    pairwise: one[i] with other[i]."""
+    # Imported here: reading a spec, and a page of many runs, shall not wait for it.
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    links = coo_array((np.ones(len(one), dtype=bool), (one, other)), shape=(count, count))
     return connected_components(links, directed=False)[1]
 
 

@@ -9,14 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 
 import numpy as np
 
-from softact.components import FACES, Skin, face_keys, place
+from softact.boundary import face_keys
+from softact.components import FACES, Skin, place
 from softact.discrete import upright
 from softact.errors import MeshError
 from softact.geometry import MOST_TETRAHEDRA, Layout
+from softact.nearest import likely
 from softact.units import one_line, show
 
 CORNERS = {2: ("Triangle", 3), 3: ("Tetrahedron", 4)}
@@ -169,9 +170,8 @@ def missing(kind: str, name: str, there: list[str]) -> str:
 
 def similar(name: str, there: Iterable[str]) -> str:
     """The end of a line about a name that is not there: one that may be meant, "" for none."""
-    close = get_close_matches(name.lower(), [other.lower() for other in there], n=1)
-    meant = [other for other in there if other.lower() in close]
-    return f"; did you mean {show(meant[0])}?" if meant else ""
+    meant = likely(name, map(one_line, there))
+    return f"; {meant}" if meant else ""
 
 
 def listed(names: list[str]) -> str:

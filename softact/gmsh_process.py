@@ -16,7 +16,8 @@ import gmsh
 import numpy as np
 
 from softact import leaks
-from softact.components import FACES, face_keys
+from softact.boundary import face_keys
+from softact.components import FACES
 from softact.errors import MeshError
 from softact.file_mesh import missing
 from softact.geometry import FAULT, Geometry

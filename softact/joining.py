@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from softact.components import Skin, components, face_keys, part_names, place
+from softact.boundary import face_keys
+from softact.components import Skin, components, part_names, place
 from softact.errors import MeshError
 from softact.file_mesh import FileMesh
 from softact.nearest_triangle import nearest_triangle
@@ -48,6 +48,9 @@ def joined(mesh: FileMesh) -> tuple[FileMesh, float]:
 
 def _coincident(points: np.ndarray, triangles: np.ndarray, part: np.ndarray) -> np.ndarray:
     """For each point the first one at its place on the skin (k, 3) of another part, or itself."""
+    # Imported here: reading a spec shall not wait for it.
+    from scipy.spatial import cKDTree
+
     sides = points[triangles] - points[np.roll(triangles, 1, axis=1)]
     tolerance = SAME_PLACE * float(np.median(np.linalg.norm(sides, axis=2)))
     part_of = np.zeros(len(points), dtype=np.int64)

@@ -12,10 +12,16 @@ AKIN = 0.6  # and at least, where a single slip of the fingers lies between two 
 def nearest(word: object, known: Iterable[object]) -> str:
     """Return the end of an error line: the word that is really near, else all that are known."""
     names = [str(entry) for entry in known]
-    if meant := _near(str(word), names):
-        return f"did you mean {' or '.join(repr(name) for name in meant)}?"
+    if meant := likely(word, names):
+        return meant
     shown = [*names[:MOST_SHOWN], "..."] if len(names) > MOST_SHOWN else names
     return f"known: {', '.join(shown)}" if names else "none is known here"
+
+
+def likely(word: object, known: Iterable[object]) -> str:
+    """Return the question whether a word that is really near was meant, "" where none is."""
+    meant = _near(str(word), [str(entry) for entry in known])
+    return f"did you mean {' or '.join(repr(name) for name in meant)}?" if meant else ""
 
 
 def _near(word: str, names: list[str]) -> list[str]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 # Triangles with the nearest middles, among which the nearest is sought: enough where sizes do not
 # differ much.
@@ -15,6 +14,9 @@ def nearest_triangle(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarra
 
     Infinity and -1 where there are no triangles.
     """
+    # Imported here: reading a spec shall not wait for it.
+    from scipy.spatial import cKDTree
+
     distance, nearest = np.full(len(places), np.inf), np.full(len(places), -1)
     if not len(places) or not len(corners):
         return distance, nearest

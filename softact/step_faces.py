@@ -8,10 +8,8 @@ from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
-from softact.components import place
+from softact.components import connected, place
 from softact.step_solids import Solid
 from softact.units import Dimensionless, Length
 
@@ -176,8 +174,7 @@ def linked(groups: Sequence[Iterable[int]]) -> list[int]:
             owners.setdefault(member, []).append(number)
     pairs = [(known[0], other) for known in owners.values() for other in known[1:]]
     one, other = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
-    links = coo_matrix((np.ones(len(one)), (one, other)), shape=(len(sets), len(sets)))
-    return connected_components(links, directed=False)[1].tolist()
+    return connected(one, other, len(sets)).tolist()
 
 
 def shells(faces: Sequence[Face]) -> tuple[list[Face], list[list[Face]]]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from softact.boundary import among, exterior, flat
+from softact.components import connected
 from softact.results import Results
 
 _CREASE_DEG = 35.0
@@ -91,10 +92,6 @@ def _hidden(results: Results) -> list[str]:
 
 def _patches(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """(k,) number of the smooth patch of each flat triangle: neighbours at less than 35 deg."""
-    # Imported here: a page of many runs reads the shapes that are kept, and makes none.
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     a, b, c = (points[triangles[:, corner]] for corner in range(3))
     normal = np.cross(b - a, c - a)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
@@ -103,9 +100,7 @@ def _patches(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     same = (sides[order[1:]] == sides[order[:-1]]).all(axis=1)
     one, other = order[:-1][same] // 3, order[1:][same] // 3
     smooth = (normal[one] * normal[other]).sum(axis=1) > np.cos(np.radians(_CREASE_DEG))
-    count = len(triangles)
-    links = coo_array((np.ones(smooth.sum()), (one[smooth], other[smooth])), shape=(count, count))
-    return connected_components(links, directed=False)[1].astype(np.int64)
+    return connected(one[smooth], other[smooth], len(triangles)).astype(np.int64)
 
 
 def _planes(results: Results, nodes: np.ndarray) -> np.ndarray:
