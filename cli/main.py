@@ -16,6 +16,7 @@ from difflib import get_close_matches
 import click
 
 from softact.errors import SoftactError
+from softact.orphans import leave_current_folder
 
 WRONG_INPUT, BUG, INTERRUPTED, BROKEN_PIPE = 2, 70, 130, 141
 FIRST = (
@@ -107,6 +108,7 @@ def softact(ctx: click.Context) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and leave with its exit code."""
+    leave_current_folder()
     for number in (signal.SIGTERM, signal.SIGHUP):
         # As an exception, so that processes of the solver do not outlive this one.
         signal.signal(number, _leave)

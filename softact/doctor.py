@@ -14,6 +14,7 @@ import tempfile
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Literal
 
 State = Literal["ok", "slow", "absent", "broken"]
@@ -66,10 +67,17 @@ def look_at_dolfinx() -> Iterable[Finding]:
     yield Finding("dolfinx", "ok", dolfinx.__version__)
 
 
+def import_petsc() -> ModuleType:
+    """petsc4py.PETSc, without the options in a file of the current folder: one of them loads and
+    runs any library."""
+    importlib.import_module("petsc4py").init(["softact", "-skip_petscrc"])
+    return importlib.import_module("petsc4py.PETSc")
+
+
 def look_at_petsc() -> Iterable[Finding]:
     """PETSc with real numbers, and the direct solvers that it was built with."""
     try:
-        PETSc = importlib.import_module("petsc4py.PETSc")
+        PETSc = import_petsc()
     except Exception as error:
         yield missing_module("PETSc", error, apt("python3-petsc4py"))
         return
@@ -124,7 +132,7 @@ def mumps_orderings(petsc: object) -> list[str]:
 def look_at_blas() -> Iterable[Finding]:
     """The BLAS that PETSc has really loaded, and the threads that it would take."""
     try:
-        importlib.import_module("petsc4py.PETSc")
+        import_petsc()
     except Exception:
         return  # told by look_at_petsc
     name = f"libblas.so.3-{sysconfig.get_config_var('MULTIARCH')}"

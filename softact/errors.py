@@ -20,6 +20,10 @@ class SpecError(SoftactError):
     """The spec or another input is wrong (exit 2)."""
 
 
+class DamagedResultError(SpecError):
+    """A file of a result folder is not as softact wrote it (exit 2)."""
+
+
 class FolderBusyError(SoftactError):
     """Another process of softact writes into the folder at the moment (exit 2)."""
 
