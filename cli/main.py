@@ -4,6 +4,7 @@ Exit codes: 0 done; 1 a check deviates; 2 the spec or another input is wrong; 3 
 4 no equilibrium was found; 70 a fault in softact itself; 128 + n stopped by signal n (130: Ctrl-C).
 """
 
+import errno
 import importlib
 import os
 import pkgutil
@@ -31,6 +32,10 @@ FIRST = (
     "fit",
     "calibrate",
 )
+
+
+class HungUpError(Exception):
+    """The reader of a pipe has left."""
 
 
 class Commands(click.Group):
@@ -62,6 +67,13 @@ class Commands(click.Group):
                 hint = f"to solve a spec write: softact run {args[0]}"
             ctx.fail(f"There is no command '{args[0]}'; {hint}")
         return super().resolve_command(ctx, args)
+
+    def invoke(self, ctx: click.Context) -> object:
+        """Like click's, which makes an exit code 1 of a broken pipe."""
+        try:
+            return super().invoke(ctx)
+        except BrokenPipeError:
+            raise HungUpError from None
 
 
 def _version(ctx: click.Context, parameter: click.Parameter, wanted: bool) -> None:
@@ -108,6 +120,7 @@ def softact(ctx: click.Context) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and leave with its exit code."""
+    _open_streams()
     leave_current_folder()
     for number in (signal.SIGTERM, signal.SIGHUP):
         # As an exception, so that processes of the solver do not outlive this one.
@@ -115,6 +128,18 @@ def main(arguments: Sequence[str] | None = None) -> None:
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in arguments
     sys.exit(_run([a for a in arguments if a != "--debug"], debug))
+
+
+def _open_streams() -> None:
+    """Open the standard streams that the caller has closed, on nothing: Python would have None in
+    their place, and the next file that is opened would get their number."""
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # gets the lowest free number
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(number, "r" if number == 0 else "w", closefd=False))
 
 
 def _leave(number: int, frame: object) -> None:
@@ -126,17 +151,26 @@ def _run(arguments: list[str], debug: bool) -> int:
         code = softact.main(arguments, prog_name="softact", standalone_mode=False)
         sys.stdout.flush()
         return code if isinstance(code, int) else 0
-    except BrokenPipeError:
-        # The reader of a pipe (head, less) has left; nothing is to be told to anybody.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return BROKEN_PIPE
+    except (BrokenPipeError, HungUpError):
+        return _hang_up()
     except (KeyboardInterrupt, click.Abort):
         click.echo("softact: stopped", err=True)
         return INTERRUPTED
     except Exception as error:
         if debug and not isinstance(error, click.ClickException):
             traceback.print_exc()
-        return _tell(error)
+        code = _tell(error)
+        try:
+            sys.stdout.flush()
+        except OSError:  # it is full, which has just been told
+            _hang_up()
+        return code
+
+
+def _hang_up() -> int:
+    """Tell nothing more to anybody: the reader of a pipe (head, less) has left."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return BROKEN_PIPE
 
 
 def _tell(error: Exception) -> int:
@@ -150,6 +184,9 @@ def _tell(error: Exception) -> int:
         return WRONG_INPUT
     if isinstance(error, OSError) and error.filename is not None:
         click.echo(f"{error.filename}: {error.strerror}", err=True)
+        return WRONG_INPUT
+    if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EIO):
+        click.echo(f"cannot write: {error.strerror}", err=True)
         return WRONG_INPUT
     if isinstance(error, MemoryError):
         click.echo("softact: out of memory; what was finished is kept", err=True)

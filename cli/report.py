@@ -37,6 +37,7 @@ def report(
       softact report results/pneunet_glove --targets glove
       softact report results/pneunet_glove --animate gif
     """
+    from softact.folder_lock import held
     from softact.report import animation, write_report
     from softact.report import targets as published
     from softact.results import read
@@ -47,7 +48,10 @@ def report(
     results = read(directory)
     read_in = read_all(measured, list(results.curve), columns)
     more = [partial(published.section, wanted=targets)] if targets else []
-    path = write_report(directory, [*sections(read_in), *more])
+    with held(directory, "report"):
+        path = write_report(directory, [*sections(read_in), *more])
+        if animate:
+            film = animation.write_animation(directory, animate)
     tell(directory, read_in)
     for name in targets:
         verdicts = [published.judge(results, asked) for asked in published.requirements(name)]
@@ -55,4 +59,4 @@ def report(
             click.echo(line)
     click.echo(f"wrote {path}")
     if animate:
-        click.echo(f"wrote {animation.write_animation(directory, animate)}")
+        click.echo(f"wrote {film}")

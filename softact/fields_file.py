@@ -4,8 +4,8 @@ damage ends in one plain line: each array and text carries its CRC-32 as an attr
 
 from __future__ import annotations
 
+import io
 import json
-import os
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,6 +15,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from softact.files import write_atomic
 from softact.geometry import Layout
 from softact.journal import Overlay, journal_of
 from softact.run_json import SOLVE_AGAIN, damaged
@@ -51,18 +52,19 @@ def write_text(group: h5py.Group, name: str, text: str) -> None:
 
 @contextmanager
 def created(path: Path) -> Iterator[h5py.File]:
-    """A new file, which takes the place of an old one when it is whole."""
-    temporary = path.with_name(f".{path.name}.tmp")
-    with h5py.File(temporary, "w") as file:
+    """A new file, which takes the place of an old one when it is whole. Made in memory: on a full
+    disk HDF5 leaves a file that it can neither write nor close. Raises OSError."""
+    buffer = io.BytesIO()
+    with h5py.File(buffer, "w") as file:
         yield file
-    os.replace(temporary, path)
+    write_atomic(path, buffer.getbuffer())
     journal_of(path).unlink(missing_ok=True)
 
 
 @contextmanager
 def changed(path: Path) -> Iterator[h5py.File]:
     """The file, to be changed; whoever reads or kills meanwhile finds it as it was. Raises
-    DamagedResultError where it cannot be opened."""
+    DamagedResultError where it cannot be opened, OSError where the disk is full."""
     try:
         overlay = Overlay(path)
         file = h5py.File(overlay, "r+")

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 
-def write_atomic(path: Path, data: str | bytes) -> None:
+def write_atomic(path: Path, data: str | bytes | memoryview) -> None:
     """Replace ``path`` by ``data`` in one step: a reader sees the old file or the new one.
 
     The data reach the disk before the name does, so that this holds after a power cut too.
@@ -26,9 +26,10 @@ def write_atomic(path: Path, data: str | bytes) -> None:
             file.flush()
             os.fsync(file.fileno())
         os.replace(temporary, path)
-    except OSError:  # a full disk: what is half written would take the last of it
+    except OSError as error:  # a full disk: what is half written would take the last of it
         with contextlib.suppress(OSError):
             temporary.unlink(missing_ok=True)
+        error.filename = os.fspath(path)
         raise
 
 

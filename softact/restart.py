@@ -52,6 +52,4 @@ def of_another_version(path: Path) -> DamagedResultError:
 
 
 def _damaged(path: Path, what: str) -> DamagedResultError:
-    return DamagedResultError(
-        f"{path}: {what}, so the run cannot go on from it; run it without --resume to solve it anew"
-    )
+    return DamagedResultError(f"{path}: {what}; {ANEW}")

@@ -89,7 +89,7 @@ class Results:
     @property
     def status(self) -> str:
         """ "complete", "no_equilibrium" or "incomplete"."""
-        return self.run.get("status", INCOMPLETE)
+        return self.run["status"]
 
     @property
     def spec(self) -> dict:
@@ -132,6 +132,18 @@ class Results:
         return values if values.ndim == 1 else np.linalg.norm(values, axis=1)
 
 
+def holds_results(directory: Path) -> bool:
+    """Whether a folder is a result folder of softact, finished or not, sound or not."""
+    try:
+        read_run(directory)
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    except DamagedResultError:
+        beside = (SPEC, CURVE, FIELDS)
+        return (directory / RESTART).is_file() or all((directory / n).is_file() for n in beside)
+    return True
+
+
 def read(directory: str | Path) -> Results:
     """Read a result folder, finished or not.
 
@@ -166,10 +178,8 @@ def read(directory: str | Path) -> Results:
     )
 
 
-def _read_columns(path: Path, whole: bool = False) -> Curve:
-    """whole: a column with numbers has nothing else."""
-    if not path.is_file():
-        return Curve(path, {})
+def read_cells(path: Path) -> tuple[list[str], list[list[str]]]:
+    """Heads and rows of a table, as they are written. Raises DamagedResultError."""
     try:
         with open(path, newline="", encoding="utf-8") as file:
             table = list(csv.reader(file, strict=True))
@@ -181,6 +191,14 @@ def _read_columns(path: Path, whole: bool = False) -> Curve:
     for number, row in enumerate(rows, 2):
         if len(row) != len(heads):
             raise damaged(path, f"line {number} has {len(row)} cells, and {len(heads)} columns")
+    return heads, rows
+
+
+def _read_columns(path: Path, whole: bool = False) -> Curve:
+    """whole: a column with numbers has nothing else."""
+    if not path.is_file():
+        return Curve(path, {})
+    heads, rows = read_cells(path)
     cells = zip(*rows, strict=True) if rows else [()] * len(heads)
     columns = zip(heads, cells, strict=True)
     return Curve(path, {name: _column(path, name, c, whole) for name, c in columns})

@@ -54,7 +54,7 @@ def to_resume(spec, directory: Path) -> Interrupted | None:
             "resumed with its own spec, in which only later steps may change"
         )
     try:
-        status = read_run(directory).get("status", INCOMPLETE)
-    except DamagedResultError:
+        status = read_run(directory)["status"]
+    except (DamagedResultError, FileNotFoundError):
         status = INCOMPLETE  # it is written anew
     return Interrupted(status, old["steps"])

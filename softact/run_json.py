@@ -45,7 +45,7 @@ class _Attempt(_Part):
 class _Run(_Part):
     """The keys that a reader looks at; NaN is null. Others are told as they are."""
 
-    status: str = INCOMPLETE
+    status: str
     spec_hash: str | None = None
     processes: int | None = None
     softact: str | None = None
@@ -74,7 +74,7 @@ def read_run(directory: Path) -> dict:
         raise damaged(path, f"{where}: {first['msg']}", _REMEDY) from None
     except (OSError, ValueError, RecursionError) as error:
         raise damaged(path, error, _REMEDY) from None
-    if run.get("status", INCOMPLETE) not in STATUSES:
+    if run["status"] not in STATUSES:
         why = f"status: {run['status']!r} is none of {', '.join(STATUSES)}"
         raise damaged(path, why, _REMEDY)
     return run

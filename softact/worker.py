@@ -151,7 +151,7 @@ def main(job_file: str, parent: str | None = None) -> int:
     except OSError as error:  # a full disk, a folder that has gone
         if error.errno == errno.ENOMEM:
             _abort_without_memory(comm)
-        lines = [f"cannot write: {error}"]
+        lines = [f"{error.filename or directory}: cannot be written ({error.strerror or error})"]
         print_event({"stage": "error", "exit_code": 2, "lines": lines, "cannot_write": True})
         comm.Abort(2)
     except MemoryError:
