@@ -121,7 +121,8 @@ def softact(ctx: click.Context) -> None:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and leave with its exit code."""
     _open_streams()
-    leave_current_folder()
+    if arguments is None:  # as a program
+        leave_current_folder()
     for number in (signal.SIGTERM, signal.SIGHUP):
         # As an exception, so that processes of the solver do not outlive this one.
         signal.signal(number, _leave)

@@ -12,6 +12,7 @@ import sys
 import sysconfig
 import tempfile
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import ModuleType
@@ -57,21 +58,23 @@ def look_at_python() -> Iterable[Finding]:
         yield Finding("python", "ok", detail)
 
 
+def import_petsc() -> ModuleType:
+    """petsc4py.PETSc, without the options in a file of the current folder: one of them loads and
+    runs any library."""
+    importlib.import_module("petsc4py").init(["softact", "-skip_petscrc"])
+    return importlib.import_module("petsc4py.PETSc")
+
+
 def look_at_dolfinx() -> Iterable[Finding]:
     """dolfinx, which assembles the forms."""
+    with suppress(Exception):
+        import_petsc()  # or dolfinx would, with those options
     try:
         dolfinx = importlib.import_module("dolfinx")
     except Exception as error:
         yield missing_module("dolfinx", error, apt("python3-dolfinx"))
         return
     yield Finding("dolfinx", "ok", dolfinx.__version__)
-
-
-def import_petsc() -> ModuleType:
-    """petsc4py.PETSc, without the options in a file of the current folder: one of them loads and
-    runs any library."""
-    importlib.import_module("petsc4py").init(["softact", "-skip_petscrc"])
-    return importlib.import_module("petsc4py.PETSc")
 
 
 def look_at_petsc() -> Iterable[Finding]:

@@ -19,6 +19,7 @@ from softact.report.view import STRESS_COLOURS, View, bending_view, colour_range
 from softact.results import Results
 
 _TIME_LIMIT_S = 600.0
+_COMMAND = python(Path(__file__).with_name("render.py"))
 # Neither a display nor the MPI job that we may be part of is the business of who draws.
 _NOT_ITS_BUSINESS = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "DISPLAY", "WAYLAND_DISPLAY")
 
@@ -143,7 +144,7 @@ class Renderer:
         self._pictures: list[Path] = []
         with self._errors.open("wb") as stderr:
             self.process = subprocess.Popen(
-                python(Path(__file__).with_name("render.py"), scratch, str(os.getpid())),
+                [*_COMMAND, str(scratch), str(os.getpid())],
                 env=environment(without=_NOT_ITS_BUSINESS),
                 stderr=stderr,
                 stdout=subprocess.DEVNULL,
