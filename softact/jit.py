@@ -3,6 +3,7 @@
 The cache lives under ``$XDG_CACHE_HOME/softact`` and is keyed by source, compiler flags, versions
 and processor, so that a cache shared between machines never serves wrong code. A library appears
 there by a rename, so that runs at the same time do not disturb each other and no lock is needed.
+Its last bytes are the checksum of the others: one that is damaged is made anew.
 With a warm cache neither UFL nor FFCx is run: a form is known by the text of the module that
 writes it, its name and its arguments.
 """
@@ -23,15 +24,27 @@ from pathlib import Path
 from softact.errors import SoftactError
 
 # -Ofast would let the compiler assume that NaN does not occur; a NaN must reach the solver.
+_CHECKSUM = hashlib.sha256().digest_size
+
 FLAGS = ("-O3", "-march=native", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=fast")
 
 
 def cache_folder() -> Path:
-    """Folder of all compiled code (created)."""
+    """Folder of all compiled code (created). Raises SoftactError where it cannot be made."""
     base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     folder = base / "softact" / f"code-{_machine()}"
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise _unwritable(folder, error) from None
     return folder
+
+
+def _unwritable(folder: Path, error: OSError) -> SoftactError:
+    return SoftactError(
+        f"{folder}: compiled code cannot be kept there ({error.strerror}); name another folder, "
+        "such as export XDG_CACHE_HOME=/tmp/cache"
+    )
 
 
 @functools.cache
@@ -107,33 +120,55 @@ def _function(source: str, name: str) -> str:
 
 def _load(comm, name: str, key: str, generate: Callable[[], str]) -> ctypes.CDLL:
     digest = hashlib.sha256(key.encode()).hexdigest()[:16]
-    library = cache_folder() / f"{name}-{digest}.so"
-    failure = None
-    if comm.rank == 0 and not library.exists():
-        try:
+    library = failure = None
+    try:
+        library = cache_folder() / f"{name}-{digest}.so"
+        if comm.rank == 0 and not _sound(library):
             _compile(generate(), library)
-        except SoftactError as error:
-            failure = error
-    failure = comm.bcast(failure)
+    except SoftactError as error:
+        failure = error
+    failure = next((found for found in comm.allgather(failure) if found is not None), None)
     if failure is not None:
         raise failure
     return ctypes.CDLL(str(library))
 
 
+def _sound(library: Path) -> bool:
+    """Whether a library is there as it was made; loading another could end the process."""
+    try:
+        content = library.read_bytes()
+    except OSError:
+        return False
+    code, checksum = content[:-_CHECKSUM], content[-_CHECKSUM:]
+    return hashlib.sha256(code).digest() == checksum
+
+
 def _compile(source: str, library: Path) -> None:
     compiler = os.environ.get("CC", "cc")
-    with tempfile.TemporaryDirectory(dir=library.parent) as folder:
-        code, made = Path(folder) / f"{library.stem}.c", Path(folder) / library.name
-        code.write_text(source)
-        command = [compiler, *FLAGS, "-std=c17", "-shared", "-fPIC", "-o", made, code, "-lm"]
-        try:
-            done = subprocess.run(command, capture_output=True, text=True, check=False)
-        except FileNotFoundError as error:
-            raise SoftactError(
-                f"no C compiler '{compiler}': install one with 'apt-get install gcc'"
-            ) from error
-        if done.returncode:
-            raise SoftactError(
-                f"'{compiler}' could not compile {code.name}: {done.stderr.strip()[-300:]}"
-            )
-        os.replace(made, library)
+    try:
+        with tempfile.TemporaryDirectory(dir=library.parent) as folder:
+            code, made = Path(folder) / f"{library.stem}.c", Path(folder) / library.name
+            code.write_text(source)
+            _call(compiler, code, made)
+            checksum = hashlib.sha256(made.read_bytes()).digest()
+            with open(made, "ab") as file:  # nobody looks behind the last section of a library
+                file.write(checksum)
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(made, library)
+    except OSError as error:
+        raise _unwritable(library.parent, error) from None
+
+
+def _call(compiler: str, code: Path, made: Path) -> None:
+    command = [compiler, *FLAGS, "-std=c17", "-shared", "-fPIC", "-o", made, code, "-lm"]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+    except (FileNotFoundError, PermissionError) as error:
+        raise SoftactError(
+            f"no C compiler '{compiler}': install one with 'apt-get install gcc'"
+        ) from error
+    if done.returncode:
+        raise SoftactError(
+            f"'{compiler}' could not compile {code.name}: {done.stderr.strip()[-300:]}"
+        )
