@@ -148,7 +148,7 @@ class _Solver:
                 stderr=stderr,
                 text=True,
                 cwd=self.scratch,
-                env=_environment(processes, threads),
+                env=_environment(processes, threads, self.scratch),
                 pass_fds=self.inherited,
                 start_new_session=True,
             )
@@ -253,8 +253,11 @@ def _command(job_file: Path, processes: int) -> list[str]:
     return bound(mpirun)
 
 
-def _environment(processes: int, threads: int | None) -> dict[str, str]:
-    """Threads: all cores for one process, one for each of several (MUMPS uses them in BLAS)."""
+def _environment(processes: int, threads: int | None, scratch: Path) -> dict[str, str]:
+    """Threads: all cores for one process, one for each of several (MUMPS uses them in BLAS).
+
+    scratch: folder of what one process leaves when it is stopped; mpirun clears up after several.
+    """
     usual = str(len(os.sched_getaffinity(0)) if processes == 1 else 1)
     variables = {"OPENBLAS_NUM_THREADS": usual, **environment(), "OMP_NUM_THREADS": "1"}
     if threads:
@@ -268,6 +271,7 @@ def _environment(processes: int, threads: int | None) -> dict[str, str]:
         variables["OMPI_MCA_mpi_yield_when_idle"] = "1"
     else:
         variables["OMPI_MCA_ess_singleton_isolated"] = "1"  # no daemon beside it
+        variables["TMPDIR"] = str(scratch)
     if os.geteuid() == 0:
         variables |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
     return variables
