@@ -37,6 +37,10 @@ def report(
       softact report results/pneunet_glove --targets glove
       softact report results/pneunet_glove --animate gif
     """
+
+    def tell_error(line: str) -> None:
+        click.echo(line, err=True)
+
     from softact.folder_lock import held
     from softact.report import animation, write_report
     from softact.report import targets as published
@@ -49,7 +53,7 @@ def report(
     read_in = read_all(measured, list(results.curve), columns)
     more = [partial(published.section, wanted=targets)] if targets else []
     with held(directory, "report"):
-        path = write_report(directory, [*sections(read_in), *more])
+        path = write_report(directory, [*sections(read_in), *more], tell_error)
         if animate:
             film = animation.write_animation(directory, animate)
     tell(directory, read_in)

@@ -16,6 +16,11 @@ class SoftactError(Exception):
         super().__init__("\n".join(lines))
 
 
+def reason(error: Exception) -> str:
+    """What to say of an error that is not the end, on one line."""
+    return "; ".join(error.lines) if isinstance(error, SoftactError) else repr(error)
+
+
 class SpecError(SoftactError):
     """The spec or another input is wrong (exit 2)."""
 

@@ -97,7 +97,7 @@ def test_killed_between_increments(tmp_path, whole):
 
 
 def test_killed_at_any_time(tmp_path, whole):
-    """Also twice; the next call finds what the kill left, and comes to the same end."""
+    """The next call finds what the kill left, and comes to the same end."""
     duration, all_rows, _ = whole
     (tmp_path / "cube.yaml").write_text(SPEC)
     draw, found = random.Random(2), []
