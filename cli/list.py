@@ -32,13 +32,7 @@ def list_kind(kind: str, names: tuple[str, ...], as_json: bool) -> None:
         return
     from rich.console import Console
 
-    class Piped(Console):
-        """Leaves it to ``softact.cli.main`` to say what a broken pipe means."""
-
-        def on_broken_pipe(self) -> None:
-            raise BrokenPipeError
-
-    console = Piped(width=None if sys.stdout.isatty() else PLAIN_WIDTH, highlight=False)
+    console = Console(width=None if sys.stdout.isatty() else PLAIN_WIDTH, highlight=False)
     for block in _blocks(kind, records):
         console.print(block, markup=False) if isinstance(block, str) else console.print(block)
 

@@ -15,11 +15,14 @@ from collections.abc import Sequence
 from difflib import get_close_matches
 
 import click
+from click.shell_completion import shell_complete
 
-from softact.errors import SoftactError
+from softact.errors import NOT_IN_LOCALE, NOT_UTF8, SoftactError
 from softact.orphans import leave_current_folder
+from softact.streams import abandon_stdout, make_safe
 
 WRONG_INPUT, BUG, INTERRUPTED, BROKEN_PIPE = 2, 70, 130, 141
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EROFS)
 FIRST = (
     "run",
     "validate",
@@ -32,10 +35,6 @@ FIRST = (
     "fit",
     "calibrate",
 )
-
-
-class HungUpError(Exception):
-    """The reader of a pipe has left."""
 
 
 class Commands(click.Group):
@@ -67,13 +66,6 @@ class Commands(click.Group):
                 hint = f"to solve a spec write: softact run {args[0]}"
             ctx.fail(f"There is no command '{args[0]}'; {hint}")
         return super().resolve_command(ctx, args)
-
-    def invoke(self, ctx: click.Context) -> object:
-        """Like click's, which makes an exit code 1 of a broken pipe."""
-        try:
-            return super().invoke(ctx)
-        except BrokenPipeError:
-            raise HungUpError from None
 
 
 def _version(ctx: click.Context, parameter: click.Parameter, wanted: bool) -> None:
@@ -120,27 +112,15 @@ def softact(ctx: click.Context) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and leave with its exit code."""
-    _open_streams()
-    if arguments is None:  # as a program
-        leave_current_folder()
     for number in (signal.SIGTERM, signal.SIGHUP):
         # As an exception, so that processes of the solver do not outlive this one.
         signal.signal(number, _leave)
+    make_safe()
+    if arguments is None:  # as a program
+        leave_current_folder()
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in arguments
     sys.exit(_run([a for a in arguments if a != "--debug"], debug))
-
-
-def _open_streams() -> None:
-    """Open the standard streams that the caller has closed, on nothing: Python would have None in
-    their place, and the next file that is opened would get their number."""
-    for number, name in enumerate(("stdin", "stdout", "stderr")):
-        try:
-            os.fstat(number)
-        except OSError:
-            os.open(os.devnull, os.O_RDWR)  # gets the lowest free number
-        if getattr(sys, name) is None:
-            setattr(sys, name, open(number, "r" if number == 0 else "w", closefd=False))
 
 
 def _leave(number: int, frame: object) -> None:
@@ -149,29 +129,51 @@ def _leave(number: int, frame: object) -> None:
 
 def _run(arguments: list[str], debug: bool) -> int:
     try:
-        code = softact.main(arguments, prog_name="softact", standalone_mode=False)
+        code = _click(arguments)
         sys.stdout.flush()
         return code if isinstance(code, int) else 0
-    except (BrokenPipeError, HungUpError):
-        return _hang_up()
+    except BrokenPipeError:
+        return _nobody_reads()
+    except SystemExit as left:
+        if isinstance(left.__context__, BrokenPipeError):  # as rich leaves
+            return _nobody_reads()
+        raise
     except (KeyboardInterrupt, click.Abort):
-        click.echo("softact: stopped", err=True)
+        click.echo("\nsoftact: stopped", err=True)  # after the ^C of the terminal
         return INTERRUPTED
     except Exception as error:
         if debug and not isinstance(error, click.ClickException):
             traceback.print_exc()
-        code = _tell(error)
-        try:
-            sys.stdout.flush()
-        except OSError:  # it is full, which has just been told
-            _hang_up()
-        return code
+        return _told(error)
 
 
-def _hang_up() -> int:
-    """Tell nothing more to anybody: the reader of a pipe (head, less) has left."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+def _click(arguments: list[str]) -> object:
+    """What click's own main does; that one would turn a broken pipe into exit code 1."""
+    if instruction := os.environ.get("_SOFTACT_COMPLETE"):
+        return shell_complete(softact, {}, "softact", "_SOFTACT_COMPLETE", instruction)
+    try:
+        with softact.make_context("softact", arguments) as context:
+            return softact.invoke(context)
+    except click.exceptions.Exit as left:
+        return left.exit_code
+
+
+def _nobody_reads() -> int:
+    """The reader of a pipe (head, less) has left; nothing is to be told to anybody."""
+    abandon_stdout()
     return BROKEN_PIPE
+
+
+def _told(error: Exception) -> int:
+    """Tell what went wrong as far as anybody hears it; return the exit code."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        abandon_stdout()
+    try:
+        return _tell(error)
+    except BrokenPipeError:
+        return _nobody_reads()
 
 
 def _tell(error: Exception) -> int:
@@ -186,8 +188,14 @@ def _tell(error: Exception) -> int:
     if isinstance(error, OSError) and error.filename is not None:
         click.echo(f"{error.filename}: {error.strerror}", err=True)
         return WRONG_INPUT
-    if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EIO):
-        click.echo(f"cannot write: {error.strerror}", err=True)
+    if isinstance(error, OSError) and error.errno in FULL:
+        click.echo(f"softact: cannot write: {error.strerror}", err=True)
+        return WRONG_INPUT
+    if isinstance(error, UnicodeEncodeError):
+        from softact.units import show
+
+        utf8 = error.encoding.lower().replace("-", "") == "utf8"
+        click.echo(f"{show(error.object)}: {NOT_UTF8 if utf8 else NOT_IN_LOCALE}", err=True)
         return WRONG_INPUT
     if isinstance(error, MemoryError):
         click.echo("softact: out of memory; what was finished is kept", err=True)

@@ -1,5 +1,7 @@
 """Errors that a user meets, each with the exit code that the command line promises."""
 
+NOT_IN_LOCALE = "this locale has no such characters; run softact with LC_ALL=C.UTF-8"
+NOT_UTF8 = "this name has bytes that are no UTF-8; rename the file or folder"
 OUT_OF_MEMORY = "the solver ran out of memory; a larger mesh_size needs less"
 
 

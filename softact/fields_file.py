@@ -90,12 +90,14 @@ def opened(path: Path, remedy: str = SOLVE_AGAIN) -> Iterator[h5py.File]:
 def array(item: h5py.Dataset, kinds: str = "iuf") -> np.ndarray:
     """The numbers of a dataset. Raises ValueError where they are not as they were written, or
     there are none."""
-    known = isinstance(item, h5py.Dataset) and item.dtype.kind in kinds
+    if not isinstance(item, h5py.Dataset) or item.dtype.kind not in kinds:
+        raise ValueError(f"{item.name} holds no numbers")
     # More than there is in the file would be made up, and could fill the memory.
-    if not known or item.id.get_storage_size() != item.size * item.dtype.itemsize:
+    size, there = item.size * item.dtype.itemsize, item.file.id.get_filesize()
+    if size > there:
+        raise ValueError(f"{item.name} would take {size:.2g} bytes, and the file has {there:.2g}")
+    if item.id.get_storage_size() != size:
         raise ValueError(f"{item.name} holds no array of its shape")
-    if item.size * item.dtype.itemsize > item.file.id.get_filesize():
-        raise ValueError(f"{item.name} is larger than the file")
     values = np.ascontiguousarray(item[()])
     if CHECKSUM in item.attrs and zlib.crc32(values) != int(item.attrs[CHECKSUM]):
         raise ValueError(f"{item.name} is not as it was written")

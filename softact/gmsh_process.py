@@ -19,6 +19,7 @@ import numpy as np
 from softact.errors import MeshError
 from softact.geometry import FAULT, Geometry
 from softact.orphans import end_with
+from softact.streams import make_safe
 
 TRIANGLE, TETRAHEDRON = 2, 4  # gmsh's numbers for first-order elements
 # Mean ratio (1 regular, 0 flat) under which a tetrahedron would spoil the solution.
@@ -42,6 +43,7 @@ class Parts:
 
 
 def main() -> int:
+    make_safe("utf-8")  # as softact.geometry reads it, with names in any letters
     job = json.load(sys.stdin)
     end_with(job["parent"])
     # A gmsh that hangs is stopped by its parent, or here.

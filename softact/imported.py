@@ -6,11 +6,12 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from softact.errors import MeshError
+from softact.errors import NOT_UTF8, MeshError
 from softact.geometry import Geometry, Layout
-from softact.units import Length
+from softact.part_names import PartName, PartNameOrNone
+from softact.units import Length, is_utf8
 
-Names = Annotated[tuple[str, ...], Field(strict=False)]
+Names = Annotated[tuple[PartName, ...], Field(strict=False)]
 Axis = Literal["x", "y", "z"]
 TETRAHEDRON = 4  # gmsh's number
 
@@ -21,12 +22,12 @@ class Imported(Geometry):
     file: str = Field(description="path; relative to the spec")
     regions: Names = Field(("body",), description="names of the solids; each gets a material")
     surfaces: Names = Field((), description="further named surfaces, for layers, loads, contact")
-    cavities: dict[str, Names] = Field(
+    cavities: dict[PartName, Names] = Field(
         {"cavity": ("cavity",)}, description="cavity -> names of the surfaces that wall it"
     )
-    clamp: str = Field("clamp", description="surface at the clamped end; '' for none")
-    tip: str = Field("tip", description="surface at the tip; '' for none")
-    symmetry: dict[Axis, str] = Field(
+    clamp: PartNameOrNone = Field("clamp", description="surface at the clamped end; '' for none")
+    tip: PartNameOrNone = Field("tip", description="surface at the tip; '' for none")
+    symmetry: dict[Axis, PartName] = Field(
         {}, description="coordinate that is zero in a symmetry plane -> surface in that plane"
     )
     mesh_size: Length = Field(2.0, description="longest edge")
@@ -35,7 +36,9 @@ class Imported(Geometry):
 
     def faults(self):
         path = Path(self.file)
-        if path.suffix.lower() not in self.suffixes:
+        if not is_utf8(self.file):
+            yield "file", NOT_UTF8
+        elif path.suffix.lower() not in self.suffixes:
             yield "file", f"'{path.name}' is none of {', '.join(self.suffixes)}"
         elif not path.is_file():
             yield "file", f"there is no file '{path}'"

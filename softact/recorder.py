@@ -15,6 +15,7 @@ from softact.measures import MEASURES
 from softact.resuming import identity
 from softact.settings import Settings
 from softact.snapshot import Snapshot, gather_mesh, gather_nodes
+from softact.spec import plausible
 from softact.stepping import Stepper
 
 
@@ -53,6 +54,7 @@ class Recorder:
         memory = self.model.comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
         status = "no_equilibrium" if progress.stopped else "complete"
         messages = [progress.stopped, *progress.remarks, self._unstable(), *self._beyond_test()]
+        messages += plausible.lines(self.spec)
         messages = [message for message in messages if message]
         if self.writer is not None:
             summary = parameters(self.spec) | self.row

@@ -17,6 +17,7 @@ import numpy as np
 
 from softact import fields_file
 from softact.errors import DamagedResultError, SpecError
+from softact.files import csv_rows
 from softact.geometry import Layout
 from softact.restart import RESTART
 from softact.run_json import COMPLETE, INCOMPLETE, NO_EQUILIBRIUM, RUN, damaged, read_run
@@ -181,8 +182,7 @@ def read(directory: str | Path) -> Results:
 def read_cells(path: Path) -> tuple[list[str], list[list[str]]]:
     """Heads and rows of a table, as they are written. Raises DamagedResultError."""
     try:
-        with open(path, newline="", encoding="utf-8") as file:
-            table = list(csv.reader(file, strict=True))
+        table = csv_rows(path)
     except (OSError, ValueError, csv.Error) as error:
         raise damaged(path, error) from None
     heads, rows = (table[0], table[1:]) if table else ([], [])

@@ -5,8 +5,6 @@ file, then rename), and ``fields.h5`` changed in one (see ``softact.fields_file`
 says "incomplete" from the first moment to the last.
 """
 
-import csv
-import io
 import json
 import shutil
 from collections.abc import Mapping, Sequence
@@ -18,7 +16,7 @@ import numpy as np
 from softact import fields_file
 from softact.errors import SpecError
 from softact.fields_file import sheets_of, write_array, write_text
-from softact.files import csv_text, json_text, write_atomic
+from softact.files import csv_cells, csv_text, json_text, write_atomic
 from softact.geometry import Layout
 from softact.journal import journal_of, recover
 from softact.restart import ANEW, RESTART
@@ -65,7 +63,8 @@ class ResultsWriter:
         writer.directory = Path(directory)
         writer._provenance = dict(provenance or {})
         writer._steps = []
-        writer._rows = [dict(row) for row in csv.DictReader(io.StringIO(curve))]
+        names, *cells = csv_cells(curve)
+        writer._rows = [dict(zip(names, row, strict=True)) for row in cells]
         fields = writer.directory / FIELDS
         try:
             recover(fields)

@@ -24,6 +24,8 @@ from softact.orphans import bound, environment, python
 from softact.results import COMPLETE, INCOMPLETE
 from softact.resuming import to_resume
 from softact.run_log import RunLog
+from softact.spec import plausible
+from softact.streams import UTF8
 
 # Events that ``progress`` receives: {"stage": "mesh"}; {"stage": "solve", "cells", "unknowns"};
 # {"stage": "increment", "step", "fraction", "iterations", ... and the row of curve.csv};
@@ -74,13 +76,13 @@ def run(
     """
     progress = progress or (lambda event: None)
     directory = Path(directory)
-    notes = []
+    notes = plausible.lines(spec)
     if spec.contact and processes > 1:
         processes = 1
-        notes = ["contact between surfaces is computed by one process: the others are left out"]
+        notes += ["contact between surfaces is computed by one process: the others are left out"]
     if spec.sheets and processes > 1:
         processes = 1
-        notes = ["sheets are computed by one process: the others are left out"]
+        notes += ["sheets are computed by one process: the others are left out"]
     with held(directory, "run", {"run.json": json_text({"status": INCOMPLETE})}) as inherited:
         old = to_resume(spec, directory) if resume else None
         finished = old is not None and old.finished_as(spec)
@@ -105,7 +107,13 @@ def run(
 def _scratch(parent: Path | None) -> Iterator[Path]:
     """A fresh folder, removed afterwards as far as that is allowed; tempfile.TemporaryDirectory of
     Python 3.11 never comes back from a folder that it may not empty."""
-    folder = Path(tempfile.mkdtemp(prefix="softact-", dir=parent)).absolute()
+    try:
+        folder = Path(tempfile.mkdtemp(prefix="softact-", dir=parent)).absolute()
+    except OSError as error:
+        why = error.strerror or str(error)
+        raise CannotWriteError(
+            f"no temporary files: {why}; export TMPDIR=DIR names a folder"
+        ) from None
     try:
         yield folder
     finally:
@@ -141,12 +149,12 @@ class _Solver:
         beside = threads != 1
         if not beside:
             self._prepare()
-        with errors.open("w") as stderr:
+        with errors.open("wb") as stderr:
             process = subprocess.Popen(
                 _command(self._job_file, processes),
                 stdout=subprocess.PIPE,
                 stderr=stderr,
-                text=True,
+                **UTF8,
                 cwd=self.scratch,
                 env=_environment(processes, threads, self.scratch),
                 pass_fds=self.inherited,
@@ -166,7 +174,8 @@ class _Solver:
                     os.killpg(process.pid, signal.SIGTERM)
                 process.wait()
                 raise
-        self.log.add(*errors.read_text(errors="replace").splitlines())
+        noise = errors.read_text(encoding="utf-8", errors="replace")
+        self.log.add(*noise.splitlines())
         return _ended(last, code, errors)
 
     @property
@@ -179,7 +188,7 @@ class _Solver:
         mesh_file, spec_file = self.scratch / "mesh.msh", self.scratch / "spec.yaml"
         self.progress({"stage": "mesh"})
         make_mesh(self.spec.geometry, mesh_file)
-        spec_file.write_text(self.spec.to_yaml())
+        spec_file.write_text(self.spec.to_yaml(), encoding="utf-8")
         job = {
             "spec": str(spec_file),
             "mesh": str(mesh_file),
@@ -232,7 +241,7 @@ class SolverCrashError(SoftactError):
 
 
 def _crash(code: int, errors: Path) -> str:
-    noise = errors.read_text(errors="replace")
+    noise = errors.read_text(encoding="utf-8", errors="replace")
     if _NO_MEMORY.search(noise):
         return OUT_OF_MEMORY
     words = [line for line in noise.splitlines() if line.strip()]
@@ -264,6 +273,8 @@ def _environment(processes: int, threads: int | None, scratch: Path) -> dict[str
         variables["OPENBLAS_NUM_THREADS"] = str(threads)
     # All processes are on this machine and talk by shared memory: looking for networks takes each
     # of them 0.2 s, and leaving them at the end 1 s; without one, Open MPI 5 complains of TCP.
+    # Python looks for a folder that can be written; Open MPI would end where TMPDIR is none.
+    variables["TMPDIR"] = tempfile.gettempdir()
     variables |= {"OMPI_MCA_pml": "ob1", "OMPI_MCA_btl": "self,vader"}
     if processes > 1:
         variables["OPENBLAS_NUM_THREADS"] = "1"

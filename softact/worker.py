@@ -39,12 +39,13 @@ def solve(
     Returns the status, "complete" or "no_equilibrium". times: seconds of the stages so far.
     tell: receives events, see ``softact.run``. resume: go on with the run in the folder.
     """
-    from softact import checkpoint
+    from softact import checkpoint, jit
     from softact.from_spec import build_model
     from softact.recorder import Recorder
     from softact.resuming import identity
 
     started = time.perf_counter()
+    jit.cache_folder()  # on all processes alike, before they wait for each other
     model = build_model(comm, spec, mesh_file)
     mesh = model.mesh
     model.contacts.check_clear(model.initial_state())
@@ -113,7 +114,7 @@ def _await(job_file: Path) -> dict:
     """The job, as soon as it is there; ``softact.run`` ends this process where none will come."""
     while not job_file.exists():
         time.sleep(0.01)
-    return json.loads(job_file.read_text())
+    return json.loads(job_file.read_text(encoding="utf-8"))
 
 
 def main(job_file: str, parent: str | None = None) -> int:
@@ -133,7 +134,7 @@ def main(job_file: str, parent: str | None = None) -> int:
     from mpi4py import MPI
 
     # While the mesh is made: these take as long.
-    from softact import recorder, results_writer  # noqa: F401
+    from softact import jit, recorder, results_writer  # noqa: F401
     from softact import spec as specs
 
     comm = MPI.COMM_WORLD
@@ -152,7 +153,10 @@ def main(job_file: str, parent: str | None = None) -> int:
         if error.errno == errno.ENOMEM:
             _abort_without_memory(comm)
         lines = [f"{error.filename or directory}: cannot be written ({error.strerror or error})"]
-        print_event({"stage": "error", "exit_code": 2, "lines": lines, "cannot_write": True})
+        told = {"lines": lines, "cannot_write": True}
+        if jit.concerns(error):
+            told = {"lines": jit.no_room(error).lines}
+        print_event({"stage": "error", "exit_code": 2, **told})
         comm.Abort(2)
     except MemoryError:
         _abort_without_memory(comm)

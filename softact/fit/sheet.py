@@ -3,10 +3,10 @@
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-import yaml
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
 from softact.errors import SpecError
+from softact.spec import document
 from softact.units import Dimension, Dimensionless, Length, Pressure
 
 AREA = Dimension("area", "mm^2", shown=("mm^2",), other=("cm^2", "m^2"), example="18 mm^2")
@@ -130,13 +130,7 @@ def sheets_from_argument(argument: str, options: dict) -> list[TestSheet]:
 
 
 def _sheets_from_yaml(path: Path, options: dict) -> list[TestSheet]:
-    try:
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise SpecError(f"{path}: there is no such file") from None
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise SpecError(f"{path}: cannot be read: {' '.join(str(error).split())}") from None
-    tests = data.get("tests") if isinstance(data, dict) else None
+    tests = document.read(path).data.get("tests")
     if not isinstance(tests, list) or not all(isinstance(t, dict) and "file" in t for t in tests):
         raise SpecError(f"{path}: wants 'tests:', a list of mappings with 'file', 'mode', ...")
     sheets, faults = [], []

@@ -178,7 +178,7 @@ class Renderer:
             yield np.load(picture)
 
     def _said(self, code: int) -> str:
-        words = self._errors.read_text(errors="replace").splitlines()
+        words = self._errors.read_text(encoding="utf-8", errors="replace").splitlines()
         said = [line for line in words if line.strip()]
         return f"drawing ended with code {code}: {said[-1] if said else 'no message'}"
 

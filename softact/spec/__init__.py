@@ -23,6 +23,8 @@ __all__ = [
     "json_schema",
     "load",
     "loads",
+    "opened",
+    "spec_of",
 ]
 
 
@@ -31,7 +33,12 @@ def load(path: str | Path, overrides: Sequence[str] = ()) -> Spec:
 
     Raises SpecError with one line per fault, ``file:line: path: what is wrong; what is right``.
     """
-    return _spec(document.read(Path(path)), overrides, Path(path).parent)
+    return spec_of(opened(path, overrides))
+
+
+def opened(path: str | Path, overrides: Sequence[str] = ()) -> document.Document:
+    """Read a YAML file as ``load`` does, but not yet as a spec: plain data and its lines."""
+    return _filled(document.read(Path(path)), overrides, Path(path).parent)
 
 
 def loads(text: str, name: str = "spec", overrides: Sequence[str] = ()) -> Spec:
@@ -39,14 +46,19 @@ def loads(text: str, name: str = "spec", overrides: Sequence[str] = ()) -> Spec:
 
     Files that it names count from the working folder.
     """
-    return _spec(document.parse(text, name), overrides, Path())
+    return spec_of(_filled(document.parse(text, name), overrides, Path()))
 
 
-def _spec(source: document.Document, changes: Sequence[str], folder: Path) -> Spec:
+def _filled(source: document.Document, changes: Sequence[str], folder: Path) -> document.Document:
     overrides.apply(source, list(changes))
     card_files.insert(source, folder)
     source.data.setdefault("name", _name(source.name))
     _find_file(source)
+    return source
+
+
+def spec_of(source: document.Document) -> Spec:
+    """The spec that plain data mean. Raises SpecError with one line per fault."""
     try:
         return Spec.model_validate(source.data)
     except ValidationError as error:

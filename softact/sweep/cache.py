@@ -67,7 +67,7 @@ class Cache:
         """Hold the right to compute a run. Raises BusyError where ``wait`` is false, and
         CannotWriteError."""
         with self._writing():
-            file = open(self.directory / "locks" / key, "a")
+            file = open(self.directory / "locks" / key, "ab")
         with file:
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))

@@ -18,7 +18,7 @@ def written_alone(directory: Path) -> Iterator[None]:
     """
     try:
         directory.mkdir(parents=True, exist_ok=True)
-        with open(directory / ".lock", "a") as file:
+        with open(directory / ".lock", "ab") as file:
             fcntl.flock(file, fcntl.LOCK_EX)
             yield
     except (PermissionError, FileExistsError, NotADirectoryError) as error:
