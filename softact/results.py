@@ -6,8 +6,10 @@ that names the file; what can is left out and told in ``Results.faults``.
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import functools
+import hashlib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,7 +22,16 @@ from softact.errors import DamagedResultError, SpecError
 from softact.files import csv_rows
 from softact.geometry import Layout
 from softact.restart import RESTART
-from softact.run_json import COMPLETE, INCOMPLETE, NO_EQUILIBRIUM, RUN, damaged, read_run
+from softact.run_json import (
+    COMPLETE,
+    INCOMPLETE,
+    NO_EQUILIBRIUM,
+    RUN,
+    SOLVE_AGAIN,
+    damaged,
+    read_run,
+    run_faults,
+)
 from softact.run_log import LOG
 
 __all__ = ["COMPLETE", "INCOMPLETE", "NO_EQUILIBRIUM", "Curve", "Results", "read", "read_run"]
@@ -28,6 +39,8 @@ __all__ = ["COMPLETE", "INCOMPLETE", "NO_EQUILIBRIUM", "Curve", "Results", "read
 SPEC, CURVE, SUMMARY = "spec.yaml", "curve.csv", "summary.csv"
 FIELDS, XDMF = "fields.h5", "fields.xdmf"
 MESH_ERROR = "mesh_error.json"
+#: Files whose checksums run.json holds at the end of a run.
+SIGNED = (SPEC, CURVE, SUMMARY, MESH_ERROR)
 #: Columns of curve.csv that hold words.
 TEXTS = ("step",)
 
@@ -133,6 +146,18 @@ class Results:
         return values if values.ndim == 1 else np.linalg.norm(values, axis=1)
 
 
+def checksums(directory: Path) -> dict[str, str]:
+    """Name of a file that can be read -> what changes with its content, for run.json."""
+    found = {}
+    for name in SIGNED:
+        with contextlib.suppress(OSError):
+            content = (directory / name).read_bytes()
+            found[name] = hashlib.sha256(content).hexdigest()[:16]
+    with contextlib.suppress(OSError):  # it holds its checksums itself
+        found[FIELDS] = f"{(directory / FIELDS).stat().st_size} bytes"
+    return found
+
+
 def holds_results(directory: Path) -> bool:
     """Whether a folder is a result folder of softact, finished or not, sound or not."""
     try:
@@ -158,9 +183,15 @@ def read(directory: str | Path) -> Results:
         raise SpecError(
             f"{directory}: no {RUN} in it, so it is not a result folder of softact"
         ) from None
-    curve = _read_columns(directory / CURVE, whole=True)
+    curve = _read_columns(directory / CURVE, whole=True, wanted=run["status"] != INCOMPLETE)
     summary = _read_columns(directory / SUMMARY)
     spec_yaml, faults = _read_spec(directory / SPEC)
+    there = checksums(directory)
+    changed = [name for name, sum_ in (run.get("files") or {}).items() if there.get(name) != sum_]
+    if CURVE in changed and not any(map(len, curve.values())):
+        raise damaged(directory / CURVE, "it has no rows")
+    faults += [f"{directory / name}: is not as the run wrote it; {SOLVE_AGAIN}" for name in changed]
+    faults += run_faults(directory)
     try:
         mesh = fields_file.read_mesh(directory / FIELDS)
     except DamagedResultError as error:
@@ -185,7 +216,9 @@ def read_cells(path: Path) -> tuple[list[str], list[list[str]]]:
         table = csv_rows(path)
     except (OSError, ValueError, csv.Error) as error:
         raise damaged(path, error) from None
-    heads, rows = (table[0], table[1:]) if table else ([], [])
+    if not table:  # what softact writes has a line at least
+        raise damaged(path, "it is empty")
+    heads, rows = table[0], table[1:]
     if len(set(heads)) < len(heads) or "" in heads:
         raise damaged(path, "its columns have no names, or two of them the same")
     for number, row in enumerate(rows, 2):
@@ -194,9 +227,9 @@ def read_cells(path: Path) -> tuple[list[str], list[list[str]]]:
     return heads, rows
 
 
-def _read_columns(path: Path, whole: bool = False) -> Curve:
-    """whole: a column with numbers has nothing else."""
-    if not path.is_file():
+def _read_columns(path: Path, whole: bool = False, wanted: bool = False) -> Curve:
+    """whole: a column with numbers has nothing else. wanted: the file cannot be missing."""
+    if not path.exists() and not wanted:
         return Curve(path, {})
     heads, rows = read_cells(path)
     cells = zip(*rows, strict=True) if rows else [()] * len(heads)

@@ -16,12 +16,21 @@ import numpy as np
 from softact import fields_file
 from softact.errors import SpecError
 from softact.fields_file import sheets_of, write_array, write_text
-from softact.files import csv_cells, csv_text, json_text, write_atomic
+from softact.files import csv_cells, csv_text, write_atomic
 from softact.geometry import Layout
 from softact.journal import journal_of, recover
 from softact.restart import ANEW, RESTART
-from softact.results import CURVE, FIELDS, MESH_ERROR, OWN_FILES, SPEC, SUMMARY, XDMF
-from softact.run_json import COMPLETE, INCOMPLETE, NO_EQUILIBRIUM, RUN, damaged
+from softact.results import (
+    CURVE,
+    FIELDS,
+    MESH_ERROR,
+    OWN_FILES,
+    SPEC,
+    SUMMARY,
+    XDMF,
+    checksums,
+)
+from softact.run_json import COMPLETE, INCOMPLETE, NO_EQUILIBRIUM, RUN, damaged, run_text
 from softact.xdmf import Xdmf, mixed
 
 
@@ -221,11 +230,12 @@ class ResultsWriter:
             write_atomic(self.directory / CURVE, csv_text([]))
         write_atomic(self.directory / SUMMARY, csv_text([dict(summary or {})]))
         self._provenance.update(provenance or {})
+        self._provenance["files"] = checksums(self.directory)
         write_atomic(self.directory / RUN, self._run_json(status))
 
     def _run_json(self, status: str) -> str:
         known = {name: v for name, v in self._provenance.items() if name != "status"}
-        return json_text({"status": status, **known})
+        return run_text({"status": status, **known})
 
 
 def _number(cell):

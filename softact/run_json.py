@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+from collections.abc import Mapping
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from softact.errors import DamagedResultError
+from softact.files import json_text
 
 RUN = "run.json"
+CHECKSUM = "checksum"
 
 INCOMPLETE = "incomplete"
 COMPLETE = "complete"
@@ -66,6 +70,7 @@ def read_run(directory: Path) -> dict:
     try:
         run = json.loads(path.read_text(encoding="utf-8"))
         _Run.model_validate(run)
+        run.pop(CHECKSUM, None)
     except FileNotFoundError:
         raise
     except ValidationError as error:
@@ -78,6 +83,26 @@ def read_run(directory: Path) -> dict:
         why = f"status: {run['status']!r} is none of {', '.join(STATUSES)}"
         raise damaged(path, why, _REMEDY)
     return run
+
+
+def run_faults(directory: Path) -> list[str]:
+    """What is wrong with a run.json that can be read. Raises OSError."""
+    path = Path(directory) / RUN
+    run = json.loads(path.read_text(encoding="utf-8"))
+    checksum = run.pop(CHECKSUM, None)
+    if checksum in (None, _checksum(run)):
+        return []
+    return [f"{path}: is not as it was written; {SOLVE_AGAIN}"]
+
+
+def run_text(run: Mapping) -> str:
+    """Text of run.json, with its checksum."""
+    plain = json.loads(json_text(run))
+    return json_text(plain | {CHECKSUM: _checksum(plain)})
+
+
+def _checksum(run: Mapping) -> str:
+    return hashlib.sha256(json_text(run).encode()).hexdigest()[:16]
 
 
 def damaged(path: Path, why: object, remedy: str = SOLVE_AGAIN) -> DamagedResultError:

@@ -103,6 +103,7 @@ def test_run_json_is_strict_json(tmp_path):
     writer.finish("no_equilibrium", {"angle_deg": 1.0}, {"array": np.arange(2), "path": Path("a")})
     text = (tmp_path / "r" / "run.json").read_text()
     run = json.loads(text, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
+    assert run.pop("files").keys() == {"spec.yaml", "curve.csv", "summary.csv"}
     assert run == {
         "nan": None, "n": 3, "array": [0, 1], "path": "a", "status": "no_equilibrium",
     }  # fmt: skip

@@ -11,7 +11,8 @@ from softact.converge.study import Convergence
 from softact.errors import SpecError
 from softact.files import csv_text, json_text, write_atomic
 from softact.report import write_report
-from softact.results import COMPLETE, MESH_ERROR, SUMMARY, read, read_cells
+from softact.results import COMPLETE, MESH_ERROR, SUMMARY, checksums, read, read_cells
+from softact.run_json import RUN, run_text
 from softact.sweep import record
 
 #: Two runs of one spec are the same run within this part of the value, or of its error bar.
@@ -55,5 +56,6 @@ def carry_into(study: Convergence, directory: Path) -> str:
     row |= {f"{measure}{_COLUMN}": bar for measure, bar in bars.items()}
     write_atomic(directory / MESH_ERROR, json_text(story))
     write_atomic(directory / SUMMARY, csv_text([row]))
+    write_atomic(directory / RUN, run_text(results.run | {"files": checksums(directory)}))
     record.refresh(directory)  # where it is a sweep's kept run, it shall stay one
     return f"error bars: {directory / 'summary.csv'} and {write_report(directory)}"
