@@ -85,8 +85,7 @@ class Overlay(io.RawIOBase):
             for place, data in self._patches:
                 new = max(0, self._size - place)
                 if new < len(data):
-                    file.seek(place + new)
-                    file.write(data[new:])
+                    _write(file, place + new, data[new:])
             _sync(file)
             _write_journal(self._path, inside)
             _apply(file, inside)
@@ -131,9 +130,13 @@ def _read_journal(path: Path) -> list[tuple[int, bytes]]:
 
 def _apply(file: io.BufferedRandom, patches: list[tuple[int, bytes]]) -> None:
     for place, data in patches:
-        file.seek(place)
-        file.write(data)
+        _write(file, place, data)
     _sync(file)
+
+
+def _write(file: io.BufferedRandom, place: int, data: bytes) -> None:
+    file.seek(place)
+    file.write(data)
 
 
 def _sync(file: io.BufferedRandom) -> None:

@@ -85,6 +85,8 @@ def run(
         notes += ["sheets are computed by one process: the others are left out"]
     with held(directory, "run", {"run.json": json_text({"status": INCOMPLETE})}) as inherited:
         old = to_resume(spec, directory) if resume else None
+        if resume and old is None:
+            notes.append(f"{directory}: there is nothing to go on from; solved from the beginning")
         finished = old is not None and old.finished_as(spec)
         outcome = Outcome(COMPLETE, directory, None)
         if not finished:

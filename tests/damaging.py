@@ -4,7 +4,7 @@ import csv
 import io
 import json
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import h5py
@@ -114,9 +114,9 @@ KINDS = {
 }
 
 
-def damage(folder: Path, draw: random.Random) -> tuple[str, str]:
-    """Damage a file of a result folder; returns its name and how."""
-    name = draw.choice([name for name in FILES if (folder / name).exists()])
+def damage(folder: Path, draw: random.Random, files: Sequence[str] = FILES) -> tuple[str, str]:
+    """Damage one of some files of a result folder; returns its name and how."""
+    name = draw.choice([name for name in files if (folder / name).exists()])
     path = folder / name
     if draw.random() < 0.05:
         path.unlink()

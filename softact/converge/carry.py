@@ -8,7 +8,7 @@ from pathlib import Path
 from softact.converge.output import summary
 from softact.converge.richardson import NOTHING, SAFETY
 from softact.converge.study import Convergence
-from softact.errors import SpecError
+from softact.errors import DamagedResultError, SpecError
 from softact.files import csv_text, json_text, write_atomic
 from softact.report import write_report
 from softact.results import COMPLETE, MESH_ERROR, SUMMARY, checksums, read, read_cells
@@ -21,8 +21,12 @@ _COLUMN = "_mesh_error"
 
 
 def check_folder(directory: Path, hashes: Iterable[str]) -> None:
-    """Raise SpecError unless a result folder is complete and of a spec with one of ``hashes``."""
+    """Raise SpecError unless a result folder is sound, complete and of a spec with one of
+    ``hashes``."""
     results = read(directory)
+    faults = [*results.faults, *results.spec_faults]
+    if faults:
+        raise DamagedResultError(*faults)
     if results.status != COMPLETE or not results.summary:
         raise SpecError(f"{directory}: the run there is not complete; run it first")
     if results.run.get("spec_hash") not in hashes:
