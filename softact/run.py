@@ -202,7 +202,7 @@ class _Solver:
 
     def _tell(self, event: Mapping) -> None:
         if event["stage"] == "solve":  # the results that were in the folder are gone
-            self.log.open()
+            self.log.begin()
         self.log.add(log_line(event))
         self.progress(event)
 

@@ -10,7 +10,7 @@ LOG = "log.txt"
 
 
 class RunLog:
-    """Lines wait until ``open`` is called: the folder may hold other results until then.
+    """Lines wait until ``begin`` is called: the folder may hold other results until then.
 
     resumed: they come after those of the run that goes on.
     """
@@ -19,7 +19,7 @@ class RunLog:
         self._path, self._resumed = directory / LOG, resumed
         self._waiting: list[str] | None = []
 
-    def open(self) -> None:
+    def begin(self) -> None:
         """Write what has been told so far, and from now on everything at once."""
         if self._waiting is None:
             return
