@@ -6,8 +6,11 @@ import sys
 import threading
 import time
 
+import bent_beam
 import pytest
 
+from softact.cli import main as cli
+from softact.converge import carry
 from softact.errors import CannotWriteError, FolderBusyError, SpecError
 from softact.folder_lock import LOCK, held
 
@@ -126,3 +129,40 @@ def test_file_and_link_in_its_place(tmp_path):
     with pytest.raises(CannotWriteError), held(tmp_path, "run"):
         pass
     assert (tmp_path / "mine.txt").read_text() == "mine"
+
+
+CUBE = """
+name: cube
+geometry: {type: block, length: 4 mm, width: 4 mm, height: 4 mm, mesh_size: 2 mm}
+materials: {body: {law: neo_hookean, c10: 0.1 MPa}}
+supports: [{surface: x_min, fix: [x, y, z]}]
+steps: [{name: pull, traction: {surface: x_max, value: [20 kPa, 0 kPa, 0 kPa]}}]
+"""
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["run", "{spec}", "-o", "{folder}"],
+        ["run", "{spec}", "-o", "{folder}", "--resume"],
+        ["report", "{folder}"],
+        ["converge", "{spec}", "--into", "{folder}", "--cache", "{tmp}/runs", "-o", "{tmp}/page"],
+    ],
+    ids=lambda words: " ".join(words[:1] + words[4:5]),
+)
+def test_command_on_a_folder_that_is_written(tmp_path, capsys, monkeypatch, command):
+    """One line, and nothing is changed, also while a run goes on there."""
+    monkeypatch.setattr(carry, "check_folder", lambda *given: None)
+    folder = tmp_path / "beam"
+    bent_beam.write(folder, 20.0, 1)
+    (tmp_path / "cube.yaml").write_text(CUBE)
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    words = [
+        word.format(spec=tmp_path / "cube.yaml", folder=folder, tmp=tmp_path) for word in command
+    ]
+    with held(folder, "run"):
+        code = cli._run(words, debug=False)
+    (line,) = capsys.readouterr().err.splitlines()
+    assert code == 2 and line.startswith(f"{folder}: softact run (process ")
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+    assert not (tmp_path / "page").exists()
