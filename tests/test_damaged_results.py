@@ -181,3 +181,14 @@ def test_change_of_the_fields_that_is_killed(tmp_path, monkeypatch, moment):
     journal.recover(path)
     assert found() == before and not journal.journal_of(path).exists()
     assert killed == (moment < 1000) and (killed or before == (3000, -1.0))
+
+
+def test_fields_that_another_program_has_open(tmp_path):
+    """HDF5 itself would refuse to change them, and the run would end."""
+    path = tmp_path / "fields.h5"
+    with h5py.File(path, "w") as file:
+        file.create_group("old")
+    with h5py.File(path, "r"), changed(path) as file:
+        write_array(file, "new", np.arange(3.0))
+    with opened(path) as file:
+        assert list(file) == ["new", "old"]
