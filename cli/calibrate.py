@@ -21,6 +21,11 @@ import click
     metavar="PATH[=LOW..HIGH]",
     help="A value of the spec to adjust; default bounds: a tenth to ten times. May be repeated.",
 )
+@click.option(
+    "--columns",
+    metavar="NAMES",
+    help="Headings of the data in order, where the file has none or others; '-' skips a column.",
+)
 @click.option("--x", metavar="COLUMN", help="Abscissa among the columns; default: the first.")
 @click.option(
     "--set",

@@ -1,6 +1,7 @@
 """`softact run`: solve one spec."""
 
 import os
+import shlex
 import sys
 from pathlib import Path
 
@@ -72,7 +73,8 @@ def run(
 
     loaded = load(spec, overrides)
     directory = Path(output) if output else Path("results") / loaded.name
-    read_in = read_all(measured, _columns(loaded) if measured else (), columns)
+    called = shlex.join(["softact", "run", spec])
+    read_in = read_all(measured, _columns(loaded) if measured else (), columns, called)
     check_folder(directory, force)
 
     from softact.run import run as solve

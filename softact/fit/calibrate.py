@@ -4,6 +4,7 @@ Bounded Gauss-Newton (scipy's trust region) on few runs: sensitivities are forwa
 whole runs, taken anew after each accepted step. Intervals are linearised, with Student's t.
 """
 
+import shlex
 import tempfile
 import time
 from collections.abc import Callable, Sequence
@@ -29,13 +30,18 @@ ALIKE = 1e-3  # smallest over largest singular value at which constants are not 
 
 @dataclass(frozen=True)
 class Request:
-    """What to calibrate. vary: see ``read_knobs``. x: abscissa or None. max_runs: then it ends."""
+    """What to calibrate.
+
+    vary: see ``read_knobs``. x: abscissa or None. columns: headings in place of the data's own, or
+    None. max_runs: then it ends.
+    """
 
     spec: Path
     data: Path
     vary: Sequence[str]
     overrides: Sequence[str] = ()
     x: str | None = None
+    columns: str | None = None
     processes: int = 1
     max_runs: int = 30
 
@@ -182,7 +188,9 @@ def calibrate(
     Raises SpecError for wrong data or knobs before the first run, and where a run of the spec as
     it is does not reach the data (NoEquilibriumError where it found no equilibrium).
     """
-    measured = read_measured(request.data, run_columns(spec), request.x)
+    measured = _measured(request, spec)
+    for message in measured.messages:
+        say(f"{request.data}: {message}")
     knobs = read_knobs(request.vary, spec)
     if not knobs:
         raise SpecError("nothing to adjust; name a value with --vary, such as materials.body.c10")
@@ -211,6 +219,17 @@ def calibrate(
     best, runs = search.best, len(search.trials)
     found = turned(spec, knobs, best.values)
     return Calibration(found, knobs, measured, first, best, interval, runs, remarks)
+
+
+def _measured(request: Request, spec: Spec) -> Measured:
+    given = ["softact", "calibrate", str(request.spec), "--data", str(request.data)]
+    for option, values in (("--vary", request.vary), ("--set", request.overrides)):
+        given += [word for value in values for word in (option, value)]
+    given += ["--x", request.x] if request.x else []
+    headings = [name.strip() for name in request.columns.split(",")] if request.columns else None
+    return read_measured(
+        request.data, run_columns(spec), request.x, headings, command=shlex.join(given)
+    )
 
 
 def _interval(search: _Search, remarks: list[str]) -> np.ndarray:

@@ -4,11 +4,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from pydantic import ValidationError
+
 from softact.errors import SpecError
 from softact.fit.candidates import Candidate, chosen
 from softact.fit.card import card_text, numbers, write_text
 from softact.fit.data import Test, read_tests
 from softact.fit.fit import Fit, Options, fit, ranked
+from softact.fit.held import first_fault, hold
 from softact.fit.page import html
 from softact.fit.plausible import warnings
 from softact.fit.plot import write_plot
@@ -16,7 +19,6 @@ from softact.fit.sheet import TestSheet
 from softact.fit.tell import tell_comparison, tell_fit, tell_ranking, tell_tests
 from softact.materials import Law, load_card, parse_material
 from softact.spec.card_files import is_file, read_card
-from softact.units import dimension_of
 
 
 @dataclass(frozen=True)
@@ -39,14 +41,14 @@ def run(request: Request, say: Callable[[str], None]) -> list[Fit]:
 
     say: gets one line at a time. Raises SpecError with one line per fault, and writes nothing then.
     """
+    others = {name: _card(name) for name in request.compare}
     tests = _read_all(request.sheets)
+    candidates = _candidates(request, tests)
     for line in tell_tests(tests):
         say(line)
     for test in tests:
         for warning in warnings(test):
             say(f"warning: {warning}")
-    others = {name: _card(name) for name in request.compare}
-    candidates = _candidates(request, tests)
     fits = _fit_all(tests, candidates, request.options, say)
     say("")
     if len(fits) > 1:
@@ -87,23 +89,7 @@ def _candidates(request: Request, tests: list[Test]) -> list[Candidate]:
         return candidates
     if len(candidates) > 1:
         raise SpecError("--fix holds constants of one law; it does not go with --law all")
-    return [candidates[0].fix({k: _held(candidates[0], k, v) for k, v in request.held.items()})]
-
-
-def _held(candidate: Candidate, name: str, text: str) -> object:
-    """Return the value of a held constant: with a unit where it has a dimension."""
-    entry = candidate.law.model_fields.get(name)
-    if entry is None:
-        return text  # ``fix`` names the nearest constant
-    dimension = dimension_of(entry)
-    try:
-        if dimension is not None:
-            return dimension.parse(text)
-        return int(text) if text.lstrip("-").isdigit() else float(text)
-    except ValueError as error:
-        if dimension is None and name in ("convention",):
-            return text
-        raise SpecError(f"--fix {name}: {error}") from None
+    return [hold(candidates[0], request.held)]
 
 
 def _fit_all(tests, candidates: list[Candidate], options: Options, say) -> list[Fit]:
@@ -119,6 +105,9 @@ def _fit_all(tests, candidates: list[Candidate], options: Options, say) -> list[
         raise SpecError(*refused)
     for line in refused:
         say(f"left out: {line}")
+    if len(fits) == 1:
+        return fits
+    say("trying what each law says of what it was not fitted to")
     return ranked(fits)
 
 
@@ -126,9 +115,9 @@ def _write(request: Request, fits: list[Fit], others: dict[str, Law], say) -> No
     best, base = fits[0], request.directory / request.name
     try:
         text = card_text(best, request.density, request.strength)
-    except ValueError as error:
+    except ValidationError as error:
         text = ""
-        say(f"no card: {' '.join(str(error).split())}")
+        say(f"no card: {first_fault(error)}")
     else:
         write_text(base.with_suffix(".yaml"), text)
         say(f"card:    {base}.yaml")
