@@ -30,7 +30,7 @@ class Checkpoint:
     step: number of the current step. begun: state at its start. state: now. path: its last points.
     size: next increment. traced_at: where volume control was tried. rows: increments written down.
     attempts, remarks, counts: what the run has told so far. curve: text of curve.csv; spec: see
-    ``softact.resuming.identity``.
+    ``softact.resuming.identity``. passed: what ``softact.passed.Passed`` keeps of this process.
     """
 
     step: int
@@ -45,6 +45,7 @@ class Checkpoint:
     counts: dict = field(default_factory=dict)
     curve: str = ""
     spec: dict = field(default_factory=dict)
+    passed: dict[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def step_done(self) -> bool:
@@ -54,7 +55,9 @@ class Checkpoint:
 
 # Entries of a checkpoint that are stored as they are: all but what is made of vectors.
 PLAIN = tuple(
-    item.name for item in fields(Checkpoint) if item.name not in ("begun", "state", "path")
+    item.name
+    for item in fields(Checkpoint)
+    if item.name not in ("begun", "state", "path", "passed")
 )
 
 
@@ -71,11 +74,12 @@ def pack(model, checkpoint: Checkpoint) -> bytes | None:
         if found is not None:
             arrays[f"places_{number}"] = np.concatenate([places for places, _ in found])
             arrays[f"values_{number}"] = np.concatenate([v for _, v in found], axis=1)
-    memories = model.comm.gather((checkpoint.begun.memory, checkpoint.state.memory))
+    parts = {"begun": checkpoint.begun.memory, "now": checkpoint.state.memory}
+    memories = model.comm.gather(parts | {"passed": checkpoint.passed})
     if memories is None:
         return None
-    for rank, pair in enumerate(memories):
-        for when, memory in zip(("begun", "now"), pair, strict=True):
+    for rank, parts in enumerate(memories):
+        for when, memory in parts.items():
             for name, value in memory.items():
                 arrays[f"memory/{rank}/{when}/{name}"] = np.asarray(value)
     known = {
@@ -133,7 +137,15 @@ def _unpacked(model, path: Path, known: Mapping, file) -> Checkpoint:
         points[-1] = replace(points[-1], rate=vectors[-1])
     begun, now = states
     plain = {name: known[name] for name in PLAIN}
-    return Checkpoint(begun=begun, state=now, path=points, **plain)
+    passed = _passed(file, known["processes"], model.comm)
+    return Checkpoint(begun=begun, state=now, path=points, passed=passed, **plain)
+
+
+def _passed(file, processes: int, comm) -> dict:
+    """Equilibria that were passed; without a limit, other processes need not know them."""
+    if processes != comm.size and not file["memory/0/passed/left"]:
+        return {}
+    return _memory(file, processes, "passed", comm)
 
 
 def _memory(file, processes: int, when: str, comm) -> dict:
@@ -142,8 +154,8 @@ def _memory(file, processes: int, when: str, comm) -> dict:
     found = {name: value if value.ndim else float(value) for name, value in found.items()}
     if comm.allreduce(len(found)) and processes != comm.size:
         raise SpecError(
-            f"a run with contact was begun with -n {processes} and goes on with as many, not with "
-            f"-n {comm.size}"
+            f"a run with contact, or beyond a limit of its load, was begun with -n {processes} and "
+            f"goes on with as many, not with -n {comm.size}"
         )
     return found
 

@@ -73,6 +73,8 @@ class Ladder:
         """Go on from a checkpoint inside the step."""
         stepper = self.stepper
         self.path, self.size, self.traced_at = inside.path, inside.size, inside.traced_at
+        if inside.passed:
+            self.passed.take(inside.passed)
         for point in self.path:
             self.passed.add(point.s, point.x)
         stepper.go_to(self.drive, self.path[-1])
@@ -218,6 +220,7 @@ class Ladder:
                 told(stepper.progress.attempts),
                 list(stepper.progress.remarks),
                 asdict(stepper.newton.counts),
+                passed=self.passed.kept(),
             )
         )
 
