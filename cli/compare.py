@@ -32,4 +32,8 @@ def compare(folders: tuple[str, ...], output: Path, targets: tuple[str, ...]) ->
     """
     from softact.report.compare import write_comparison
 
-    click.echo(f"wrote {write_comparison([Path(folder) for folder in folders], output, targets)}")
+    def tell_error(line: str) -> None:
+        click.echo(line, err=True)
+
+    paths = [Path(folder) for folder in folders]
+    click.echo(f"wrote {write_comparison(paths, output, targets, warn=tell_error)}")

@@ -2,6 +2,7 @@
 
 import os
 import sys
+from contextlib import ExitStack
 from pathlib import Path
 
 import click
@@ -78,6 +79,7 @@ def converge(
     from softact.converge import output as files
     from softact.converge.study import converge as study_of
     from softact.converge.study import refined
+    from softact.folder_lock import held
     from softact.spec import load
     from softact.sweep.cache import DEFAULT, Cache
     from softact.sweep.output import written_alone
@@ -87,19 +89,21 @@ def converge(
         click.echo(line, err=True)
     wanted = measures or ("bending_angle_deg", "max_principal_stress_MPa")
     cache = Cache(Path(cache_folder or DEFAULT), warn=lambda line: click.echo(line, err=True))
-    if into:  # before hours of computing, not after
-        sizes = (refined(loaded, factor**n) for n in range(most))
-        carry.check_folder(Path(into), (spec.hash for spec in sizes))
-    study = study_of(
-        loaded, wanted, cache, _part(tolerance), factor, most, jobs, told=_told(wanted)
-    )
-    directory = Path(output) if output else Path("results") / f"{loaded.name}-converge"
-    with written_alone(directory):
-        page = files.write(study, loaded.name, directory)
-    for line in [*files.told(study), files.advice(study)]:
-        click.echo(line)
-    if into:
-        click.echo(carry.carry_into(study, Path(into)))
+    with ExitStack() as stack:
+        if into:  # before hours of computing, not after
+            sizes = (refined(loaded, factor**n) for n in range(most))
+            carry.check_folder(Path(into), (spec.hash for spec in sizes))
+            stack.enter_context(held(Path(into), "converge"))
+        study = study_of(
+            loaded, wanted, cache, _part(tolerance), factor, most, jobs, told=_told(wanted)
+        )
+        directory = Path(output) if output else Path("results") / f"{loaded.name}-converge"
+        with written_alone(directory):
+            page = files.write(study, loaded.name, directory)
+        for line in [*files.told(study), files.advice(study)]:
+            click.echo(line)
+        if into:
+            click.echo(carry.carry_into(study, Path(into)))
     click.echo(f"page: {page}")
     sys.exit(0 if study.converged else 1)
 

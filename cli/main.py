@@ -18,6 +18,7 @@ from click.shell_completion import shell_complete
 
 from softact.errors import NOT_IN_LOCALE, NOT_UTF8, SoftactError
 from softact.nearest import nearest
+from softact.orphans import leave_current_folder
 from softact.streams import abandon_stdout, make_safe
 
 WRONG_INPUT, BUG, INTERRUPTED, BROKEN_PIPE = 2, 70, 130, 141
@@ -127,6 +128,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         # As an exception, so that processes of the solver do not outlive this one.
         signal.signal(number, _leave)
     make_safe()
+    if arguments is None:  # as a program
+        leave_current_folder()
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in arguments
     sys.exit(_run([a for a in arguments if a != "--debug"], debug))

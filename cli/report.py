@@ -46,6 +46,11 @@ def report(
       softact report results/pneunet_glove --targets glove
       softact report results/pneunet_glove --animate gif
     """
+
+    def tell_error(line: str) -> None:
+        click.echo(line, err=True)
+
+    from softact.folder_lock import held
     from softact.report import animation, write_report
     from softact.report import targets as published
     from softact.report.remembered import remember, remembered
@@ -57,12 +62,16 @@ def report(
     if animate:
         animation.check(animate)
     results = read(directory)
-    if forget:
-        (directory / MEASURED).unlink(missing_ok=True)
     called = shlex.join(["softact", "report", str(directory)])
-    remember(directory, read_all(measured, list(results.curve), columns, called))
+    read_in = read_all(measured, list(results.curve), columns, called)
     more = [partial(published.section, wanted=targets)] if targets else []
-    path = write_report(directory, more)
+    with held(directory, "report"):
+        if forget:
+            (directory / MEASURED).unlink(missing_ok=True)
+        remember(directory, read_in)
+        path = write_report(directory, more, tell_error)
+        if animate:
+            film = animation.write_animation(directory, animate)
     tell(directory, remembered(directory))
     for name in targets:
         verdicts = [published.judge(results, asked) for asked in published.requirements(name)]
@@ -70,4 +79,4 @@ def report(
             click.echo(line)
     click.echo(f"wrote {path}")
     if animate:
-        click.echo(f"wrote {animation.write_animation(directory, animate)}")
+        click.echo(f"wrote {film}")

@@ -1,6 +1,5 @@
 """`softact run`: solve one spec."""
 
-import json
 import os
 import shlex
 import sys
@@ -123,18 +122,13 @@ def check_folder(directory: Path, force: bool) -> None:
     if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
         why = "may not be written" if there.is_dir() else "is a file"
         raise SpecError(f"{directory}: {there} {why}; name another folder with -o DIR")
-    if force or not directory.is_dir() or not any(directory.iterdir()):
+    from softact.folder_lock import LOCK
+    from softact.results import holds_results
+
+    if force or not directory.is_dir() or not {path.name for path in directory.iterdir()} - {LOCK}:
         return
-    if not _holds_results(directory):
+    if not holds_results(directory):
         raise SpecError(
             f"{directory}: the folder holds other files than results of softact; "
             "name another with -o DIR, or add --force to write into it all the same"
         )
-
-
-def _holds_results(directory: Path) -> bool:
-    try:
-        found = json.loads((directory / "run.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):
-        return False
-    return isinstance(found, dict) and "status" in found

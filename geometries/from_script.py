@@ -17,6 +17,7 @@ from softact.errors import MeshError
 from softact.geometry import main
 from softact.gmsh_files import guarded, merge_mesh
 from softact.imported import Imported
+from softact.orphans import importable
 from softact.part_size import Drawn
 from softact.scripts import DATA
 from softact.step_names import UNITS
@@ -101,14 +102,12 @@ def _beside(path: Path) -> Iterator[None]:
 
     Nothing compiled is kept: it would be taken for a file that was changed within a second.
     """
-    before, kept = list(sys.path), sys.dont_write_bytecode
-    sys.path.insert(0, str(path.parent))
-    sys.dont_write_bytecode = True
+    kept, sys.dont_write_bytecode = sys.dont_write_bytecode, True
     try:
-        with contextlib.chdir(path.parent):
+        with importable(path.parent), contextlib.chdir(path.parent):
             yield
     finally:
-        sys.path[:], sys.dont_write_bytecode = before, kept
+        sys.dont_write_bytecode = kept
 
 
 if __name__ == "__main__":

@@ -68,7 +68,7 @@ def _regular(path: Path, most: int) -> bytes | None:
         os.close(handle)
 
 
-def write_atomic(path: Path, data: str | bytes) -> None:
+def write_atomic(path: Path, data: str | bytes | memoryview) -> None:
     """Replace ``path`` by ``data`` in one step: a reader sees the old file or the new one.
 
     The data reach the disk before the name does, so that this holds after a power cut too.
@@ -82,9 +82,10 @@ def write_atomic(path: Path, data: str | bytes) -> None:
             file.flush()
             os.fsync(file.fileno())
         os.replace(temporary, path)
-    except OSError:  # a full disk: what is half written would take the last of it
+    except OSError as error:  # a full disk: what is half written would take the last of it
         with contextlib.suppress(OSError):
             temporary.unlink(missing_ok=True)
+        error.filename = os.fspath(path)
         raise
 
 
@@ -122,7 +123,13 @@ def csv_rows(path: Path) -> list[list[str]]:
     Raises OSError as ``open`` does, and ValueError where it is no text in UTF-8.
     """
     with open(path, newline="", encoding="utf-8") as file:
-        return [[_unescaped(cell) for cell in row] for row in csv.reader(file)]
+        return csv_cells(file.read())
+
+
+def csv_cells(text: str) -> list[list[str]]:
+    """The rows of a text of ``csv_text``, its headings first, all cells as text."""
+    rows = csv.reader(io.StringIO(text, newline=""))
+    return [[_unescaped(cell) for cell in row] for row in rows]
 
 
 def _unescaped(cell: str) -> str:

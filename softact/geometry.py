@@ -21,7 +21,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, field_validator, mo
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from softact.errors import GmshKilledError, MeshError, SoftactError, SpecError
-from softact.orphans import bound
+from softact.orphans import bound, environment, python
 from softact.scripts import as_code
 from softact.sheets.pattern import Pattern
 from softact.streams import UTF8
@@ -318,15 +318,13 @@ def _run_gmsh(
         "timeout": timeout,
         "parent": os.getpid(),
     }
-    environment = {k: v for k, v in os.environ.items() if not k.startswith(MPI_PREFIXES)}
-    environment["OMP_NUM_THREADS"] = "1"
     process = subprocess.Popen(
-        bound([sys.executable, "-m", "softact.gmsh_process"]),
+        bound(python("-m", "softact.gmsh_process")),
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         **UTF8,
-        env=environment,
+        env=environment(without=MPI_PREFIXES) | {"OMP_NUM_THREADS": "1"},
         start_new_session=True,
     )
     try:

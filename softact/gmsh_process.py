@@ -7,6 +7,7 @@ import importlib
 import importlib.util
 import json
 import math
+import os
 import signal
 import sys
 from dataclasses import dataclass
@@ -79,7 +80,8 @@ def load(job: dict) -> Geometry:
     try:
         module = module or importlib.import_module(job["module"].replace("__main__", ""))
     except (ImportError, ValueError):
-        # A script of the user's, or one that runs by itself.
+        # A script of the user's, or one that runs by itself; what lies beside it comes last.
+        sys.path.append(os.path.dirname(job["file"]))
         spec = importlib.util.spec_from_file_location("geometry_script", job["file"])
         module = importlib.util.module_from_spec(spec)
         sys.modules["geometry_script"] = module

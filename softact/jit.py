@@ -3,6 +3,7 @@
 The cache lives under ``$XDG_CACHE_HOME/softact`` and is keyed by source, compiler flags, versions
 and processor, so that a cache shared between machines never serves wrong code. A library appears
 there by a rename, so that runs at the same time do not disturb each other and no lock is needed.
+Its last bytes are the checksum of the others: one that is damaged is made anew.
 With a warm cache neither UFL nor FFCx is run: a form is known by the text of the module that
 writes it, its name and its arguments.
 """
@@ -22,6 +23,8 @@ from pathlib import Path
 
 from softact.errors import SoftactError
 from softact.streams import UTF8
+
+_CHECKSUM = hashlib.sha256().digest_size
 
 # -Ofast would let the compiler assume that NaN does not occur; a NaN must reach the solver.
 FLAGS = ("-O3", "-march=native", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=fast")
@@ -140,19 +143,29 @@ def _function(source: str, name: str) -> str:
 
 def _load(comm, name: str, key: str, generate: Callable[[], str]) -> ctypes.CDLL:
     digest = hashlib.sha256(key.encode()).hexdigest()[:16]
-    library = cache_folder() / f"{name}-{digest}.so"
-    failure = None
-    if comm.rank == 0 and not library.exists():
-        try:
+    library = failure = None
+    try:
+        library = cache_folder() / f"{name}-{digest}.so"
+        if comm.rank == 0 and not _sound(library):
             _compile(generate(), library)
-        except SoftactError as error:
-            failure = error
-        except OSError as error:  # a folder that is read-only, a home that FFCx cannot look into
-            failure = no_room(error)
-    failure = comm.bcast(failure)
+    except SoftactError as error:
+        failure = error
+    except OSError as error:  # a folder that is read-only, a home that FFCx cannot look into
+        failure = no_room(error)
+    failure = next((found for found in comm.allgather(failure) if found is not None), None)
     if failure is not None:
         raise failure
     return ctypes.CDLL(str(library))
+
+
+def _sound(library: Path) -> bool:
+    """Whether a library is there as it was made; loading another could end the process."""
+    try:
+        content = library.read_bytes()
+    except OSError:
+        return False
+    code, checksum = content[:-_CHECKSUM], content[-_CHECKSUM:]
+    return hashlib.sha256(code).digest() == checksum
 
 
 def _compile(source: str, library: Path) -> None:
@@ -160,15 +173,24 @@ def _compile(source: str, library: Path) -> None:
     with tempfile.TemporaryDirectory(dir=library.parent) as folder:
         code, made = Path(folder) / f"{library.stem}.c", Path(folder) / library.name
         code.write_text(source, encoding="utf-8")
-        command = [compiler, *FLAGS, "-std=c17", "-shared", "-fPIC", "-o", made, code, "-lm"]
-        try:
-            done = subprocess.run(command, capture_output=True, check=False, **UTF8)
-        except FileNotFoundError as error:
-            raise SoftactError(
-                f"no C compiler '{compiler}': install one with 'apt-get install gcc'"
-            ) from error
-        if done.returncode:
-            raise SoftactError(
-                f"'{compiler}' could not compile {code.name}: {done.stderr.strip()[-300:]}"
-            )
+        _call(compiler, code, made)
+        checksum = hashlib.sha256(made.read_bytes()).digest()
+        with open(made, "ab") as file:  # nobody looks behind the last section of a library
+            file.write(checksum)
+            file.flush()
+            os.fsync(file.fileno())
         os.replace(made, library)
+
+
+def _call(compiler: str, code: Path, made: Path) -> None:
+    command = [compiler, *FLAGS, "-std=c17", "-shared", "-fPIC", "-o", made, code, "-lm"]
+    try:
+        done = subprocess.run(command, capture_output=True, check=False, **UTF8)
+    except (FileNotFoundError, PermissionError) as error:
+        raise SoftactError(
+            f"no C compiler '{compiler}': install one with 'apt-get install gcc'"
+        ) from error
+    if done.returncode:
+        raise SoftactError(
+            f"'{compiler}' could not compile {code.name}: {done.stderr.strip()[-300:]}"
+        )

@@ -75,6 +75,8 @@ class Ladder:
         """Go on from a checkpoint inside the step."""
         stepper = self.stepper
         self.path, self.size, self.traced_at = inside.path, inside.size, inside.traced_at
+        if inside.passed:
+            self.passed.take(inside.passed)
         for point in self.path:
             self.passed.add(point.s, point.x)
         stepper.go_to(self.drive, self.path[-1])
@@ -221,6 +223,7 @@ class Ladder:
                 list(stepper.progress.remarks),
                 list(stepper.progress.notes),
                 asdict(stepper.newton.counts),
+                passed=self.passed.kept(),
             )
         )
 

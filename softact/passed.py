@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from softact.model import Model
@@ -40,6 +42,26 @@ class Passed:
         if len(self._here) > 1:
             self._left.append(self._here)
         self._here = []
+
+    def kept(self) -> dict[str, np.ndarray]:
+        """All that is known, of this process, as arrays by name; for ``take``."""
+        branches = [*self._left, self._here]
+        points = [(n, *point) for n, branch in enumerate(branches) for point in branch]
+        numbers, fractions, states = zip(*points, strict=True)
+        return {
+            "branch": np.array(numbers),
+            "fraction": np.array(fractions),
+            "state": np.array(states, dtype=np.float32),  # a sample, to tell far from near
+            "left": np.array(len(self._left)),
+        }
+
+    def take(self, kept: Mapping[str, np.ndarray]) -> None:
+        """Know what ``kept`` gave, and nothing else."""
+        branches = [[] for _ in range(int(kept["left"]) + 1)]
+        points = zip(kept["branch"], kept["fraction"], kept["state"], strict=True)
+        for number, fraction, state in points:
+            branches[number].append((float(fraction), state.astype(float)))
+        *self._left, self._here = branches
 
     def returned(self, last: np.ndarray, x: np.ndarray, fraction: float) -> bool:
         """Whether a state x (local,), reached from ``last``, is on a branch that was left."""

@@ -14,6 +14,7 @@ from softact.from_spec import load_steps, parameters, supports_of
 from softact.measures import MEASURES
 from softact.measures.failure import SHARE
 from softact.results import NO_EQUILIBRIUM, read
+from softact.resuming import identity
 from softact.settings import Settings
 from softact.snapshot import Snapshot, gather_mesh, gather_nodes
 from softact.spec import plausible
@@ -40,6 +41,7 @@ class Recorder:
         self.row: dict = model.comm.bcast(writer.last_row if writer is not None else None)
         self.write_time = 0.0
         self.verdict: Verdict | None = None  # on rank 0, at the end
+        self.identity = identity(spec) if writer is not None else {}
         if start is None:
             self._write_mesh()
 
@@ -164,7 +166,8 @@ class Recorder:
 
     def _checkpoint(self, checkpoint) -> None:
         started = time.perf_counter()
-        data = pack(self.model, checkpoint)
+        curve = self.writer.curve if self.writer is not None else ""
+        data = pack(self.model, replace(checkpoint, curve=curve, spec=self.identity))
         if self.writer is not None:
             self.writer.checkpoint(data)
         self.write_time += time.perf_counter() - started

@@ -9,19 +9,21 @@ import re
 import shutil
 import signal
 import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from softact.errors import OUT_OF_MEMORY, NoEquilibriumError, SoftactError, SpecError
-from softact.files import write_atomic
+from softact.errors import OUT_OF_MEMORY, CannotWriteError, NoEquilibriumError, SoftactError
+from softact.files import json_text, write_atomic
+from softact.folder_lock import held
 from softact.geometry import make_mesh
-from softact.orphans import bound
-from softact.results import RESTART
+from softact.orphans import bound, environment, python
+from softact.results import COMPLETE, INCOMPLETE
+from softact.resuming import to_resume
+from softact.run_log import RunLog
 from softact.spec import plausible
 from softact.streams import UTF8
 from softact.verdict import Verdict
@@ -77,9 +79,10 @@ def run(
     ``directory`` from its last accepted increment; the spec may have further steps, and a finished
     last step other loads.
 
-    Raises MeshError before anything is written, CannotWriteError where the disk is full or the
-    folder read-only, and SolverCrashError where the solver's process ends in a way that it could
-    not tell of itself.
+    Raises MeshError before anything is written, FolderBusyError where another process writes into
+    the folder, DamagedResultError where the run there cannot go on, CannotWriteError where the disk
+    is full or the folder read-only, and SolverCrashError where the solver's process ends in a way
+    that it could not tell of itself.
     """
     directory = Path(directory)
     progress = _remembering(directory, measured, progress or (lambda event: None))
@@ -90,62 +93,47 @@ def run(
     if spec.sheets and processes > 1:
         processes = 1
         notes += ["sheets are computed by one process: the others are left out"]
-    started = time.perf_counter()
-    old = _to_resume(spec, directory) if resume else None
-    if old and old.finished_as(spec):
-        if measured and report:
-            _report(directory, measured)
-        return Outcome(old.status, directory, None, old.verdict)
-    with _scratch(scratch) as folder:
-        mesh_file, spec_file = folder / "mesh.msh", folder / "spec.yaml"
-        job_file, log = folder / "job.json", _Log(started)
+    with held(directory, "run", {"run.json": json_text({"status": INCOMPLETE})}) as inherited:
+        old = to_resume(spec, directory) if resume else None
+        if resume and old is None:
+            notes.append(f"{directory}: there is nothing to go on from; solved from the beginning")
+        finished = old is not None and old.finished_as(spec)
+        if finished:
+            _remember(directory, measured)
+            outcome = Outcome(COMPLETE, directory, None, old.verdict)
+        else:
+            with _scratch(scratch) as folder:
+                goes_on = old is not None
+                log = RunLog(directory, goes_on)
+                solver = _Solver(spec, directory, folder, progress, log, inherited, goes_on)
+                last = solver.run(notes, processes, threads)
+            verdict = verdict_of(last.get("verdict"))
+            outcome = Outcome(last["status"], directory, last.get("message"), verdict)
+        # A run that was killed while its report was made is finished, and has none.
+        if report and (not finished or measured or not (directory / "report.html").exists()):
+            progress({"stage": "report"})
+            from softact.report import write_report
 
-        def say(texts: Sequence[str]) -> None:
-            log.note(texts)
-            for text in texts:
-                progress({"stage": "note", "text": text})
-
-        def prepare() -> None:
-            """Mesh, what is to be said of it, and the job that the solver waits for."""
-            progress({"stage": "mesh"})
-            say(make_mesh(spec.geometry, mesh_file))
-            spec_file.write_text(spec.to_yaml(), encoding="utf-8")
-            job = {
-                "spec": str(spec_file),
-                "mesh": str(mesh_file),
-                "directory": str(directory.absolute()),
-                "times_s": {"mesh": time.perf_counter() - started},
-                "old_steps": old.steps if old else None,
-            }
-            write_atomic(job_file, json.dumps(job))
-
-        say(notes)
-        last = _solve(job_file, prepare, directory, processes, threads, progress, log)
-    if report:
-        progress({"stage": "report"})
-        _report(directory, ())
-    return Outcome(last["status"], directory, last.get("message"), verdict_of(last.get("verdict")))
+            write_report(directory)
+        return outcome
 
 
 def _remembering(directory: Path, measured: Sequence[Measured], progress: Progress) -> Progress:
     """The same, which copies measured curves into the folder as soon as that is there."""
 
     def both(event: Mapping) -> None:
-        if event["stage"] == "solve" and measured:
-            from softact.report.remembered import remember
-
-            remember(directory, measured)
+        if event["stage"] == "solve":
+            _remember(directory, measured)
         progress(event)
 
     return both
 
 
-def _report(directory: Path, measured: Sequence[Measured]) -> None:
-    from softact.report import write_report
-    from softact.report.remembered import remember
+def _remember(directory: Path, measured: Sequence[Measured]) -> None:
+    if measured:
+        from softact.report.remembered import remember
 
-    remember(directory, measured)
-    write_report(directory)
+        remember(directory, measured)
 
 
 def usual_processes(spec) -> int:
@@ -159,7 +147,7 @@ def _scratch(parent: Path | None) -> Iterator[Path]:
     """A fresh folder, removed afterwards as far as that is allowed; tempfile.TemporaryDirectory of
     Python 3.11 never comes back from a folder that it may not empty."""
     try:
-        folder = Path(tempfile.mkdtemp(prefix="softact-", dir=parent))
+        folder = Path(tempfile.mkdtemp(prefix="softact-", dir=parent)).absolute()
     except OSError as error:
         why = error.strerror or str(error)
         raise CannotWriteError(
@@ -172,91 +160,107 @@ def _scratch(parent: Path | None) -> Iterator[Path]:
 
 
 @dataclass(frozen=True)
-class _Old:
-    """A run that can be resumed."""
+class _Solver:
+    """The processes that solve one spec.
 
-    status: str
-    steps: list[dict]
-    verdict: Verdict | None
-
-    def finished_as(self, spec) -> bool:
-        """Whether nothing is left to solve."""
-        return self.status == "complete" and self.steps == _dump(spec)["steps"]
-
-
-def _dump(spec) -> dict:
-    return spec.model_dump(mode="json", exclude_none=True)
-
-
-def _to_resume(spec, directory: Path) -> _Old | None:
-    """The run in a folder; None where there is nothing to go on from.
-
-    Raises SpecError where it is the run of another spec.
+    scratch: folder of the mesh and of the job. It is their current folder too: what lies in the
+    caller's (PETSc's .petscrc, say) is no business of theirs. inherited: what holds ``directory``.
     """
-    from softact.spec import load
 
-    stored, known = directory / "spec.yaml", directory / "run.json"
-    if not all(file.is_file() for file in (stored, known, directory / RESTART)):
-        return None
-    old, new = _dump(load(str(stored))), _dump(spec)
-    texts = {"name", "description", "source", "assumptions", "steps"}
-    differing = [key for key in (old | new) if old.get(key) != new.get(key) and key not in texts]
-    if differing:
-        raise SpecError(
-            f"{directory}: holds the run of another spec ({', '.join(differing)} differ); a run is "
-            "resumed with its own spec, in which only later steps may change"
-        )
-    story = json.loads(known.read_text(encoding="utf-8"))
-    return _Old(story["status"], old["steps"], verdict_of(story.get("verdict")))
+    spec: Any
+    directory: Path
+    scratch: Path
+    progress: Progress
+    log: RunLog
+    inherited: tuple[int, ...]
+    resume: bool
 
+    def run(self, notes: Sequence[str], processes: int, threads: int | None) -> Mapping:
+        """Start the worker, pass its events on and log them; returns its last event.
 
-def _solve(
-    job_file: Path,
-    prepare: Callable[[], None],
-    directory: Path,
-    processes: int,
-    threads: int | None,
-    progress: Progress,
-    log: _Log,
-) -> Mapping:
-    """Start the worker, pass its events on and write its log; returns its last event.
-
-    The worker loads its libraries while ``prepare`` writes the job, but after it where the run has
-    been given one thread: others run beside it, and it takes no more than one core.
-    """
-    last: dict = {}
-    errors = job_file.with_name("stderr")
-    beside = threads != 1
-    if not beside:
-        prepare()
-    with errors.open("wb") as stderr:
-        process = subprocess.Popen(
-            _command(job_file, processes),
-            stdout=subprocess.PIPE,
-            stderr=stderr,
-            **UTF8,
-            env=_environment(processes, threads),
-            start_new_session=True,
-        )
-        try:
-            if beside:
-                prepare()
-            for line in process.stdout:
-                try:
-                    last = json.loads(line)
-                except ValueError:
-                    continue
-                log.add(last)
-                progress(last)
-            code = process.wait()
-        except BaseException:
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGTERM)
-            process.wait()
-            raise
-    if directory.is_dir():
+        The worker loads its libraries while ``_prepare`` writes the job, but after it where the run
+        has been given one thread: others run beside it, and it takes no more than one core.
+        """
+        last: dict = {}
+        self._note(notes)
+        errors = self.scratch / "stderr"
+        beside = threads != 1
+        if not beside:
+            self._prepare()
+        with errors.open("wb") as stderr:
+            process = subprocess.Popen(
+                _command(self._job_file, processes),
+                stdout=subprocess.PIPE,
+                stderr=stderr,
+                **UTF8,
+                cwd=self.scratch,
+                env=_environment(processes, threads, self.scratch),
+                pass_fds=self.inherited,
+                start_new_session=True,
+            )
+            try:
+                if beside:
+                    self._prepare()
+                for line in process.stdout:
+                    event = _event(line)
+                    if event:
+                        last = event
+                        self._tell(event)
+                code = process.wait()
+            except BaseException:
+                with contextlib.suppress(ProcessLookupError):
+                    os.killpg(process.pid, signal.SIGTERM)
+                process.wait()
+                raise
         noise = errors.read_text(encoding="utf-8", errors="replace")
-        write_atomic(directory / "log.txt", log.text() + noise)
+        self.log.add(*noise.splitlines())
+        return _ended(last, code, errors)
+
+    @property
+    def _job_file(self) -> Path:
+        return self.scratch / "job.json"
+
+    def _prepare(self) -> None:
+        """Mesh, what is to be said of it, and the job that the worker waits for."""
+        started = time.perf_counter()
+        mesh_file, spec_file = self.scratch / "mesh.msh", self.scratch / "spec.yaml"
+        self.progress({"stage": "mesh"})
+        self._note(make_mesh(self.spec.geometry, mesh_file))
+        spec_file.write_text(self.spec.to_yaml(), encoding="utf-8")
+        job = {
+            "spec": str(spec_file),
+            "mesh": str(mesh_file),
+            "directory": str(self.directory.absolute()),
+            "times_s": {"mesh": time.perf_counter() - started},
+            "resume": self.resume,
+        }
+        write_atomic(self._job_file, json.dumps(job))
+
+    def _tell(self, event: Mapping) -> None:
+        if event["stage"] == "solve":  # the results that were in the folder are gone
+            self.log.begin()
+        verdict = verdict_of(event.get("verdict"))
+        self.log.add_now(log_line(event), *(verdict.lines if verdict else []))
+        self.progress(event)
+
+    def _note(self, texts: Sequence[str]) -> None:
+        """Tell what the user should know, apart from what happens when."""
+        self.log.add(*texts)
+        for text in texts:
+            self.progress({"stage": "note", "text": text})
+
+
+def _event(line: str) -> dict:
+    """The event in a line; an empty one where it is something else, such as a library's words."""
+    try:
+        found = json.loads(line)
+    except ValueError:
+        return {}
+    return found if isinstance(found, dict) and "stage" in found else {}
+
+
+def _ended(last: Mapping, code: int, errors: Path) -> Mapping:
+    """The worker's last event, or what it means as an exception."""
     if last.get("stage") == "error":
         if last.get("cannot_write"):
             raise CannotWriteError(*last["lines"])
@@ -273,10 +277,6 @@ def _solve(
 _NO_MEMORY = re.compile(
     r"MemoryError|bad_alloc|Cannot allocate memory|failed to map segment|\bPetscMalloc"
 )
-
-
-class CannotWriteError(SoftactError):
-    """The results could not be written: a full disk, a read-only folder."""
 
 
 class SolverCrashError(SoftactError):
@@ -299,7 +299,7 @@ def _crash(code: int, errors: Path) -> str:
 
 
 def _command(job_file: Path, processes: int) -> list[str]:
-    worker = [sys.executable, "-m", "softact.worker", str(job_file)]
+    worker = python("-m", "softact.worker", job_file)
     if processes == 1:
         return bound([*worker, str(os.getpid())])
     # Unbound, or two runs side by side would share one core.
@@ -315,47 +315,30 @@ _OF_A_JOB = (
 )  # fmt: skip
 
 
-def _environment(processes: int, threads: int | None = None) -> dict[str, str]:
-    """Threads: all cores for one process, one for each of several (MUMPS uses them in BLAS)."""
+def _environment(processes: int, threads: int | None, scratch: Path) -> dict[str, str]:
+    """Threads: all cores for one process, one for each of several (MUMPS uses them in BLAS).
+
+    scratch: folder of what one process leaves when it is stopped; mpirun clears up after several.
+    """
     usual = str(len(os.sched_getaffinity(0)) if processes == 1 else 1)
-    inherited = {n: value for n, value in os.environ.items() if not n.startswith(_OF_A_JOB)}
-    environment = {"OPENBLAS_NUM_THREADS": usual, **inherited, "OMP_NUM_THREADS": "1"}
+    variables = {"OPENBLAS_NUM_THREADS": usual, **environment(_OF_A_JOB), "OMP_NUM_THREADS": "1"}
     if threads:
-        environment["OPENBLAS_NUM_THREADS"] = str(threads)
+        variables["OPENBLAS_NUM_THREADS"] = str(threads)
     # All processes are on this machine and talk by shared memory: looking for networks takes each
     # of them 0.2 s, and leaving them at the end 1 s; without one, Open MPI 5 complains of TCP.
     # Python looks for a folder that can be written; Open MPI would end where TMPDIR is none.
-    environment["TMPDIR"] = tempfile.gettempdir()
-    environment |= {"OMPI_MCA_pml": "ob1", "OMPI_MCA_btl": "self,vader"}
+    variables["TMPDIR"] = tempfile.gettempdir()
+    variables |= {"OMPI_MCA_pml": "ob1", "OMPI_MCA_btl": "self,vader"}
     if processes > 1:
-        environment["OPENBLAS_NUM_THREADS"] = "1"
+        variables["OPENBLAS_NUM_THREADS"] = "1"
         # Waiting processes give their core away: another program may need it.
-        environment["OMPI_MCA_mpi_yield_when_idle"] = "1"
+        variables["OMPI_MCA_mpi_yield_when_idle"] = "1"
     else:
-        environment["OMPI_MCA_ess_singleton_isolated"] = "1"  # no daemon beside it
+        variables["OMPI_MCA_ess_singleton_isolated"] = "1"  # no daemon beside it
+        variables["TMPDIR"] = str(scratch)
     if os.geteuid() == 0:
-        environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
-    return environment
-
-
-class _Log:
-    """What log.txt holds: the seconds since the start, and a line for each event."""
-
-    def __init__(self, started: float):
-        self._started, self._lines = started, []
-
-    def note(self, texts: Sequence[str]) -> None:
-        """What the user should know, apart from what happens when."""
-        self._lines += texts
-
-    def add(self, event: Mapping) -> None:
-        seconds = time.perf_counter() - self._started
-        verdict = verdict_of(event.get("verdict"))
-        lines = [log_line(event), *(verdict.lines if verdict else [])]
-        self._lines += [f"{seconds:8.1f} s  {line}" for line in lines]
-
-    def text(self) -> str:
-        return "\n".join(self._lines) + "\n"
+        variables |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+    return variables
 
 
 #: What is being tried under each control of an attempt.

@@ -158,7 +158,8 @@ class Stepper:
         self.model.contacts.resume(self.state)
         self.progress.attempts = [Attempt(**attempt) for attempt in start.attempts]
         self.progress.remarks, self.progress.notes = list(start.remarks), list(start.notes)
-        self.newton.counts = Counts(**start.counts)
+        modes = [a.unstable_modes for a in self.progress.attempts if a.converged]
+        self.newton.resume(Counts(**start.counts), modes[-1] if modes else 0)
         self.accepted = start.rows
 
     def record(self, attempt: Attempt) -> None:

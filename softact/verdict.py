@@ -17,7 +17,7 @@ import numpy as np
 
 from softact import gives_way
 from softact.errors import SpecError
-from softact.files import json_text, write_atomic
+from softact.files import write_atomic
 from softact.measures.strain import BEYOND_COLUMN, BOUND, JACOBIAN_COLUMN, PERCENTILE_COLUMN
 from softact.overlap import first_overlap
 from softact.reached import moving_rows
@@ -31,6 +31,7 @@ from softact.results import (
     place_text,
     read,
 )
+from softact.run_json import RUN, run_text
 
 GREEN, AMBER, RED = "green", "amber", "red"
 WORDS = {GREEN: "solved and trusted", AMBER: "solved, but", RED: "not solved"}
@@ -128,21 +129,24 @@ def store(directory: Path) -> Verdict:
     folder that counts."""
     results = read(directory)
     verdict = judge(results)
-    write_atomic(directory / "run.json", json_text({**results.run, "verdict": verdict.data()}))
+    write_atomic(directory / RUN, run_text({**results.run, "verdict": verdict.data()}))
     return verdict
 
 
 def _of_fields(results: Results) -> list[Reason]:
-    """What the fields say: nothing is thought of a run whose fields cannot be read."""
-    faults = list(results.faults)
-    if not faults and results.increments:
+    """What the fields say, and what of the folder is damaged."""
+    found, faults = [], list(results.faults)
+    looked_at = bool(results.increments) or not faults
+    if results.increments:
         try:
             said = gives_way.told(results)
-            return [*([Reason("limit", said)] if said else []), *_overlap(results)]
-        except (SpecError, OSError, KeyError, ValueError, RuntimeError) as error:  # a torn file
-            faults = [f"fields.h5 cannot be read: {error}"]
-    text = "whether the actuator passes through itself was not looked at: "
-    return [Reason("unread", text + "; ".join(faults))] if faults else []
+            found = [*([Reason("limit", said)] if said else []), *_overlap(results)]
+        except SpecError as error:  # fields that are damaged
+            looked_at, faults = False, list(dict.fromkeys([*faults, *error.lines]))
+    if faults:
+        text = "" if looked_at else "whether the actuator passes through itself was not looked at: "
+        found.append(Reason("unread", text + "; ".join(faults)))
+    return found
 
 
 def _told(results: Results) -> Iterator[Reason]:

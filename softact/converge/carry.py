@@ -9,10 +9,11 @@ from softact import verdict
 from softact.converge.output import summary
 from softact.converge.richardson import NOTHING, SAFETY
 from softact.converge.study import Convergence
-from softact.errors import SpecError
-from softact.files import csv_rows, csv_text, json_text, write_atomic
+from softact.errors import DamagedResultError, SpecError
+from softact.files import csv_text, json_text, write_atomic
 from softact.report import write_report
-from softact.results import COMPLETE, MESH_ERROR, read
+from softact.results import COMPLETE, MESH_ERROR, SUMMARY, checksums, read, read_cells
+from softact.run_json import RUN, run_text
 from softact.sweep import record
 
 #: Two runs of one spec are the same run within this part of the value, or of its error bar.
@@ -21,8 +22,12 @@ _COLUMN = "_mesh_error"
 
 
 def check_folder(directory: Path, hashes: Iterable[str]) -> None:
-    """Raise SpecError unless a result folder is complete and of a spec with one of ``hashes``."""
+    """Raise SpecError unless a result folder is sound, complete and of a spec with one of
+    ``hashes``."""
     results = read(directory)
+    faults = [*results.faults, *results.spec_faults]
+    if faults:
+        raise DamagedResultError(*faults)
     if results.status != COMPLETE or not results.summary:
         raise SpecError(f"{directory}: the run there is not complete; run it first")
     if results.run.get("spec_hash") not in hashes:
@@ -51,12 +56,13 @@ def carry_into(study: Convergence, directory: Path) -> str:
                 "same mesh; the folder is of another softact: run it again"
             )
     story = {"error_bars": bars, "level": level, "safety": SAFETY, **summary(study)}
-    names, cells = csv_rows(directory / "summary.csv")[:2]
-    pairs = zip(names, cells, strict=True)
-    row = {name: cell for name, cell in pairs if not name.endswith(_COLUMN)}
+    heads, rows = read_cells(directory / SUMMARY)
+    cells = zip(heads, rows[0], strict=True)
+    row = {name: cell for name, cell in cells if not name.endswith(_COLUMN)}
     row |= {f"{measure}{_COLUMN}": bar for measure, bar in bars.items()}
     write_atomic(directory / MESH_ERROR, json_text(story))
-    write_atomic(directory / "summary.csv", csv_text([row]))
+    write_atomic(directory / SUMMARY, csv_text([row]))
+    write_atomic(directory / RUN, run_text(results.run | {"files": checksums(directory)}))
     verdict.store(directory)
     record.refresh(directory)  # where it is a sweep's kept run, it shall stay one
     return f"error bars: {directory / 'summary.csv'} and {write_report(directory)}"

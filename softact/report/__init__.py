@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softact.errors import SpecError
+from softact.errors import SpecError, reason
 from softact.files import write_atomic
 from softact.reached import reached
 from softact.results import Results, read
@@ -27,14 +27,20 @@ __all__ = ["Extra", "write_report"]
 Extra = Callable[[Results], "Section"]
 
 
-def write_report(directory: str | Path, extra: Sequence[Extra] = ()) -> Path:
+def write_report(
+    directory: str | Path,
+    extra: Sequence[Extra] = (),
+    warn: Callable[[str], None] = lambda line: None,
+) -> Path:
     """(Re)build report.html, curve.png, states.png and shape.png; returns the report's path.
 
     extra: further sections; where one raises SpecError, the report says so in its place. Measured
-    curves that stand in the folder (``remembered``) have one of their own.
+    curves that stand in the folder (``remembered``) have one of their own. warn: called with each
+    line that the report has on what is missing or damaged.
 
     A picture or 3-D view that cannot be made does not stop the rest: the report says which is
-    missing and why. Raises SpecError where the folder is not a result folder.
+    missing and why. Raises SpecError where the folder is not a result folder, DamagedResultError
+    where its figures cannot be read.
     """
     # Imported here: a sweep takes a label or a plot from this package, and makes no report.
     from softact.report import curves, overlay, page, pictures, surface
@@ -44,17 +50,17 @@ def write_report(directory: str | Path, extra: Sequence[Extra] = ()) -> Path:
 
     directory = Path(directory)
     results = read(directory)
-    faults = list(results.faults)
+    faults = [*results.faults, *results.spec_faults]
     for name in ("curve.png", "states.png", "shape.png"):
         (directory / name).unlink(missing_ok=True)
     view, parts = None, cache(lambda: surface.skin(results))
     there = bool(results.increments)
-    with pictures.drawing(results, parts) if there else nullcontext(str) as finish:
+    with pictures.drawing(results, parts) if there else nullcontext(lambda marks: "") as finish:
         try:
             if curves.charts(results):
                 write_atomic(directory / "curve.png", curves.picture(results))
         except Exception as error:  # a report without a picture beats no report
-            faults.append(f"curve.png is missing: {error!r}")
+            faults.append(f"curve.png is missing: {reason(error)}")
         if there:
             view = _view(results, parts, faults)
         plotly()
@@ -72,8 +78,11 @@ def write_report(directory: str | Path, extra: Sequence[Extra] = ()) -> Path:
             more.append(make(results))
         except SpecError as error:
             faults += error.lines
+    faults = list(dict.fromkeys(faults))
     path = directory / "report.html"
     write_atomic(path, page.html(results, verdict, view, faults, more))
+    for line in faults:
+        warn(line)
     return path
 
 
@@ -89,5 +98,5 @@ def _view(results: Results, parts: Callable[[], Skin], faults: list[str]) -> dic
     try:
         return viewer.pack(results, parts())
     except Exception as error:  # as above
-        faults.append(f"The 3-D view is missing: {error!r}")
+        faults.append(f"The 3-D view is missing: {reason(error)}")
         return None

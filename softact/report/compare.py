@@ -1,6 +1,6 @@
 """Several result folders in one page: curves over each other, measures, and what was different."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -37,15 +37,23 @@ class Row:
         return [100 * difference / abs(first) for difference in self.differences()]
 
 
-def write_comparison(folders: Sequence[Path], output: Path, wanted: Sequence[str] = ()) -> Path:
+def write_comparison(
+    folders: Sequence[Path],
+    output: Path,
+    wanted: Sequence[str] = (),
+    warn: Callable[[str], None] = lambda line: None,
+) -> Path:
     """Write compare.html, measures.csv and curves.csv into ``output``; returns the page's path.
 
     wanted: names of the applications whose requirements stand beside the runs, see ``targets``.
+    warn: called with each line on what is damaged in the folders.
     Raises SpecError where a folder holds no results, or results without a single state, and for an
     application that is not known.
     """
     targets.check(wanted)
     runs = _read_all(folders)
+    for line in _damages(runs):
+        warn(line)
     names = _names(folders)
     aim, rows = measures(runs)
     output.mkdir(parents=True, exist_ok=True)
@@ -73,6 +81,10 @@ def _read_all(folders: Sequence[Path]) -> list[Results]:
     if faults:
         raise SpecError(*faults)
     return runs
+
+
+def _damages(runs: Sequence[Results]) -> list[str]:
+    return [line for run in runs for line in (*run.faults, *run.spec_faults)]
 
 
 def _names(folders: Sequence[Path]) -> list[str]:
@@ -135,6 +147,9 @@ def html(names: Sequence[str], runs: Sequence[Results], wanted: Sequence[str] = 
         Section("runs", "Runs", _runs(names, runs, verdicts)),
     ]
     lead = f"<p class='lead'>{escape(', '.join(names))}</p>{_verdicts(names, verdicts)}"
+    damages = _damages(runs)
+    if damages:
+        lead += base.banner("warn", "Files are damaged.", "", damages)
     return base.page("Comparison", sections, kicker=f"{len(runs)} runs of softact", lead=lead)
 
 

@@ -31,7 +31,7 @@ def provenance(results: Results) -> str:
     tables = [_table("Run", plain)]
     heads = {"times_s": "Times (s)", "mesh": "Mesh", "counts": "Counts", "versions": "Versions"}
     for key, value in run.items():
-        if isinstance(value, dict) and value:
+        if isinstance(value, dict) and value and key != "files":
             tables.append(_table(heads.get(key, key.replace("_", " ").capitalize()), value))
     return f"<div class='tables'>{''.join(tables)}</div>"
 

@@ -141,7 +141,8 @@ def _banner(results: Results, verdict: Verdict, faults: list[str]) -> str:
     head = f"{verdict.words[:1].upper()}{verdict.words[1:]}"
     head += " …" if verdict.colour == AMBER else "."
     reasons = [r for r in verdict.reasons if r.kind != "end" or results.status == NO_EQUILIBRIUM]
-    items = [*((TITLES[reason.kind], reason.text) for reason in reasons), *faults]
+    items = [(TITLES[reason.kind], reason.text) for reason in reasons]
+    items += [fault for fault in faults if not any(fault in reason.text for reason in reasons)]
     return base.banner(_KINDS[verdict.colour], head, text, items) + _notes(results, verdict)
 
 
