@@ -74,8 +74,7 @@ def _acquired(directory: Path, first: Mapping[str, str]) -> tuple[int, list[Path
             if handle is not None:
                 return handle, []
         except (FileNotFoundError, FileExistsError):  # made or removed by another in between
-            if time.monotonic() > until:
-                raise
+            pass
         if time.monotonic() > until:
             raise FolderBusyError(
                 f"{directory}: {_holder(directory / LOCK)} writes there at the moment; wait for "
