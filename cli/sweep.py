@@ -83,6 +83,7 @@ def sweep(
     sample = sample_of(sensitivity, study) if sensitivity else None
     with written_alone(directory):
         opened = open_study(study, base, cache, directory / ".plan.json", sample and sample.points)
+        opened.plan.remember()
     kept, total = len(opened.points) - _open(opened), len(opened.points)
     click.echo(f"{total} points, {kept} of them known; runs in {cache.directory}")
     if only_list:

@@ -4,6 +4,7 @@ Run by itself it writes a mesh: ``python geometries/from_script.py --file my.py 
 """
 
 import importlib.util
+import sys
 from pathlib import Path
 from typing import ClassVar, Literal
 
@@ -24,11 +25,19 @@ class FromScript(Imported):
     type: Literal["from_script"] = "from_script"
     suffixes: ClassVar[tuple[str, ...]] = (".py", ".geo", ".msh")
 
+    @property
+    def self_contained(self) -> bool:
+        """Only a mesh is; a script may read anything."""
+        return Path(self.file).suffix.lower() == ".msh"
+
     def build(self, gmsh) -> None:
         path = Path(self.file)
         if path.suffix.lower() != ".py":
             gmsh.merge(str(path))
             return
+        # Python takes the compiled form of a module that was edited within the same second for
+        # the new one; nor is the script's folder the place for files of ours.
+        sys.dont_write_bytecode = True
         spec = importlib.util.spec_from_file_location("user_geometry", path)
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)

@@ -25,6 +25,11 @@ class FromStep(Imported):
     type: Literal["from_step"] = "from_step"
     suffixes: ClassVar[tuple[str, ...]] = (".step", ".stp")
 
+    @property
+    def self_contained(self) -> bool:
+        """Solids of other files, to which an assembly may refer, are refused by their number."""
+        return True
+
     def build(self, gmsh) -> None:
         bodies = StepFile(Path(self.file).read_text(errors="replace")).bodies()
         if not bodies:

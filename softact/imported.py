@@ -1,12 +1,12 @@
 """Base of the geometries that come out of a file of the user's: which names mean what."""
 
-import hashlib
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
 from softact.errors import MeshError
+from softact.files import digest
 from softact.geometry import Geometry, Layout
 from softact.units import Length
 
@@ -67,7 +67,12 @@ class Imported(Geometry):
 
     def content(self) -> str:
         """A number that changes with the file's content, for what is kept by the spec's hash."""
-        return hashlib.sha256(Path(self.file).read_bytes()).hexdigest()[:16]
+        return digest(Path(self.file))
+
+    @property
+    def self_contained(self) -> bool:
+        """Whether the mesh follows from the file's content and the parameters alone."""
+        return False
 
     def mesh(self, gmsh) -> None:
         """See ``Geometry.mesh``; raises MeshError where there is no solid, or one has no name."""

@@ -20,6 +20,7 @@ from typing import NoReturn
 import numpy as np
 
 from softact.errors import OUT_OF_MEMORY, SoftactError
+from softact.files import digest
 
 PETSC_OUT_OF_MEMORY = 55
 _BLAS_BUFFER = 1 << 27  # bytes that OpenBLAS asks for on x86-64
@@ -56,6 +57,7 @@ def solve(
             new_steps = spec.model_dump(mode="json", exclude_none=True)["steps"]
             begin = checkpoint.first_to_solve(start, old_steps, new_steps)
     known = {"mesh": {"cells": mesh.cell_count, "unknowns": unknowns}}
+    known["mesh_hash"] = digest(mesh_file)
     writer = _writer(comm, spec, directory, known, start)
     # A new writer has no rows: then nothing is left to go on from.
     if start is not None and comm.bcast(writer is not None and not writer.last_row):
@@ -129,8 +131,12 @@ def main(job_file: str, parent: str | None = None) -> int:
         print_event({"stage": "error", "exit_code": 70, "lines": [OUT_OF_MEMORY]})
         os._exit(70)
 
+    import petsc4py
     from mpi4py import MPI
 
+    # Options in .petscrc, of the home or of the folder that softact is called in, would change
+    # results without a word in the spec.
+    petsc4py.init(["softact", "-skip_petscrc"])
     # While the mesh is made: these take as long.
     from softact import recorder, results_writer  # noqa: F401
     from softact import spec as specs

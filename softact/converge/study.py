@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from softact.converge.richardson import NOTHING, Estimate, estimate
-from softact.errors import NoEquilibriumError, SoftactError, SpecError
+from softact.errors import NoEquilibriumError, SpecError
 from softact.fit.measured import run_columns
 from softact.measures import MEASURES
 from softact.report.labels import BOOKKEEPING
@@ -124,7 +124,7 @@ def _levels(specs: Sequence[Spec], cache: Cache, jobs: int, told) -> list[Level]
     found: dict[str, Level] = {}
     for answer in run_all({key: lambda s=spec: s for key, spec in keys.items()}, cache, jobs):
         if answer.record is None:
-            raise SoftactError(answer.cause)
+            raise answer.error()
         spec = keys[answer.key]
         if answer.status != COMPLETE:
             sizes = ", ".join(f"{n} {v:g} mm" for n, v in mesh_sizes(spec).items())

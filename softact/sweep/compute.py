@@ -6,15 +6,25 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from softact.errors import GmshKilledError, SoftactError
+from softact.errors import GmshKilledError, SoftactError, SpecError
 from softact.results import read
 from softact.run import CannotWriteError, Progress, run
 from softact.spec import Spec
 from softact.sweep import record, shape
 from softact.sweep.cache import UNWRITABLE, Cache
 from softact.sweep.record import Record
+from softact.sweep.version import run_key
 
 FAILED, INVALID = "failed", "invalid_spec"
+
+_CHANGED = (
+    "a file that the spec names, or that its script reads, has changed since the run was planned, "
+    "or its script makes another mesh each time"
+)
+
+
+class ChangedError(SpecError):
+    """The run that was computed is not the one that was asked for."""
 
 
 @dataclass(frozen=True)
@@ -24,6 +34,7 @@ class Answer:
     record: of its run, None where there is none. status: the record's, "failed" or
     "invalid_spec". cause: why it is not complete, "" where it is. cached: whether the run was
     there before. transient: whether another try could end better (a solver that was killed).
+    exit_code: of a command that can do without this run no further.
     """
 
     key: str | None
@@ -32,6 +43,13 @@ class Answer:
     cause: str
     cached: bool = False
     transient: bool = False
+    exit_code: int = SpecError.exit_code
+
+    def error(self) -> SoftactError:
+        """What a command that needs this run ends with."""
+        error = SoftactError(self.cause)
+        error.exit_code = self.exit_code
+        return error
 
 
 def of_record(found: Record, cached: bool) -> Answer:
@@ -58,8 +76,10 @@ def compute(
         except CannotWriteError:
             raise
         except SoftactError as error:
-            transient = isinstance(error, GmshKilledError) or error.exit_code == 70
-            return Answer(key, None, FAILED, "; ".join(error.lines), transient=transient)
+            again = GmshKilledError, ChangedError
+            transient = isinstance(error, again) or error.exit_code == 70
+            cause, code = "; ".join(error.lines), error.exit_code
+            return Answer(key, None, FAILED, cause, transient=transient, exit_code=code)
         except OSError as error:
             return Answer(key, None, FAILED, str(error), transient=True)
 
@@ -77,6 +97,9 @@ def _solve(spec: Spec, key: str, folder: Path, cache: Cache, progress: Progress 
         if error.errno in UNWRITABLE:
             raise cache.cannot_write(error) from None
         raise
+    # What is kept under a key is what the key says, whatever was edited meanwhile.
+    if run_key(spec, mesh=finished.run.get("mesh_hash", "")) != key:
+        raise ChangedError(_CHANGED)
     found = record.from_results(key, finished, time.perf_counter() - started)
     cache.keep(found, results)
     return found

@@ -1,18 +1,34 @@
-"""What a result depends on beside its spec: the sources of softact, and the platform."""
+"""What a result depends on beside its spec: the sources of softact, the platform, and what a script
+of the user's makes."""
 
 from __future__ import annotations
 
 import hashlib
+import os
 import platform
+import tempfile
 from functools import cache
 from importlib import metadata
 from pathlib import Path
 
+from softact.errors import MeshError
+from softact.files import digest
+from softact.geometry import make_mesh
+from softact.imported import Imported
 from softact.provenance import gmsh_version
+from softact.spec import Spec
 
 #: What makes no number of a run: how it is shown, fitted, swept, or called.
 WITHOUT_EFFECT = ("report", "sweep", "fit", "cards", "cli", "optimise", "converge", "check")
-_PACKAGES = ("fenics-dolfinx", "fenics-basix", "petsc4py", "numpy", "scipy")
+_PACKAGES = (
+    "fenics-dolfinx",
+    "fenics-basix",
+    "fenics-ffcx",
+    "fenics-ufl",
+    "petsc4py",
+    "numpy",
+    "scipy",
+)
 
 
 @cache
@@ -47,10 +63,37 @@ def machine() -> str:
 
 
 def version() -> str:
-    """Code and platform, in one line."""
-    return f"softact {code()}, {machine()}"
+    """Code, platform and the options that PETSc takes from the environment, in one line."""
+    options = " ".join(os.environ.get("PETSC_OPTIONS", "").split())
+    given = f", PETSC_OPTIONS {options}" if options else ""
+    return f"softact {code()}, {machine()}{given}"
 
 
-def run_key(spec) -> str:
-    """32 hexadecimal digits under which the run of a spec is kept."""
-    return hashlib.sha256(f"{spec.hash}, {version()}".encode()).hexdigest()[:32]
+def run_key(spec: Spec, mesh: str | None = None) -> str:
+    """32 hexadecimal digits under which the run of a spec is kept.
+
+    A script may read whatever it likes: modules, files, the environment, the time. All of it comes
+    to bear in the mesh only, so its digest is in the key. mesh: the digest where it is known; None:
+    the script is run, once in this process for each geometry.
+    """
+    parts = [spec.hash, version()]
+    if isinstance(spec.geometry, Imported) and not spec.geometry.self_contained:
+        parts.append(mesh_digest(spec.geometry) if mesh is None else mesh)
+    return hashlib.sha256(", ".join(parts).encode()).hexdigest()[:32]
+
+
+_digests: dict[str, str] = {}
+
+
+def mesh_digest(geometry: Imported) -> str:
+    """Digest of the mesh of a geometry, or why there is none."""
+    name = f"{type(geometry).__name__} {geometry.model_dump_json()}"
+    if name not in _digests:
+        with tempfile.TemporaryDirectory(prefix="softact-key-") as folder:
+            path = Path(folder) / "mesh.msh"
+            try:
+                make_mesh(geometry, path)
+                _digests[name] = digest(path)
+            except MeshError as error:
+                _digests[name] = "; ".join(error.lines)
+    return _digests[name]
