@@ -20,6 +20,14 @@ class SpecError(SoftactError):
     """The spec or another input is wrong (exit 2)."""
 
 
+class FolderBusyError(SoftactError):
+    """Another process of softact writes into the folder at the moment (exit 2)."""
+
+
+class CannotWriteError(SoftactError):
+    """The results could not be written: a full disk, a read-only folder (exit 2)."""
+
+
 class MeshError(SoftactError):
     """The mesh could not be made: gmsh failed, crashed or ran out of time (exit 3)."""
 

@@ -16,7 +16,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from softact.errors import OUT_OF_MEMORY, NoEquilibriumError, SoftactError, SpecError
+from softact.errors import (
+    OUT_OF_MEMORY,
+    CannotWriteError,
+    NoEquilibriumError,
+    SoftactError,
+    SpecError,
+)
 from softact.files import write_atomic
 from softact.geometry import make_mesh
 from softact.orphans import bound
@@ -222,10 +228,6 @@ def _solve(
 _NO_MEMORY = re.compile(
     r"MemoryError|bad_alloc|Cannot allocate memory|failed to map segment|\bPetscMalloc"
 )
-
-
-class CannotWriteError(SoftactError):
-    """The results could not be written: a full disk, a read-only folder."""
 
 
 class SolverCrashError(SoftactError):
