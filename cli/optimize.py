@@ -36,6 +36,7 @@ def optimize(
       softact optimize configs/sweeps/pneunet_optimise.yaml -j 2
     """
     from softact.optimise import page
+    from softact.optimise.check import check
     from softact.optimise.spec import Optimisation
     from softact.optimise.study import Trials, feasible
     from softact.sweep.cache import DEFAULT, Cache
@@ -43,6 +44,7 @@ def optimize(
     from softact.sweep.spec import read
 
     wanted, base = read(Path(file), Optimisation)
+    check(Path(file), wanted, base)
     if trials:
         wanted = wanted.model_copy(update={"trials": trials})
     directory = Path(output) if output else Path("results") / wanted.name

@@ -2,35 +2,52 @@
 
 import contextlib
 import csv
+import glob
 import hashlib
 import io
 import json
 import math
 import os
-from collections.abc import Mapping, Sequence
+import secrets
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 
-def write_atomic(path: Path, data: str | bytes) -> None:
-    """Replace ``path`` by ``data`` in one step: a reader sees the old file or the new one.
+@contextlib.contextmanager
+def replacing(path: Path, suffix: str = ".tmp") -> Iterator[Path]:
+    """A new, empty file beside ``path``, which takes its place in one step when the block is done.
 
-    The data reach the disk before the name does, so that this holds after a power cut too.
+    Nobody can have foreseen its name, and no link is followed: what is written goes into a file of
+    softact's. It reaches the disk before the name does, so that a reader sees the old file or the
+    whole new one after a power cut too. Where the block raises, ``path`` stays as it was.
     """
     path = Path(path)
-    temporary = path.with_name(f".{path.name}.tmp")
-    raw = data.encode() if isinstance(data, str) else data
+    temporary = path.with_name(f".{path.name[:50]}.{secrets.token_hex(8)}{suffix}")
+    os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY | os.O_CLOEXEC, 0o666))
     try:
-        with open(temporary, "wb") as file:
-            file.write(raw)
-            file.flush()
+        yield temporary
+        with open(temporary, "rb") as file:
             os.fsync(file.fileno())
         os.replace(temporary, path)
-    except OSError:  # a full disk: what is half written would take the last of it
+    except BaseException:  # of a full disk, what is half written would take the last
         with contextlib.suppress(OSError):
             temporary.unlink(missing_ok=True)
         raise
+
+
+def write_atomic(path: Path, data: str | bytes) -> None:
+    """Replace ``path`` by ``data`` in one step, see ``replacing``."""
+    with replacing(path) as temporary:
+        temporary.write_bytes(data.encode() if isinstance(data, str) else data)
+
+
+def clear_temporaries(directory: Path, names: Iterable[str]) -> None:
+    """Remove what ``replacing`` has left of files of these names when it was killed."""
+    for name in names:
+        for left in directory.glob(f".{glob.escape(name[:50])}.{'[0-9a-f]' * 16}.*"):
+            left.unlink(missing_ok=True)
 
 
 def digest(path: Path) -> str:

@@ -21,6 +21,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, field_validator, mo
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from softact.errors import GmshKilledError, MeshError, SoftactError, SpecError
+from softact.files import replacing
 from softact.orphans import bound
 from softact.sheets.pattern import Pattern
 from softact.units import LENGTH, dimension_of
@@ -245,19 +246,14 @@ def _write(
 ) -> None:
     if not path.parent.is_dir():
         raise SpecError(f"{path}: there is no folder '{path.parent}'")
-    temporary = path.with_name(f".{path.name}.{os.getpid()}{suffix}")
-    try:
+    with replacing(path, suffix) as temporary:
         if suffix in PATTERNS:
             temporary.write_text(geometry.pattern().text(suffix), encoding="utf-8")
         elif not geometry.layout().regions:
             geometry.export_sheets(temporary, suffix)
         else:
-            temporary.touch()  # or gmsh would be the one to find that it may not
             _run_gmsh(geometry, temporary.resolve(), timeout, part)
             _check_whole(temporary)
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def _check_whole(path: Path) -> None:

@@ -16,7 +16,7 @@ import h5py
 import numpy as np
 
 from softact.errors import SpecError
-from softact.files import csv_text, json_text, write_atomic
+from softact.files import clear_temporaries, csv_text, json_text, write_atomic
 from softact.geometry import Layout
 from softact.results import (
     COMPLETE,
@@ -108,7 +108,7 @@ class ResultsWriter:
             write_atomic(directory / "run.json", start)
             for name in OWN_FILES:
                 (directory / name).unlink(missing_ok=True)
-                (directory / f".{name}.tmp").unlink(missing_ok=True)
+            clear_temporaries(directory, OWN_FILES)
             return
         directory.parent.mkdir(parents=True, exist_ok=True)
         nursery = directory.with_name(f".{directory.name}.new")

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
+from softact.columns import column_fault
 from softact.converge.richardson import NOTHING, Estimate, estimate
 from softact.errors import NoEquilibriumError, SpecError
-from softact.fit.measured import run_columns
-from softact.measures import MEASURES
-from softact.report.labels import BOOKKEEPING
 from softact.results import COMPLETE
 from softact.spec import Spec
-from softact.spec.choice import nearest
 from softact.sweep.cache import Cache
 from softact.sweep.compute import Answer
 from softact.sweep.local import run_all
@@ -142,19 +138,9 @@ def _edge(spec: Spec, record: Record) -> float:
 
 def _check(spec: Spec, measures: Sequence[str]) -> None:
     """Raise SpecError for what no run of the spec can have, before anything is computed."""
-    known = [name for name in run_columns(spec) if name not in BOOKKEEPING]
-    faults = []
-    for measure in measures:
-        if measure in MEASURES:
-            columns = ", ".join(MEASURES[measure].columns)
-            faults.append(f"--measure {measure}: is a group of columns; name one of: {columns}")
-        elif measure not in known:
-            shown = [name for name in known if not re.search(r"_[xyz]_mm$", name)]
-            faults.append(
-                f"--measure {measure}: the run has no such column; {nearest(measure, shown)}"
-            )
-    if faults:
-        raise SpecError(*faults)
+    faults = [(measure, column_fault(measure, spec)) for measure in measures]
+    if any(fault for _, fault in faults):
+        raise SpecError(*(f"--measure {name}: {fault}" for name, fault in faults if fault))
 
 
 def _check_reached(level: Level, measures: Sequence[str]) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from softact.files import csv_text, json_text, write_atomic
+from softact.files import csv_text, json_text, replacing, write_atomic
 from softact.fit.calibrate import Calibration, Request
 from softact.report.labels import column
 
@@ -116,6 +116,5 @@ def _plot(path: Path, outcome: Calibration) -> None:
         panel.set(xlabel=str(abscissa), ylabel=str(label))
         panel.grid(alpha=0.25)
         panel.legend()
-    temporary = path.with_name(f".{path.name}.part")
-    figure.savefig(temporary, format="png", dpi=120)
-    temporary.replace(path)
+    with replacing(path) as temporary:
+        figure.savefig(temporary, format="png", dpi=120)

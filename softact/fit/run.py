@@ -5,8 +5,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from softact.errors import SpecError
+from softact.files import write_atomic
 from softact.fit.candidates import Candidate, chosen
-from softact.fit.card import card_text, numbers, write_text
+from softact.fit.card import card_text, numbers
 from softact.fit.data import Test, read_tests
 from softact.fit.fit import Fit, Options, fit, ranked
 from softact.fit.page import html
@@ -130,11 +131,11 @@ def _write(request: Request, fits: list[Fit], others: dict[str, Law], say) -> No
         text = ""
         say(f"no card: {' '.join(str(error).split())}")
     else:
-        write_text(base.with_suffix(".yaml"), text)
+        write_atomic(base.with_suffix(".yaml"), text)
         say(f"card:    {base}.yaml")
     write_plot(base.with_suffix(".png"), fits, others)
     say(f"plot:    {base}.png")
-    write_text(base.with_suffix(".json"), numbers(fits))
+    write_atomic(base.with_suffix(".json"), numbers(fits))
     say(f"numbers: {base}.json")
-    write_text(base.with_suffix(".html"), html(request.name, fits, others, text))
+    write_atomic(base.with_suffix(".html"), html(request.name, fits, others, text))
     say(f"page:    {base}.html")

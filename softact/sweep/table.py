@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import io
 import math
-import os
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from softact.files import csv_text, write_atomic
+from softact.files import csv_text, replacing, write_atomic
 from softact.sweep.axes import Axis
 from softact.sweep.study import Study
 
@@ -139,16 +138,11 @@ def curves(study: Study, path: Path) -> None:
     places = {r.columns: [names.index(name) for name in r.columns] for r in records}
     for record, start, count in zip(records, first, counts, strict=True):
         stacked[start : start + count, places[record.columns]] = record.table
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        with h5py.File(temporary, "w") as file:
-            text = h5py.string_dtype()
-            file.create_dataset("run", data=[r.key for r in records], dtype=text)
-            file["first"], file["count"] = first, counts
-            steps = [step for record in records for step in record.steps]
-            file.create_dataset("step", data=steps, dtype=text)
-            for name, values in zip(names, stacked.T, strict=True):
-                file.create_dataset(f"columns/{name}", data=values, compression="gzip")
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with replacing(path) as temporary, h5py.File(temporary, "w") as file:
+        text = h5py.string_dtype()
+        file.create_dataset("run", data=[r.key for r in records], dtype=text)
+        file["first"], file["count"] = first, counts
+        steps = [step for record in records for step in record.steps]
+        file.create_dataset("step", data=steps, dtype=text)
+        for name, values in zip(names, stacked.T, strict=True):
+            file.create_dataset(f"columns/{name}", data=values, compression="gzip")
