@@ -2,17 +2,23 @@
 
 import contextlib
 import csv
-import glob
+import errno
 import hashlib
 import io
 import json
 import math
 import os
+import re
 import secrets
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+
+#: What no further try mends: the disk is full or broken, the folder is no longer writable.
+UNWRITABLE = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.EIO)
+_LONGEST = 50  # letters of a file's name in that of its temporary one
+_TEMPORARY = re.compile(r"\.(.+)\.[0-9a-f]{16}\.\w+", re.DOTALL)
 
 
 @contextlib.contextmanager
@@ -24,7 +30,7 @@ def replacing(path: Path, suffix: str = ".tmp") -> Iterator[Path]:
     whole new one after a power cut too. Where the block raises, ``path`` stays as it was.
     """
     path = Path(path)
-    temporary = path.with_name(f".{path.name[:50]}.{secrets.token_hex(8)}{suffix}")
+    temporary = path.with_name(f".{path.name[:_LONGEST]}.{secrets.token_hex(8)}{suffix}")
     os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY | os.O_CLOEXEC, 0o666))
     try:
         yield temporary
@@ -43,11 +49,25 @@ def write_atomic(path: Path, data: str | bytes) -> None:
         temporary.write_bytes(data.encode() if isinstance(data, str) else data)
 
 
+def is_temporary(name: str) -> bool:
+    """Whether a file of this name is what ``replacing`` left when it was killed."""
+    return _TEMPORARY.fullmatch(name) is not None
+
+
 def clear_temporaries(directory: Path, names: Iterable[str]) -> None:
     """Remove what ``replacing`` has left of files of these names when it was killed."""
-    for name in names:
-        for left in directory.glob(f".{glob.escape(name[:50])}.{'[0-9a-f]' * 16}.*"):
-            left.unlink(missing_ok=True)
+    of = {name[:_LONGEST] for name in names}
+    for path in list(directory.iterdir()):
+        if (match := _TEMPORARY.fullmatch(path.name)) and match[1] in of:
+            path.unlink(missing_ok=True)
+
+
+def why_unwritable(error: Exception) -> str | None:
+    """The system's words for a full or broken disk, or a folder that may not be written; None where
+    an error is another one."""
+    # HDF5 gives no number, but always the system's words.
+    words = " ".join(str(error).split())
+    return next((said for number in UNWRITABLE if (said := os.strerror(number)) in words), None)
 
 
 def digest(path: Path) -> str:

@@ -189,9 +189,7 @@ class Trials:
         has it no longer. Raises SoftactError where that fails."""
         key = trial.user_attrs["run"]
         if self.cache.find(key) is None:
-            spec = spec_at(
-                self.base, changes_of(self.wanted.parameters, self.coordinates(trial))
-            )
+            spec = spec_at(self.base, changes_of(self.wanted.parameters, self.coordinates(trial)))
             (answer,) = run_all({key: partial(_same_object, spec)}, self.cache, 1)
             if answer.record is None:
                 raise answer.error()

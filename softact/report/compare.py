@@ -10,6 +10,7 @@ import yaml
 
 from softact.errors import SpecError
 from softact.files import csv_text, write_atomic
+from softact.output import Output
 from softact.report import base, curves, labels, requirements, targets
 from softact.report.base import Plot, Section
 from softact.report.view import load, load_name
@@ -35,23 +36,30 @@ class Row:
         return [100 * difference / abs(first) for difference in self.differences()]
 
 
-def write_comparison(folders: Sequence[Path], output: Path, wanted: Sequence[str] = ()) -> Path:
-    """Write compare.html, measures.csv and curves.csv into ``output``; returns the page's path.
+def write_comparison(
+    folders: Sequence[Path], directory: Path, wanted: Sequence[str] = (), force: bool = False
+) -> Path:
+    """Write compare.html, measures.csv and curves.csv into a folder; returns the page's path.
 
     wanted: names of the applications whose requirements stand beside the runs, see ``targets``.
-    Raises SpecError where a folder holds no results, or results without a single state, and for an
-    application that is not known.
+    force: write whatever the folder holds. Raises SpecError where a folder holds no results, or
+    results without a single state, for an application that is not known, and where the outcome may
+    not be written there.
     """
     targets.check(wanted)
     runs = _read_all(folders)
     names = _names(folders)
     aim, rows = measures(runs)
-    output.mkdir(parents=True, exist_ok=True)
-    write_atomic(output / "measures.csv", _measures_csv(names, aim, rows))
-    write_atomic(output / "curves.csv", _curves_csv(names, runs))
-    path = output / "compare.html"
-    write_atomic(path, html(names, runs, wanted))
-    return path
+    texts = {
+        "measures.csv": lambda: _measures_csv(names, aim, rows),
+        "curves.csv": lambda: _curves_csv(names, runs),
+        "compare.html": lambda: html(names, runs, wanted),
+    }
+    output = Output(directory, "compare", force)
+    with output.opened(list(texts)):
+        for name, text in texts.items():
+            write_atomic(output.file(name), text())
+    return directory / "compare.html"
 
 
 def _read_all(folders: Sequence[Path]) -> list[Results]:

@@ -6,12 +6,13 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from softact.errors import GmshKilledError, SoftactError, SpecError
+from softact.errors import CannotWriteError, GmshKilledError, SoftactError, SpecError
+from softact.files import why_unwritable
 from softact.results import read
-from softact.run import CannotWriteError, Progress, run
+from softact.run import Progress, run
 from softact.spec import Spec
 from softact.sweep import record, shape
-from softact.sweep.cache import UNWRITABLE, Cache
+from softact.sweep.cache import Cache
 from softact.sweep.record import Record
 from softact.sweep.version import run_key
 
@@ -94,7 +95,7 @@ def _solve(spec: Spec, key: str, folder: Path, cache: Cache, progress: Progress 
     except CannotWriteError as error:
         raise cache.cannot_write(error) from None
     except OSError as error:
-        if error.errno in UNWRITABLE:
+        if why_unwritable(error):
             raise cache.cannot_write(error) from None
         raise
     # What is kept under a key is what the key says, whatever was edited meanwhile.

@@ -68,11 +68,11 @@ class Plan:
     names, and one version of softact. The key of a geometry that a script makes is never
     remembered: nobody knows what the script reads.
 
-    path: the file, None to remember nothing.
+    path: the file, None where nothing is remembered.
     """
 
     def __init__(self, base: document.Document, path: Path | None = None):
-        self.base, self.path = base, path
+        self.base = base
         self.folders = (Path(base.name).parent, Path())
         text = json.dumps([base.data, self._contents(base.data)], sort_keys=True, default=str)
         self.fingerprint = hashlib.sha256((text + version()).encode()).hexdigest()
@@ -91,11 +91,10 @@ class Plan:
             raise SpecError(*points[0].faults)
         return points
 
-    def remember(self) -> None:
-        """Write the file."""
-        if self.path is not None:
-            data = {"fingerprint": self.fingerprint, "points": self.known}
-            write_atomic(self.path, json.dumps(data))
+    def remember(self, path: Path) -> None:
+        """Write the file, for the next call."""
+        data = {"fingerprint": self.fingerprint, "points": self.known}
+        write_atomic(path, json.dumps(data))
 
     def _point(self, axes: Sequence[Axis], coordinates: Coordinates) -> Point:
         changes = changes_of(axes, coordinates)

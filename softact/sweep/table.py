@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 
 from softact.files import csv_text, replacing, write_atomic
+from softact.output import Output
 from softact.sweep.axes import Axis
 from softact.sweep.study import Study
 
+TABLE, PARQUET, CURVES = FILES = ("sweep.csv", "sweep.parquet", "curves.h5")
 Row = dict[str, float | str]
 FIRST = ("point", "run", "status", "cause", "seconds")
 
@@ -71,12 +73,12 @@ def measure_columns(table: list[Row], study: Study) -> list[str]:
     return list(dict.fromkeys(name for row in table for name in row if name not in known))
 
 
-def write(study: Study, directory: Path) -> list[Row]:
+def write(study: Study, output: Output) -> list[Row]:
     """Write all files of the table; returns the rows."""
     table = rows(study)
-    write_atomic(directory / "sweep.csv", csv_text(table))
-    write_atomic(directory / "sweep.parquet", parquet(table))
-    curves(study, directory / "curves.h5")
+    write_atomic(output.file(TABLE), csv_text(table))
+    write_atomic(output.file(PARQUET), parquet(table))
+    curves(study, output.file(CURVES))
     return table
 
 

@@ -172,7 +172,7 @@ def test_a_remembered_key_knows_the_content_of_the_files_that_are_named(tmp_path
         plan = Plan(base, plan_file)
         before = dict(plan.known)
         plan.points(study.axes, study.design.points(study.axes))
-        plan.remember()
+        plan.remember(plan_file)
         return plan.known == before
 
     assert [remembered(), remembered()] == [False, True]
