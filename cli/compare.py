@@ -13,7 +13,7 @@ from softact.cli._targets import targets_option
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path, file_okay=False),
+    type=click.Path(path_type=Path),
     default=Path("results/comparison"),
     show_default=True,
     metavar="DIR",

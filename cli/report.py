@@ -37,6 +37,8 @@ def report(
       softact report results/pneunet_glove --targets glove
       softact report results/pneunet_glove --animate gif
     """
+    from softact.errors import SpecError
+    from softact.output import holds_results
     from softact.report import animation, write_report
     from softact.report import targets as published
     from softact.results import read
@@ -45,6 +47,8 @@ def report(
     if animate:
         animation.check(animate)
     results = read(directory)
+    if not holds_results(directory):
+        raise SpecError(f"{directory / 'run.json'}: is not of softact, so nothing is written there")
     read_in = read_all(measured, list(results.curve), columns)
     more = [partial(published.section, wanted=targets)] if targets else []
     path = write_report(directory, [*sections(read_in), *more])

@@ -10,6 +10,7 @@ import math
 import os
 import re
 import secrets
+import stat
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -27,13 +28,18 @@ def replacing(path: Path, suffix: str = ".tmp") -> Iterator[Path]:
 
     Nobody can have foreseen its name, and no link is followed: what is written goes into a file of
     softact's. It reaches the disk before the name does, so that a reader sees the old file or the
-    whole new one after a power cut too. Where the block raises, ``path`` stays as it was.
+    whole new one after a power cut too. It has the permissions of the old one. Where the block
+    raises, ``path`` stays as it was.
     """
     path = Path(path)
     temporary = path.with_name(f".{path.name[:_LONGEST]}.{secrets.token_hex(8)}{suffix}")
     os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY | os.O_CLOEXEC, 0o666))
     try:
         yield temporary
+        with contextlib.suppress(FileNotFoundError):
+            there = os.lstat(path).st_mode
+            if stat.S_ISREG(there):
+                os.chmod(temporary, stat.S_IMODE(there))
         with open(temporary, "rb") as file:
             os.fsync(file.fileno())
         os.replace(temporary, path)

@@ -48,7 +48,7 @@ class Output:
     ):
         self.directory, self.command, self.force = Path(directory), command, force
         self.reads, self.kept = list(reads), kept
-        self._own: set[str] = set()
+        self._own = set(self._marker() or ())
 
     def check(self, names: Sequence[str] = ()) -> None:
         """Raise SpecError where the folder, or one of these files in it, may not be written."""
@@ -134,7 +134,7 @@ def check_file(
     or there already and not to be replaced. other: the option that names another."""
     if any(_same(path, read) for read in reads):
         raise SpecError(f"{path}: this file is read by the command; name another with {other}")
-    if path.is_dir() and other == "-o FILE":
+    if path.is_dir() and other != "-o DIR":
         raise SpecError(f"{path}: this is a folder; give the name of a file")
     if os.path.lexists(path) and not may_replace:
         raise SpecError(
@@ -174,7 +174,8 @@ def check_writable(directory: Path) -> None:
     there = next(path for path in (directory, *directory.absolute().parents) if path.exists())
     if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
         why = "may not be written" if there.is_dir() else "is a file"
-        raise SpecError(f"{directory}: {there} {why}; name another folder with -o DIR")
+        what = "" if there == directory else f"{there} "
+        raise SpecError(f"{directory}: {what}{why}; name another folder with -o DIR")
 
 
 def is_empty(directory: Path) -> bool:

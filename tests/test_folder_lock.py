@@ -126,3 +126,10 @@ def test_file_and_link_in_its_place(tmp_path):
     with pytest.raises(CannotWriteError), held(tmp_path, "run"):
         pass
     assert (tmp_path / "mine.txt").read_text() == "mine"
+
+
+def test_a_lock_of_another_program_is_left_alone(tmp_path):
+    (tmp_path / LOCK).write_text("pid 12")
+    with pytest.raises(CannotWriteError, match="lock is not of softact"), held(tmp_path, "run"):
+        pass
+    assert (tmp_path / LOCK).read_text() == "pid 12"

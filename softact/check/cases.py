@@ -10,6 +10,7 @@ from typing import Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from softact.errors import SpecError
+from softact.files import digest
 from softact.spec import Spec, document
 from softact.spec.choice import fault, fault_at
 from softact.spec.faults import fault_lines
@@ -81,13 +82,14 @@ class CaseFile(BaseModel):
 
 @dataclass(frozen=True)
 class Case:
-    """A case as read. name: of its file."""
+    """A case as read. name: of its file. digest: of the file's content."""
 
     name: str
     path: Path
     content: CaseFile
     spec: Spec
     source: document.Document
+    digest: str
 
 
 def find(names: tuple[str, ...]) -> list[Path]:
@@ -111,7 +113,7 @@ def find(names: tuple[str, ...]) -> list[Path]:
 
 def read(path: Path) -> Case:
     """Read a case. Raises SpecError with one line per fault."""
-    source = document.read(path)
+    known, source = digest(path), document.read(path)
     try:
         content = CaseFile.model_validate(source.data)
     except ValidationError as error:
@@ -126,7 +128,7 @@ def read(path: Path) -> Case:
         spec = Spec.model_validate(base.data)
     except ValidationError as error:
         raise SpecError(*fault_lines(error, base, Spec)) from None
-    return Case(path.stem, path, content, spec, source)
+    return Case(path.stem, path, content, spec, source, known)
 
 
 def in_tolerance(value: Value, found: float) -> bool:

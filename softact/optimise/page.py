@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-import shutil
 from contextlib import suppress
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from softact.files import csv_text, write_atomic
+from softact.optimise.store import DATABASE
 from softact.optimise.study import Trials, feasible
+from softact.output import Output
 from softact.report import base, labels, write_report
 from softact.report.base import Section
 from softact.sweep import point, shape
 from softact.sweep.page import MOST_SHAPES, lead, packed, thinned
 from softact.sweep.record import DamagedError, load
 
-BEST = "best"
+TABLE, PAGE, BEST = "trials.csv", "optimise.html", "best"
+FILES = (DATABASE, TABLE, PAGE, BEST)
 
 
 def rows(trials: Trials) -> list[dict[str, Any]]:
@@ -32,28 +34,26 @@ def rows(trials: Trials) -> list[dict[str, Any]]:
     return found
 
 
-def write(trials: Trials, directory: Path) -> Path:
+def write(trials: Trials, output: Output) -> Path:
     """Write trials.csv, the best design's folder and the page; returns the page's path."""
     table = rows(trials)
-    write_atomic(directory / "trials.csv", csv_text(table))
+    write_atomic(output.file(TABLE), csv_text(table))
     best = trials.best()
     if best:
-        _data_sheet(trials, best[-1], directory / BEST)
-    page = directory / "optimise.html"
+        _data_sheet(trials, best[-1], output)
+    page = output.file(PAGE)
     write_atomic(page, html(trials, table))
     return page
 
 
-def _data_sheet(trials: Trials, trial: Any, target: Path) -> None:
+def _data_sheet(trials: Trials, trial: Any, output: Output) -> None:
     """The result folder of a trial with its report; left alone where it is that run already, which
     may have got error bars of the mesh since."""
-    key = trial.user_attrs["run"]
+    target = output.directory / BEST
     with suppress(DamagedError):
-        if load(key, target) is not None:
+        if load(trial.user_attrs["run"], target) and (target / "report.html").is_file():
             return
-    shutil.rmtree(target, ignore_errors=True)
-    shutil.copytree(trials.cache.folder(key), target)
-    write_report(target)
+    write_report(output.results(BEST, trials.folder(trial)))
 
 
 def html(trials: Trials, table: list[dict]) -> str:

@@ -130,7 +130,7 @@ class Cache:
             for path in results.iterdir():
                 _sync(path)
             target = self.folder(found.key)
-            target.parent.mkdir(exist_ok=True)
+            target.parent.mkdir(parents=True, exist_ok=True)
             _sync(results)
             results.rename(target)
             _sync(target.parent)

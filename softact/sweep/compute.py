@@ -59,21 +59,30 @@ def of_record(found: Record, cached: bool) -> Answer:
 
 
 def compute(
-    spec: Spec, key: str, cache: Cache, wait: bool = True, progress: Progress | None = None
+    spec: Spec,
+    key: str,
+    cache: Cache,
+    wait: bool = True,
+    progress: Progress | None = None,
+    processes: int = 1,
+    threads: int | None = 1,
 ) -> Answer:
-    """Solve ``spec`` on one thread unless its run is in the cache; keep the run there.
+    """Solve ``spec`` unless its run is in the cache; keep the run there.
 
     wait: for somebody else who computes it; else BusyError is raised. progress: hears of each
-    increment of a run that is computed. Raises CannotWriteError where the disk is full or
-    read-only: there is no sense in going on. Whatever else goes wrong is told in the answer.
+    increment of a run that is computed. processes, threads: see ``run``; one thread each, unless
+    the key says otherwise. Raises CannotWriteError where the disk is full or read-only: there is no
+    sense in going on. Whatever else goes wrong is told in the answer.
     """
+    given = {"processes": processes, "threads": threads}
     with cache.lock(key, wait):
         found = cache.find(key)
         if found is not None:
             return of_record(found, cached=True)
         try:
             with cache.workspace(key) as folder:
-                return of_record(_solve(spec, key, folder, cache, progress), cached=False)
+                found = _solve(spec, key, folder, cache, progress, given)
+                return of_record(found, cached=False)
         except CannotWriteError:
             raise
         except SoftactError as error:
@@ -85,11 +94,18 @@ def compute(
             return Answer(key, None, FAILED, str(error), transient=True)
 
 
-def _solve(spec: Spec, key: str, folder: Path, cache: Cache, progress: Progress | None) -> Record:
+def _solve(
+    spec: Spec,
+    key: str,
+    folder: Path,
+    cache: Cache,
+    progress: Progress | None,
+    given: dict[str, int | None],
+) -> Record:
     started = time.perf_counter()
     results = folder / "results"
     try:
-        run(spec, results, progress=progress, report=False, threads=1, scratch=folder)
+        run(spec, results, progress=progress, report=False, scratch=folder, **given)
         finished = read(results)
         shape.store(finished)
     except CannotWriteError as error:
@@ -99,7 +115,7 @@ def _solve(spec: Spec, key: str, folder: Path, cache: Cache, progress: Progress 
             raise cache.cannot_write(error) from None
         raise
     # What is kept under a key is what the key says, whatever was edited meanwhile.
-    if run_key(spec, mesh=finished.run.get("mesh_hash", "")) != key:
+    if run_key(spec, mesh=finished.run.get("mesh_hash", ""), **given) != key:
         raise ChangedError(_CHANGED)
     found = record.from_results(key, finished, time.perf_counter() - started)
     cache.keep(found, results)

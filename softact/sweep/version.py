@@ -69,16 +69,21 @@ def version() -> str:
     return f"softact {code()}, {machine()}{given}"
 
 
-def run_key(spec: Spec, mesh: str | None = None) -> str:
+def run_key(
+    spec: Spec, mesh: str | None = None, processes: int = 1, threads: int | None = 1
+) -> str:
     """32 hexadecimal digits under which the run of a spec is kept.
 
     A script may read whatever it likes: modules, files, the environment, the time. All of it comes
     to bear in the mesh only, so its digest is in the key. mesh: the digest where it is known; None:
-    the script is run, once in this process for each geometry.
+    the script is run, once in this process for each geometry. processes, threads: as for ``run``;
+    sums in another order differ in their last digits.
     """
     parts = [spec.hash, version()]
     if isinstance(spec.geometry, Imported) and not spec.geometry.self_contained:
         parts.append(mesh_digest(spec.geometry) if mesh is None else mesh)
+    if (processes, threads) != (1, 1):
+        parts.append(f"{processes} processes, {threads or len(os.sched_getaffinity(0))} threads")
     return hashlib.sha256(", ".join(parts).encode()).hexdigest()[:32]
 
 

@@ -16,6 +16,7 @@ from softact.files import csv_text
 from softact.optimise import page
 from softact.optimise.spec import Optimisation
 from softact.optimise.study import Trials, feasible
+from softact.output import Output
 from softact.results import read as read_results
 from softact.sweep import compute as computing
 from softact.sweep.cache import Cache
@@ -50,7 +51,7 @@ def made_up(monkeypatch):
         bent_beam.write(directory, angle, 2, size={"nx": 6, "ny": 2, "nz": 7})
 
     monkeypatch.setattr(computing, "run", run)
-    monkeypatch.setattr(page, "write_report", lambda directory: None)
+    monkeypatch.setattr(page, "write_report", lambda folder: (folder / "report.html").touch())
     return calls
 
 
@@ -67,7 +68,7 @@ def test_best_of_the_feasible_beats_the_reference(tmp_path, made_up):
     assert study.done[0].values == [100.0]  # the reference comes first
     assert 110 < best.values[0] <= 120
     assert all(t.values[0] > 120 for t in study.done if t.values and not feasible(t))
-    path = page.write(study, tmp_path)
+    path = page.write(study, Output(tmp_path, "optimize"))
     assert "reference" in path.read_text()
     with open(tmp_path / "trials.csv") as file:
         rows = list(csv.DictReader(file))
@@ -83,7 +84,7 @@ def test_failed_runs_are_failed_trials_with_their_cause(tmp_path, made_up):
     assert failed
     assert all(t.user_attrs["cause"] == "block: gmsh crashed" for t in failed)
     assert study.best() == []
-    page.write(study, tmp_path)
+    page.write(study, Output(tmp_path, "optimize"))
 
 
 def test_a_second_call_goes_on(tmp_path, made_up):
@@ -106,13 +107,13 @@ def test_error_bars_carried_into_the_best_design_stay(tmp_path, made_up):
     study = trials(tmp_path, trials=1)
     study.run(1, lambda trial, answer: None)
     best = tmp_path / "best"
-    page.write(study, tmp_path)
+    page.write(study, Output(tmp_path, "optimize"))
     (best / "mesh_error.json").write_text("{}")
     refresh(best)
-    page.write(study, tmp_path)
+    page.write(study, Output(tmp_path, "optimize"))
     assert (best / "mesh_error.json").read_text() == "{}"
     (best / "curve.csv").write_text("torn")
-    page.write(study, tmp_path)
+    page.write(study, Output(tmp_path, "optimize"))
     assert not (best / "mesh_error.json").exists() and len((best / "curve.csv").read_text()) > 99
 
 
@@ -156,7 +157,7 @@ def test_plots_are_in_the_units_that_their_axes_name(tmp_path, made_up):
     )
     study = trials(tmp_path, text, trials=2)
     study.run(1, lambda trial, answer: None)
-    text = page.write(study, tmp_path).read_text()
+    text = page.write(study, Output(tmp_path, "optimize")).read_text()
     found = re.findall(r"<script type='application/json'>(.*?)</script>", text, re.S)
     history, front = map(json.loads, found)
     assert history["y"] == front["y"] == "Cavity volume (mL)"
@@ -305,7 +306,7 @@ def test_choices_of_any_type(tmp_path, made_up, values):
     text = text[: text.index("reference")]
     study = trials(tmp_path, text, trials=6)
     study.run(1, lambda trial, answer: None)
-    assert len(study.done) == 6 and page.write(study, tmp_path).is_file()
+    assert len(study.done) == 6 and page.write(study, Output(tmp_path, "optimize")).is_file()
     assert {str(study.coordinates(t)["materials.body"]) for t in study.done} <= {
         str(value) for value in study.wanted.parameters[1].values
     }
@@ -329,7 +330,7 @@ def test_a_measure_without_a_number_is_a_failed_trial(tmp_path, made_up):
 def test_the_best_run_is_computed_again_where_the_cache_has_gone(tmp_path, made_up):
     trials(tmp_path, trials=2).run(1, lambda trial, answer: None)
     shutil.rmtree(tmp_path / "runs")
-    page.write(trials(tmp_path, trials=2), tmp_path)
+    page.write(trials(tmp_path, trials=2), Output(tmp_path, "optimize"))
     assert read_results(tmp_path / "best").status == "complete"
 
 
