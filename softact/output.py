@@ -171,7 +171,7 @@ def check_results(directory: Path, force: bool, reads: Iterable[Path] = ()) -> N
 
 def check_writable(directory: Path) -> None:
     """Raise SpecError where a folder can neither be made nor written."""
-    there = next(path for path in (directory, *directory.absolute().parents) if path.exists())
+    there = next(path for path in (directory, *directory.parents) if path.exists())
     if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
         why = "may not be written" if there.is_dir() else "is a file"
         what = "" if there == directory else f"{there} "
