@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import uuid
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -41,6 +42,7 @@ class Trials:
         self.wanted, self.base, self.cache = wanted, base, cache
         self.axes = {axis.title: axis for axis in wanted.parameters}
         self.file = directory / store.DATABASE
+        self._call = uuid.uuid4().hex
         self._first = {t: _parameter(self.axes[t], v) for t, v in wanted.reference.items()}
         self.study = store.opened(wanted, directory, self._first)
         with store.reading(self.file):
@@ -73,23 +75,30 @@ class Trials:
             return None
 
     def _take_up(self) -> None:
-        """Trials that were under way when the last call was killed are asked for once more."""
+        """Trials that were under way when the last call was killed are asked for once more, and
+        those whose solver was killed."""
         from optuna.trial import TrialState
 
+        for trial in self.study.get_trials(deepcopy=False, states=(TrialState.RUNNING,)):
+            self.study.tell(trial.number, state=TrialState.FAIL)
         known = self.study.get_trials(deepcopy=False)
-        waiting = [_fixed(t) for t in known if t.state == TrialState.WAITING]
+        settled = [_fixed(t) for t in known if self._settled(t)]
         for trial in known:
-            if trial.state == TrialState.RUNNING:
-                # First asked for, then ended: killed in between, nothing is lost or asked twice.
-                if _fixed(trial) and _fixed(trial) not in waiting and not _ended(trial):
-                    self.study.enqueue_trial(_fixed(trial))
-                self.study.tell(trial.number, state=TrialState.FAIL)
+            if not self._settled(trial) and _fixed(trial) and _fixed(trial) not in settled:
+                self.study.enqueue_trial(_fixed(trial))
+                settled.append(_fixed(trial))
+
+    def _settled(self, trial: Any) -> bool:
+        """Whether a trial waits for its turn, or has ended in a way that would come again."""
+        if not trial.state.is_finished():
+            return trial.state.name == "WAITING"
+        return _ended(trial) and trial.user_attrs.get("again_after") in (None, self._call)
 
     @property
     def done(self) -> list[Any]:
         """Optuna's trials that have ended, those cut off by a kill left out."""
         trials = self.study.get_trials(deepcopy=False)
-        return [t for t in trials if t.state.is_finished() and _ended(t)]
+        return [t for t in trials if t.state.is_finished() and self._settled(t)]
 
     @property
     def reference(self) -> Any:
@@ -163,6 +172,8 @@ class Trials:
             else:
                 values = [objective.value(answer.record) for objective in self.wanted.objectives]
                 self._note(trial, answer.record)
+        if answer.transient:
+            trial.set_user_attr("again_after", self._call)
         # The status last: it says that the rest is there.
         for name, value in (("cause", cause), ("run", answer.key or ""), ("status", status)):
             trial.set_user_attr(name, value)

@@ -18,6 +18,7 @@ from softact.optimise.spec import Optimisation
 from softact.optimise.study import Trials, feasible
 from softact.output import Output
 from softact.results import read as read_results
+from softact.run import SolverCrashError
 from softact.sweep import compute as computing
 from softact.sweep.cache import Cache
 from softact.sweep.record import refresh
@@ -375,3 +376,26 @@ def test_what_makes_no_sense_is_told_before_the_first_run(
             cli.main(["optimize", "opt.yaml"])
         assert stop.value.code == 2 and said in capsys.readouterr().err
         assert (made_up, [path.name for path in tmp_path.iterdir()]) == ([], ["opt.yaml"])
+
+
+def test_a_trial_whose_solver_was_killed_is_tried_again_by_the_next_call(
+    tmp_path, made_up, monkeypatch
+):
+    whole = trials(tmp_path, trials=4)
+    solve, killed = computing.run, []
+
+    def once_killed(spec, directory, **options):
+        if len(made_up) == 2 and not killed:
+            killed.append(spec)
+            raise SolverCrashError("the solver was killed by signal 9")
+        solve(spec, directory, **options)
+
+    monkeypatch.setattr(computing, "run", once_killed)
+    whole.run(1, lambda trial, answer: None)
+    assert [t.user_attrs["status"] for t in whole.done][2] == "failed"
+    for _ in range(2):
+        again = trials(tmp_path, trials=4)
+        again.run(1, lambda trial, answer: None)
+        assert len(again.done) == 4
+        assert again.done[-1].params == whole.done[2].params
+        assert all(t.user_attrs["cause"] in ("", "block: gmsh crashed") for t in again.done)
