@@ -31,7 +31,7 @@ CUBE = """
 SWEEP = f"""
 base:{CUBE}
 axes:
-  - {{path: materials.body.c10, from: 0.1 MPa, to: 0.4 MPa, count: 4}}
+  - {{path: materials.body.c10, from: 0.1 MPa, to: 0.4 MPa, count: 2}}
   - {{path: geometry.length, from: 4 mm, to: 9 mm, count: COUNT}}
 """
 OPTIMISE = f"""
@@ -45,7 +45,7 @@ reference: {{materials.body.c10: 0.2 MPa, geometry.length: 5 mm}}
 trials: COUNT
 """
 SPEC = CUBE.replace("\n  ", "\n")
-DATA = "step_fraction,elongation_mm\n1,0.21\n"
+DATA = "step_fraction,elongation_mm\n0.5,0.1\n1,0.21\n"
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ def table(path: Path, without: set[str]) -> list[tuple]:
 
 
 def studies(jobs: int, count: int) -> dict[str, Study]:
-    """Sweep of 4 times ``count`` points, optimisation of so many trials, calibration."""
+    """Sweep of twice ``count`` points, optimisation of so many trials, calibration."""
     each = ("-j", str(jobs))
     return {
         "sweep": Study(
@@ -163,7 +163,7 @@ def main() -> int:
     parser.add_argument("command", nargs="?", default="sweep", choices=studies(1, 6))
     parser.add_argument("-k", "--kills", type=int, default=50)
     parser.add_argument("-j", "--jobs", type=int, default=2)
-    parser.add_argument("-n", "--count", type=int, default=6)
+    parser.add_argument("-n", "--count", type=int, default=12)
     options = parser.parse_args()
     random.seed(1)
     study = studies(options.jobs, options.count)[options.command]
