@@ -1,7 +1,7 @@
 """Kills at random moments of a sweep, an optimisation or a calibration: nothing finished is lost,
 no run done twice, and the outcome is that of a call that nobody disturbed.
 
-``python -m benchmarks.sweep_kills [sweep|optimize|calibrate] [-k 50] [-j 2]`` starts the command
+``python -m benchmarks.sweep_kills [sweep|optimize|calibrate] [-k 50] [-j 2] [--seed 1]`` starts the command
 again and again; each time it kills (SIGKILL) the command or one of its solvers after a random time,
 and in the end lets it finish. Where one is complete before all kills are done, another is begun.
 """
@@ -164,8 +164,9 @@ def main() -> int:
     parser.add_argument("-k", "--kills", type=int, default=50)
     parser.add_argument("-j", "--jobs", type=int, default=2)
     parser.add_argument("-n", "--count", type=int, default=12)
+    parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
-    random.seed(1)
+    random.seed(options.seed)
     study = studies(options.jobs, options.count)[options.command]
     with tempfile.TemporaryDirectory() as name:
         wanted, keys, took = undisturbed(study, Path(name).resolve())

@@ -5,6 +5,7 @@ import csv
 import json
 import os
 import stat
+import threading
 
 import bent_beam
 import numpy as np
@@ -13,6 +14,7 @@ import pytest
 from softact.cli import main as cli
 from softact.errors import SpecError
 from softact.files import csv_text, is_temporary, replacing, write_atomic
+from softact.folder_lock import LOCK
 from softact.output import MARKER, Output, check_results
 from softact.results import read
 from softact.sweep import compute as computing
@@ -353,3 +355,35 @@ def test_a_copied_result_folder_says_incomplete_until_it_is_whole(folder, monkey
     with open(folder / "out/best/curve.csv") as file:
         assert len(list(csv.DictReader(file))) == 3
     assert csv_text([]) == "\n"
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_second_one_at_once_in_one_folder_is_refused(folder, capsys, monkeypatch, command):
+    """While the first writes; the second says so in one line and leaves everything as it is."""
+    inside, leave, codes = threading.Event(), threading.Event(), []
+    claim = Output.file
+
+    def waits(self, name):
+        inside.set()
+        assert leave.wait(60)
+        return claim(self, name)
+
+    def first():
+        try:
+            codes.append(cli._run([*COMMANDS[command], "-o", "out"], debug=False))
+        except SystemExit as left:
+            codes.append(left.code)
+
+    monkeypatch.setattr(Output, "file", waits)
+    thread = threading.Thread(target=first)
+    thread.start()
+    assert inside.wait(60)
+    before = everything(folder)
+    code, _, err = softact(capsys, *COMMANDS[command], "-o", "out")
+    assert (code, len(err.splitlines())) == (2, 1)
+    assert err.startswith(f"out: softact {command} (process {os.getpid()} on ")
+    assert everything(folder) == before
+    leave.set()
+    thread.join()
+    assert ended(codes[0])
+    assert not (folder / "out" / LOCK).exists()
