@@ -2,8 +2,9 @@
 no run done twice, and the outcome is that of a call that nobody disturbed.
 
 ``python -m benchmarks.sweep_kills [sweep|optimize|calibrate] [-k 50] [-j 2] [--seed 1]`` starts
-the command again and again; each time it kills (SIGKILL) the command or one of its solvers after a random time,
-and in the end lets it finish. Where one is complete before all kills are done, another is begun.
+the command again and again; each time it kills (SIGKILL) the command or one of its solvers after a
+random time, and in the end lets it finish. Where one is complete before all kills are done, another
+is begun.
 """
 
 import argparse
