@@ -64,9 +64,15 @@ class Trials:
                 why = f"holds trials of another base spec (trial {trial.number} is another run now)"
                 raise store.other(self.file, why)
             found = self.cache.find(key) if key and trial.values is not None else None
-            if found and [o.value(found) for o in self.wanted.objectives] != trial.values:
+            if found and not self._says(trial, found):
                 why = f"the values of trial {trial.number} are not those of its run"
                 raise store.damaged(self.file, why)
+
+    def _says(self, trial: Any, found: Record) -> bool:
+        """Whether a trial has the values of its run."""
+        values = [objective.value(found) for objective in self.wanted.objectives]
+        noted = self._noted(found).items()
+        return trial.values == values and all(trial.user_attrs.get(k) == v for k, v in noted)
 
     def _key(self, coordinates: Mapping[str, Any]) -> str | None:
         try:
@@ -180,12 +186,16 @@ class Trials:
         self.study.tell(trial, values, state=None if values else TrialState.FAIL)
 
     def _note(self, trial: Any, record: Record) -> None:
-        broken = [c.violation(record) for c in self.wanted.constraints]
-        for number, violation in enumerate(broken):
+        noted = self._noted(record)
+        for number, violation in enumerate(noted["violations"]):
             trial.set_constraint(str(number), violation)
-        trial.set_user_attr("violations", broken)
-        for part in self.parts:
-            trial.set_user_attr(part.title, part.value(record))
+        for name, value in noted.items():
+            trial.set_user_attr(name, value)
+
+    def _noted(self, record: Record) -> dict[str, Any]:
+        """What is kept of a run beside the objectives' values."""
+        broken = [constraint.violation(record) for constraint in self.wanted.constraints]
+        return {"violations": broken} | {part.title: part.value(record) for part in self.parts}
 
     def best(self) -> list[Any]:
         """The trials that none beats and that break no constraint; of one objective the best."""

@@ -274,11 +274,18 @@ def test_a_damaged_file_is_one_line_and_its_trials_come_again_from_the_cache(
     assert (params(again), len(made_up)) == (before, runs)
 
 
-def test_a_changed_value_in_the_file_is_noticed(tmp_path, made_up):
+@pytest.mark.parametrize(
+    "change",
+    [
+        "UPDATE trial_values SET value = value + 1",
+        "UPDATE trial_user_attributes SET value_json = '[-2.0]' WHERE key = 'violations'",
+    ],
+)
+def test_a_changed_value_in_the_file_is_noticed(tmp_path, made_up, change):
     study = trials(tmp_path, trials=2)
     study.run(1, lambda trial, answer: None)
     with sqlite3.connect(tmp_path / "trials.db") as connection:
-        connection.execute("UPDATE trial_values SET value = value + 1")
+        connection.execute(change)
     with pytest.raises(SpecError, match="the values of trial 0 are not those of its run"):
         trials(tmp_path)
 
