@@ -113,6 +113,14 @@ def processes_of(folder: Path) -> list[int]:
     return found
 
 
+def survivors(folder: Path, seconds: float = 5.0) -> list[int]:
+    """Processes of the folder that are still there after so many seconds."""
+    until = time.monotonic() + seconds
+    while (found := processes_of(folder)) and time.monotonic() < until:
+        time.sleep(0.05)
+    return found
+
+
 def finished(folder: Path) -> list[str]:
     """Keys of the runs that were computed, as often as they were."""
     journal = folder / "results/.runs/journal.csv"
@@ -180,8 +188,7 @@ def main() -> int:
             while sum(killed.values()) < options.kills and what != "nothing":
                 whom = random.choice(["command", "solver"])
                 what = kill_once(study, folder, random.uniform(0.3, took), whom)
-                time.sleep(0.3)
-                orphans += len(processes_of(folder))
+                orphans += len(survivors(folder))
                 killed[what] += what != "nothing"
                 print(f"{sum(killed.values())}: {what}; {len(finished(folder))} runs", flush=True)
             code = start(study, folder).wait()

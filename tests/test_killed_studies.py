@@ -2,11 +2,10 @@
 them; a sweep is killed in tests/sweep/test_cli.py, all three fifty times in benchmarks."""
 
 import dataclasses
-import time
 
 import pytest
 
-from benchmarks.sweep_kills import faults_of, kill_once, processes_of, start, studies, undisturbed
+from benchmarks.sweep_kills import faults_of, kill_once, start, studies, survivors, undisturbed
 
 STUDIES = studies(jobs=1, count=2)
 FEWER = {"optimize": ("--trials", "3"), "calibrate": ("--max-runs", "3")}
@@ -22,8 +21,5 @@ def test_killed_and_called_again(tmp_path, command, whom):
     wanted, keys, took = undisturbed(study, whole)
     assert len(keys) == 3
     kill_once(study, folder, 0.6 * took, whom)
-    end = time.monotonic() + 10
-    while processes_of(folder):
-        assert time.monotonic() < end  # children of the command end with it
-        time.sleep(0.05)
+    assert not survivors(folder)  # children of the command end with it
     assert faults_of(study, folder, wanted, keys, start(study, folder).wait()) == []
