@@ -11,11 +11,11 @@ import signal
 import sys
 import traceback
 from collections.abc import Sequence
-from difflib import get_close_matches
 
 import click
 
 from softact.errors import SoftactError
+from softact.nearest import nearest
 
 WRONG_INPUT, BUG, INTERRUPTED, BROKEN_PIPE = 2, 70, 130, 141
 FIRST = (
@@ -55,12 +55,24 @@ class Commands(click.Group):
         """Like click's, but an unknown command is answered with the nearest one."""
         known = self.list_commands(ctx)
         if args and args[0] not in known and not args[0].startswith("-"):
-            close = get_close_matches(args[0], known, n=1)
-            hint = f"did you mean '{close[0]}'?" if close else f"there are: {', '.join(known)}"
-            if not close and args[0].endswith((".yaml", ".yml")):
-                hint = f"to solve a spec write: softact run {args[0]}"
+            hint = nearest(args[0], known)
+            if args[0].endswith((".yaml", ".yml")):
+                hint = _use(args[0])
             ctx.fail(f"There is no command '{args[0]}'; {hint}")
         return super().resolve_command(ctx, args)
+
+
+def _use(file: str) -> str:
+    """What is done with a file that stands where a command should."""
+    from pathlib import Path
+
+    from softact.spec.kinds import KINDS, kind_of, read_any
+
+    try:
+        kind = KINDS[kind_of(read_any(Path(file)))]
+    except SoftactError:
+        return f"to solve a spec write: softact run {file}"
+    return f"{file} is {kind.called}; {kind.use.format(file)}"
 
 
 def _version(ctx: click.Context, parameter: click.Parameter, wanted: bool) -> None:

@@ -42,7 +42,9 @@ def report(
     from softact.report import animation, write_report
     from softact.report import targets as published
     from softact.results import read
+    from softact.spec.kinds import expect_results
 
+    expect_results(directory)
     published.check(targets)
     if animate:
         animation.check(animate)

@@ -7,8 +7,8 @@ import click
 from softact.errors import SpecError
 
 
-@click.command(short_help="Check specs; every fault at once, without meshing.")
-@click.argument("specs", nargs=-1, required=True, metavar="SPEC...")
+@click.command(short_help="Check specs and other files; every fault at once, without meshing.")
+@click.argument("files", nargs=-1, required=True, metavar="FILE...")
 @click.option(
     "--set",
     "overrides",
@@ -16,26 +16,31 @@ from softact.errors import SpecError
     metavar="PATH=VALUE",
     help="Replace a value of the spec, as 'softact run' does.",
 )
-def validate(specs: tuple[str, ...], overrides: tuple[str, ...]) -> None:
-    """Check specs: every fault in a line of its own, with file, line and path.
+def validate(files: tuple[str, ...], overrides: tuple[str, ...]) -> None:
+    """Check files: every fault in a line of its own, with file, line and path.
 
-    Nothing is meshed or written. Exits with 2 when a spec has a fault.
+    A file may be a spec, a sweep, an optimisation, a reference case, a material card, a list of
+    test data or one of published requirements; it is checked as what it is. Nothing is meshed or
+    written. Exits with 2 when a file has a fault.
 
     \b
-    Example:
+    Examples:
       softact validate configs/pneunet_glove.yaml
+      softact validate configs/sweeps/*.yaml my_silicone.yaml
     """
-    from softact.spec import load
+    from pathlib import Path
+
+    from softact.inputs import validate as check
 
     faults = 0
-    for path in specs:
+    for path in files:
         try:
-            load(path, overrides)
+            checked = check(Path(path), overrides)
         except SpecError as error:
             faults += len(error.lines)
             for line in error.lines:
                 click.echo(line, err=True)
         else:
-            click.echo(f"{path}: ok")
+            click.echo(f"{path}: ok" if checked.spec else f"{path}: ok, {checked.called}")
     if faults:
         sys.exit(SpecError.exit_code)

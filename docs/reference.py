@@ -9,7 +9,17 @@ from typing import Any
 
 from softact import catalogue
 from softact.spec.contact import OBSTACLES, ObstacleChange, SurfaceContact
-from softact.spec.models import Layer, Solver, Spec, Step, Support, Traction
+from softact.spec.models import (
+    Layer,
+    Payload,
+    Ply,
+    SheetOfLayers,
+    Solver,
+    Spec,
+    Step,
+    Support,
+    Traction,
+)
 from softact.units import DIMENSIONS
 
 PAGE = Path(__file__).with_name("reference.md")
@@ -17,9 +27,12 @@ PAGE = Path(__file__).with_name("reference.md")
 PARTS = (
     (Spec, "The spec"),
     (Layer, "An entry of `layers`"),
+    (SheetOfLayers, "An entry of `sheets`"),
+    (Ply, "An entry of a sheet's `plies`"),
     (Support, "An entry of `supports`"),
     (Step, "An entry of `steps`"),
     (Traction, "A step's `traction`"),
+    (Payload, "A step's `payload`"),
     *((model, f"An entry of `obstacles`: type `{name}`") for name, model in OBSTACLES.items()),
     (SurfaceContact, "An entry of `contact`"),
     (ObstacleChange, "An entry of a step's `obstacles`"),
@@ -73,9 +86,18 @@ def geometries() -> Iterable[str]:
         yield from ("", f"### {record['name']}", "", record["use"], "")
         yield from parameters(record["parameters"])
         yield ""
-        for key in ("regions", "cavities", "surfaces"):
-            if record[key]:
-                yield f"- {key}: " + ", ".join(f"`{name}`" for name in record[key])
+        yield from names(record)
+        for other in record["others"]:
+            yield from (f"- with `{other['with']}` also", *names(other, "  "))
+        if record["example"]:
+            yield f"- what its sheets are made of: `{record['example']}`"
+
+
+def names(record: dict[str, Any], indent: str = "") -> Iterable[str]:
+    """An item for each kind of names that a spec may use with a geometry."""
+    for key in catalogue.NAMES:
+        if record.get(key):
+            yield f"{indent}- {key}: " + ", ".join(f"`{name}`" for name in record[key])
 
 
 def measures() -> Iterable[str]:

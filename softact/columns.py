@@ -6,9 +6,9 @@ import re
 
 from softact.fit.measured import run_columns
 from softact.measures import MEASURES
+from softact.nearest import nearest
 from softact.report.labels import BOOKKEEPING
 from softact.spec import Spec
-from softact.spec.choice import nearest
 
 
 def column_fault(measure: str, spec: Spec) -> str:

@@ -20,6 +20,8 @@ import numpy as np
 UNWRITABLE = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.EIO)
 _LONGEST = 50  # letters of a file's name in that of its temporary one
 _TEMPORARY = re.compile(r"\.(.+)\.[0-9a-f]{16}\.\w+", re.DOTALL)
+#: Beside the type of a field of a spec: it names a file, which counts from the spec's folder.
+NAMES_A_FILE = "names a file"
 
 
 @contextlib.contextmanager

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +14,10 @@ from softact.mesh import distribute, of_sheets, read_msh
 from softact.model import Model, Support
 from softact.ramp import LoadStep
 from softact.sheets.body import Ply, Sheet
+from softact.spec import Spec
+from softact.spec.path import joined, leaves
+
+NO_PARAMETERS = ("description", "source", "assumptions", "measures")  # of a spec: no values
 
 
 def build_model(comm, spec, mesh_file: Path):
@@ -103,20 +108,8 @@ def load_steps(spec, model) -> list[LoadStep]:
     ]
 
 
-def parameters(spec) -> dict[str, str]:
-    """The spec's values as columns: 'geometry.wall' -> '1 mm'."""
+def parameters(spec: Spec) -> dict[str, Any]:
+    """The spec's values as columns: 'geometry.wall' -> '1 mm', 'steps.1.pressure.cavity' -> ..."""
     dumped = spec.model_dump(mode="json", exclude_none=True)
-    columns = {"name": spec.name}
-
-    def walk(prefix, value):
-        if isinstance(value, dict):
-            for key, entry in value.items():
-                walk(f"{prefix}.{key}", entry)
-        else:
-            columns[prefix] = value
-
-    for part in ("geometry", "materials", "sheets", "solver"):
-        walk(part, dumped[part])
-    for number, layer in enumerate(dumped["layers"]):
-        walk(f"layers.{number}", layer)
-    return columns
+    values = leaves({key: value for key, value in dumped.items() if key not in NO_PARAMETERS})
+    return {joined(place): value for place, value in values if value not in ({}, [])}

@@ -1,12 +1,13 @@
 """Base of the geometries that come out of a file of the user's: which names mean what."""
 
+import os
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
 from softact.errors import MeshError
-from softact.files import digest
+from softact.files import NAMES_A_FILE, digest
 from softact.geometry import Geometry, Layout
 from softact.units import Length
 
@@ -18,7 +19,7 @@ TETRAHEDRON = 4  # gmsh's number
 class Imported(Geometry):
     """A solid with named parts out of a file. x runs from the clamp to the tip, z up, y across."""
 
-    file: str = Field(description="path; relative to the spec")
+    file: Annotated[str, NAMES_A_FILE] = Field(description="path, seen from the file that names it")
     regions: Names = Field(("body",), description="names of the solids; each gets a material")
     surfaces: Names = Field((), description="further named surfaces, for layers, loads, contact")
     cavities: dict[str, Names] = Field(
@@ -37,7 +38,7 @@ class Imported(Geometry):
         path = Path(self.file)
         if path.suffix.lower() not in self.suffixes:
             yield "file", f"'{path.name}' is none of {', '.join(self.suffixes)}"
-        elif not path.is_file():
+        elif not os.path.isfile(path):  # False, not an error, for what no file can be named
             yield "file", f"there is no file '{path}'"
         if not self.regions:
             yield "regions", "no solid is named; write the names of all solids of the file"

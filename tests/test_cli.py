@@ -17,7 +17,7 @@ from softact.geometries import GEOMETRIES
 from softact.materials import CARDS, LAWS
 from softact.measures import MEASURES
 from softact.output import check_results
-from softact.spec import load
+from softact.spec import load, loads
 
 SOFTACT = [sys.executable, "-m", "softact.cli.main"]
 
@@ -212,6 +212,17 @@ def test_list_tells_units_and_defaults(capsys):
     (c10,) = (line.split() for line in lines if line.split()[:1] == ["c10"])
     assert c10[:4] == ["c10", "pressure", "kPa", "needed"]
     assert not any("mooney" in line for line in lines)
+
+
+def test_list_names_sheets_with_a_line_to_paste(capsys):
+    assert leave("list", "geometries", "woven_bending") == 0
+    lines = [line.strip() for line in capsys.readouterr().out.splitlines()]
+    assert "sheets: fore, aft, clamp, floors, tip, strip" in lines
+    assert "curves: middle, seams" in lines
+    start = "What its sheets are made of: "
+    (example,) = [line.removeprefix(start) for line in lines if line.startswith(start)]
+    pasted = f"geometry: {{type: woven_bending}}\n{example}\nsteps: [{{pressure: 1 kPa}}]\n"
+    assert list(loads(pasted).sheets) == ["fore", "aft", "clamp", "floors", "tip", "strip"]
 
 
 def test_the_schema_goes_to_a_file_or_to_the_screen(folder, capsys):

@@ -5,14 +5,12 @@ from __future__ import annotations
 import datetime
 import re
 
-from pydantic import ValidationError
-
-from softact.check.cases import Case, CaseFile
+from softact.check.cases import CaseFile
 from softact.check.compare import Outcome
 from softact.errors import SpecError
 from softact.files import digest, write_atomic
 from softact.spec import document
-from softact.spec.faults import fault_lines
+from softact.spec.faults import validated
 from softact.spec.text import to_text
 
 
@@ -48,18 +46,9 @@ def update(outcome: Outcome, reason: str) -> list[str]:
             lines.append("history:")
         end = "\r\n" if "\r\n" in raw else "\n"
         text = end.join([*lines, *to_text([entry]).splitlines()]) + end
-        _check(text, case)
+        validated(document.parse(text, str(case.path)), CaseFile)
         write_atomic(path, text)
     return changes
-
-
-def _check(text: str, case: Case) -> None:
-    """Raise SpecError where the new text is no case any more."""
-    source = document.parse(text, str(case.path))
-    try:
-        CaseFile.model_validate(source.data)
-    except ValidationError as error:
-        raise SpecError(*fault_lines(error, source, CaseFile)) from None
 
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"

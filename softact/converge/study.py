@@ -11,6 +11,7 @@ from softact.converge.richardson import NOTHING, Estimate, estimate
 from softact.errors import NoEquilibriumError, SpecError
 from softact.results import COMPLETE
 from softact.spec import Spec
+from softact.spec.path import changed
 from softact.sweep.cache import Cache
 from softact.sweep.compute import Answer
 from softact.sweep.local import run_all
@@ -76,16 +77,8 @@ def mesh_sizes(spec: Spec) -> dict[str, float]:
 
 def refined(spec: Spec, factor: float) -> Spec:
     """The spec with all mesh sizes divided by ``factor``. Raises SpecError as a spec would."""
-    from pydantic import ValidationError
-
     sizes = {name: f"{size / factor:.6g} mm" for name, size in mesh_sizes(spec).items()}
-    data = spec.model_dump(mode="json", exclude_none=True)
-    data["geometry"] |= sizes
-    try:
-        return Spec.model_validate(data)
-    except ValidationError as error:
-        where = ", ".join(f"{name} {size}" for name, size in sizes.items())
-        raise SpecError(f"{where}: {error.errors()[0]['msg']}") from None
+    return changed(spec, {f"geometry.{name}": size for name, size in sizes.items()})
 
 
 def converge(

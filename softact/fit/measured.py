@@ -13,7 +13,7 @@ from softact.errors import SpecError
 from softact.fit.table import cell_fault, read_rows
 from softact.measures import MEASURES
 from softact.measures.base import per_cavity
-from softact.spec.choice import nearest
+from softact.nearest import nearest
 from softact.units import conversion, show
 
 # How the endings of a run's columns, and shorthands of people, are written for the unit registry.

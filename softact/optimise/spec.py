@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from softact.spec.choice import fault, fault_at
 from softact.sweep.axes import Axis, quantity
+from softact.sweep.design import Coordinates, Design
 from softact.sweep.record import Record
 from softact.sweep.spec import Model, check_axes
 from softact.units import Dimensionless, show
+
+_TRIED = Design(kind="latin_hypercube", samples=64)
 
 
 class Part(BaseModel):
@@ -83,6 +86,9 @@ class Constraint(Part):
 class Optimisation(Model):
     """What is varied, what is wanted, and what must hold."""
 
+    kind: ClassVar[str] = "optimise"
+    of_axes: ClassVar[str] = "parameters"
+
     parameters: tuple[Axis, ...] = Field(strict=False, description="as the axes of a sweep")
     objectives: tuple[Objective, ...] = Field(strict=False, description="one or several")
     constraints: tuple[Constraint, ...] = Field((), strict=False, description="on measures")
@@ -91,6 +97,10 @@ class Optimisation(Model):
     reference: dict[str, Any] = Field(
         {}, description="parameter: value of a design to be beaten; it is the first trial"
     )
+
+    def tried(self) -> list[Coordinates]:
+        """See ``Model.tried``: the reference, or some designs between the ends."""
+        return [self.reference] if self.reference else _TRIED.points(self.parameters)
 
     @model_validator(mode="after")
     def _parts_agree(self) -> Self:

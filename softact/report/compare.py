@@ -15,6 +15,8 @@ from softact.report import base, curves, labels, requirements, targets
 from softact.report.base import Plot, Section
 from softact.report.view import load, load_name
 from softact.results import COMPLETE, Results, read
+from softact.spec.kinds import expect_results
+from softact.spec.path import joined, leaves
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,7 @@ def _read_all(folders: Sequence[Path]) -> list[Results]:
     runs, faults = [], []
     for folder in folders:
         try:
+            expect_results(folder)
             run = read(folder)
         except SpecError as error:
             faults += error.lines
@@ -120,7 +123,7 @@ def _value(run: Results, name: str, aim: float | None) -> float:
 
 def spec_differences(runs: Sequence[Results]) -> list[tuple[str, list[str]]]:
     """Paths in the resolved specs whose values are not all the same, and the values."""
-    flat = [dict(_walk("", _spec(run))) for run in runs]
+    flat = [{joined(p): str(value) for p, value in leaves(_spec(run))} for run in runs]
     paths = dict.fromkeys(path for spec in flat for path in spec)
     rows = [(path, [spec.get(path, "–") for spec in flat]) for path in paths]
     return [(path, values) for path, values in rows if len(set(values)) > 1]
@@ -132,15 +135,6 @@ def _spec(run: Results) -> dict:
     except yaml.YAMLError:
         return {}
     return spec if isinstance(spec, dict) else {}
-
-
-def _walk(path: str, value):
-    if isinstance(value, dict | list) and value:
-        pairs = value.items() if isinstance(value, dict) else enumerate(value)
-        for key, item in pairs:
-            yield from _walk(f"{path}.{key}" if path else str(key), item)
-    else:
-        yield path, str(value)
 
 
 def html(names: Sequence[str], runs: Sequence[Results], wanted: Sequence[str] = ()) -> str:

@@ -1,23 +1,24 @@
 """Published applications beside an actuator: which of their requirements does it meet?"""
 
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from html import escape
 from importlib.resources import files
 
 import numpy as np
-import yaml
 
 from softact.errors import SpecError
+from softact.nearest import nearest
 from softact.report import base, body, labels
 from softact.report.base import Plot, Section
 from softact.report.curves import at_load
+from softact.report.targets_file import Asked, TargetsFile, in_unit_of
 from softact.report.view import load, load_name
 from softact.results import Results
-from softact.spec.choice import nearest
-from softact.units import conversion
+from softact.spec import document
+from softact.spec.faults import validated
 
 MET, NOT_MET, UNKNOWN = "met", "not met", "not known"
 _DERIVED = {
@@ -65,14 +66,14 @@ class Verdict:
 
 
 @cache
-def _file() -> Mapping:
+def _file() -> TargetsFile:
     text = (files("softact.report") / "targets.yaml").read_text(encoding="utf-8")
-    return yaml.safe_load(text)
+    return validated(document.parse(text, "targets.yaml"), TargetsFile)
 
 
 def names() -> list[str]:
     """Names of the applications that are known."""
-    return list(_file()["targets"])
+    return list(_file().targets)
 
 
 def check(wanted: Sequence[str]) -> None:
@@ -84,34 +85,23 @@ def check(wanted: Sequence[str]) -> None:
 
 def title(name: str) -> str:
     """What an application is called."""
-    return _file()["targets"][name]["title"]
+    return _file().targets[name].title
 
 
 def requirements(name: str) -> list[Requirement]:
     """The requirements of an application."""
-    return [_requirement(entry) for entry in _file()["targets"][name]["requirements"]]
+    return [_requirement(entry) for entry in _file().targets[name].requirements]
 
 
-def _requirement(entry: Mapping) -> Requirement:
-    source = _file()["sources"][entry["source"]]["short"]
-    figure = entry.get("figure", "")
+def _requirement(asked: Asked) -> Requirement:
+    source, figure = _file().sources[asked.source].short, asked.figure
     if not figure:
-        return Requirement(entry["text"], source)
-    least = "at_least" in entry
+        return Requirement(asked.text, source)
     return Requirement(
-        entry["text"], source, figure, _value(entry["at_least" if least else "at_most"], figure),
-        least, _value(entry["at"], "_kPa") if "at" in entry else None,
-        tuple((name, _value(text, name)) for name, text in entry.get("while", {}).items()),
+        asked.text, source, figure, in_unit_of(figure, asked.bound), asked.at_least is not None,
+        in_unit_of("pressure_kPa", asked.at) if asked.at else None,
+        tuple((name, in_unit_of(name, text)) for name, text in asked.together.items()),
     )  # fmt: skip
-
-
-def _value(text: str, figure: str) -> float:
-    """A value with its unit, in the unit that the figure's name ends with."""
-    number, unit = text.split()
-    to = figure.rpartition("_")[2]
-    if unit == to:
-        return float(number)
-    return float(number) * conversion(unit, to)
 
 
 def judge(results: Results, requirement: Requirement) -> Verdict:
@@ -237,7 +227,7 @@ def section(results: Results, wanted: Sequence[str]) -> Section:
         table = base.table(heads, rows, file=f"targets_{name}.csv", marks=marks)
         plots = [_fulfilment(name, verdicts), _space(results, name)]
         parts += [base.figures([plot for plot in plots if plot]), table]
-    full = "; ".join(source["full"] for source in _file()["sources"].values())
+    full = "; ".join(source.full for source in _file().sources.values())
     parts.append(f"<p class='note'>Sources: {escape(full)}.</p>")
     return Section("targets", "Published requirements", "".join(parts), "Requirements")
 

@@ -1,7 +1,7 @@
 """Faults between the parts of a spec, seen on the plain data so that all are told at once."""
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,14 +9,25 @@ import numpy as np
 from softact.geometry import Geometry, Layout
 from softact.materials import Law
 from softact.measures import MEASURES
-from softact.spec.choice import nearest
+from softact.nearest import nearest
 from softact.spec.document import Place
 from softact.units import show
 
 Fault = tuple[Place, str]
 
-MATERIAL = "write the material of this region"
-PLIES = "write what this sheet is made of: {plies: [{material: ..., thickness: 0.2 mm}]}"
+RUBBER, CLOTH = "ecoflex-00-30", "{plies: [{material: woven-tpu-nylon, thickness: 0.2 mm}]}"
+
+
+def made_of_regions(regions: Sequence[str]) -> str:
+    """An example of the section ``materials`` for the regions of a geometry, to be pasted."""
+    return f"materials: {{{', '.join(f'{name}: {RUBBER}' for name in regions)}}}"
+
+
+def made_of_sheets(sheets: Sequence[str]) -> str:
+    """An example of the section ``sheets`` for the sheets of a geometry, to be pasted."""
+    first, *others = sheets
+    cloth = f"{first}: &cloth {CLOTH}" if others else f"{first}: {CLOTH}"
+    return f"sheets: {{{', '.join([cloth, *(f'{name}: *cloth' for name in others)])}}}"
 
 
 def cross_faults(data: Any, geometry: Geometry | None) -> Iterator[Fault]:
@@ -33,15 +44,13 @@ def cross_faults(data: Any, geometry: Geometry | None) -> Iterator[Fault]:
     yield from _same_names("steps", steps)
     yield from _same_names("contact", _mappings(data.get("contact")))
     yield from _measures(data.get("measures"))
-    solid = not data.get("sheets") if geometry is None else geometry.layout().regions
-    if "materials" not in data and solid:
-        yield ("materials",), "missing; region -> card, {card:, ...} or {law:, ...}"
     if geometry is None:
+        if "materials" not in data and not data.get("sheets"):
+            yield ("materials",), "missing; region -> card, {card:, ...} or {law:, ...}"
         return
     layout = geometry.layout()
-    materials, sheets = data.get("materials"), data.get("sheets", {})
-    yield from _made_of(materials, "materials", "region", layout.regions, MATERIAL)
-    yield from _made_of(sheets, "sheets", "sheet", tuple(layout.sheets), PLIES)
+    yield from _made_of(data, "materials", "region", layout.regions, made_of_regions)
+    yield from _made_of(data, "sheets", "sheet", tuple(layout.sheets), made_of_sheets)
     for index, layer in _mappings(data.get("layers")):
         yield from _surface(layer, ("layers", index), layout)
     if data.get("supports") is not None:
@@ -83,9 +92,17 @@ def _measures(value: Any) -> Iterator[Fault]:
 
 
 def _made_of(
-    value: Any, part: str, kind: str, known: Sequence[str], lacking: str
+    data: dict[str, Any],
+    part: str,
+    kind: str,
+    known: Sequence[str],
+    example: Callable[[Sequence[str]], str],
 ) -> Iterator[Fault]:
     """Whether a section names each region or sheet of the geometry, and no other."""
+    if known and part not in data:
+        named = f"{kind} {known[0]}" if len(known) == 1 else f"{kind}s {', '.join(known)}"
+        yield (part,), f"missing; this geometry has the {named}; write: {example(known)}"
+    value = data.get(part)
     if not isinstance(value, dict):
         return
     for name in value:
@@ -93,7 +110,8 @@ def _made_of(
             yield (part, name), f"the geometry has no {kind} {show(name)}; {nearest(name, known)}"
     for name in known:
         if name not in value:
-            yield (part, name), f"missing; {lacking}"
+            entry = example([name]).partition("{")[2].removesuffix("}")
+            yield (part, name), f"missing; write what this {kind} is made of: {entry}"
 
 
 def fibre_faults(materials: Mapping[str, Law], layout: Layout) -> Iterator[Fault]:

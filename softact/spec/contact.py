@@ -10,11 +10,13 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    WithJsonSchema,
     model_validator,
 )
 
-from softact.spec.choice import Choice, fault, fault_at, given, nearest
-from softact.spec.fields import Name, three
+from softact.nearest import nearest
+from softact.spec.choice import Choice, fault, fault_at, given
+from softact.spec.fields import NAMES_SCHEMA, Name, one_or_more, three
 from softact.units import Angle, Dimensionless, Length, show
 
 
@@ -176,6 +178,10 @@ class ObstacleChoice(Choice):
         """See ``Choice.options``."""
         return list(OBSTACLES.values())
 
+    def also(self) -> tuple[str, ...]:
+        """See ``Choice.also``."""
+        return ("type",)
+
 
 AnyObstacle = Annotated[Obstacle, ObstacleChoice()]
 
@@ -199,8 +205,9 @@ class ObstacleChange(_Part):
 
 Surfaces = Annotated[
     tuple[str, ...],
-    BeforeValidator(lambda value: (value,) if isinstance(value, str) else value),
+    BeforeValidator(one_or_more),
     Field(strict=False, min_length=1),
+    WithJsonSchema(NAMES_SCHEMA),
 ]
 
 

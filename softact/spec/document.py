@@ -1,9 +1,10 @@
 """A YAML text as plain data, with the line of each value. Hostile text ends in a plain error."""
 
+import copy
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import yaml
 
@@ -23,34 +24,58 @@ class Document:
 
     name: of the file, for messages.
     lines: place of a value, such as ``("steps", 1, "pressure")``, -> its line, counted from 1.
-    overridden: place of a value set from outside the file -> the text that set it.
+    overridden: place of a value set from outside the file -> where that was, as a message begins.
+    folder: where the relative file names in it count from.
     """
 
     name: str
     data: Any
     lines: dict[Place, int] = field(default_factory=dict)
     overridden: dict[Place, str] = field(default_factory=dict)
+    folder: Path = Path()
 
     def where(self, place: Place) -> str:
         """Return the start of a message about ``place``: file and line, or the override."""
         for length in range(len(place), -1, -1):
             if place[:length] in self.overridden:
-                return f"--set {self.overridden[place[:length]]}"
+                return self.overridden[place[:length]]
             if place[:length] in self.lines:
                 return f"{self.name}:{self.lines[place[:length]]}"
         return self.name
 
     def has(self, place: Place) -> bool:
         """Whether the data holds a value at ``place``."""
+        try:
+            self.value(place)
+        except LookupError:
+            return False
+        return True
+
+    def value(self, place: Place) -> Any:
+        """Return the value at ``place``. Raises LookupError where there is none."""
         value = self.data
         for key in place:
-            if isinstance(value, dict) and key in value:
-                value = value[key]
-            elif isinstance(value, list) and isinstance(key, int) and -1 < key < len(value):
-                value = value[key]
-            else:
-                return False
-        return True
+            value = item(value, key)
+        return value
+
+    def within(self, key: str) -> Self:
+        """Return what stands under a key of the file as a document of its own."""
+        lines = {place[1:]: line for place, line in self.lines.items() if place[:1] == (key,)}
+        return replace(self, data=copy.deepcopy(self.data[key]), lines=lines, overridden={})
+
+    def copy(self) -> Self:
+        """Return a copy that may be changed."""
+        known = {"lines": dict(self.lines), "overridden": dict(self.overridden)}
+        return replace(self, data=copy.deepcopy(self.data), **known)
+
+
+def item(value: Any, key: str | int) -> Any:
+    """Return an entry of a mapping or list. Raises LookupError where there is none."""
+    if isinstance(value, dict):
+        return value[key]
+    if isinstance(value, list) and isinstance(key, int) and key >= 0:
+        return value[key]
+    raise LookupError(key)
 
 
 class Loader(yaml.SafeLoader):
@@ -89,11 +114,14 @@ def read(path: Path) -> Document:
         text = "\0"
     if "\0" in text:
         raise SpecError(f"{name}: this is not a text file in UTF-8; give the YAML file of a spec")
-    return parse(text, name)
+    return parse(text, name, path.parent)
 
 
-def parse(text: str, name: str) -> Document:
-    """Parse YAML text whose top is a mapping. Raises SpecError with the line of each fault."""
+def parse(text: str, name: str, folder: Path = Path()) -> Document:
+    """Parse YAML text whose top is a mapping; ``folder``: where files in it count from.
+
+    Raises SpecError with the line of each fault.
+    """
     node = _compose(text, name)
     if node is None:
         raise SpecError(f"{name}: the file is empty; 'softact schema' says what a spec holds")
@@ -105,7 +133,7 @@ def parse(text: str, name: str) -> Document:
         raise SpecError(
             f"{name}:{node.start_mark.line + 1}: a spec is a mapping, 'key: value' on each line"
         )
-    return Document(name, data, walk.lines)
+    return Document(name, data, walk.lines, folder=folder)
 
 
 def scalar(text: str) -> Any:

@@ -82,6 +82,15 @@ def _each_or_all(schema: dict[str, Any]) -> dict[str, Any]:
     return {"anyOf": [schema, {"type": "object", "additionalProperties": schema}]}
 
 
+def one_or_more(value: Any) -> Any:
+    """Return a single name as a list of one."""
+    return (value,) if isinstance(value, str) else value
+
+
+#: JSON schema of a name or a list of names.
+NAMES_SCHEMA = {
+    "anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}, "minItems": 1}]
+}
 VECTOR = {"type": "array", "minItems": 3, "maxItems": 3}
 GRAVITY_SCHEMA = {
     **VECTOR,

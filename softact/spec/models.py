@@ -19,7 +19,7 @@ from softact.geometry import Geometry
 from softact.imported import Imported
 from softact.settings import Predictor, Settings
 from softact.spec.checks import cross_faults, fibre_faults
-from softact.spec.choice import fault
+from softact.spec.choice import MaterialChoice, fault
 from softact.spec.contact import AnyObstacle, ObstacleChange, SurfaceContact
 from softact.spec.fields import (
     ALL_CAVITIES,
@@ -36,8 +36,12 @@ from softact.spec.fields import (
     Vector,
     Volumes,
 )
+from softact.spec.slots import walk
 from softact.spec.text import to_text
 from softact.units import Angle, Dimensionless, Length, Pressure
+
+#: List of a spec -> the word that, with a number, names an entry without a name.
+UNNAMED = {"steps": "step", "contact": "contact"}
 
 
 class Model(BaseModel):
@@ -334,16 +338,16 @@ class Spec(Model):
     def hash(self) -> str:
         """16 hexadecimal digits that change with whatever can change a result, not with texts."""
         data = self.model_dump(mode="json", exclude_none=True)
-        plies = [ply for sheet in data["sheets"].values() for ply in sheet["plies"]]
-        laws = [part["material"] for part in (*data["layers"], *plies)]
-        for part in (data, *data["materials"].values(), *laws):
+        places = walk(type(self), data)
+        laws = [law for _, slot, law in places if isinstance(slot.choice, MaterialChoice)]
+        for part in (data, *laws):
             for text in ("name", "description", "source", "assumptions", "test", "notes"):
                 part.pop(text, None)
         if isinstance(self.geometry, Imported):
             data["geometry"]["file"] = self.geometry.content()
         if not data["sheets"]:
             del data["sheets"]  # as before there were any
-        for ply in plies:
+        for ply in (ply for sheet in data.get("sheets", {}).values() for ply in sheet["plies"]):
             if not ply["incompressible"]:
                 del ply["incompressible"]  # as before there was a choice
         canonical = json.dumps(data, sort_keys=True, separators=(",", ":"))
@@ -354,7 +358,7 @@ def _named(data: Any) -> Any:
     """Return ``data`` with a name for each step and contact that has none."""
     if not isinstance(data, dict):
         return data
-    for part, word in (("steps", "step"), ("contact", "contact")):
+    for part, word in UNNAMED.items():
         if isinstance(data.get(part), list):
             named = [
                 {"name": f"{word}_{i}", **entry} if isinstance(entry, dict) else entry

@@ -8,9 +8,17 @@ from collections.abc import Sequence
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    WithJsonSchema,
+    model_validator,
+)
 
 from softact.spec.choice import fault, fault_at
+from softact.spec.fields import NAMES_SCHEMA, one_or_more
 from softact.units import show
 
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)?\s*")
@@ -39,18 +47,16 @@ def unit_in_name(unit: str) -> str:
     return re.sub(r"[^A-Za-z0-9]+", "_", unit.replace("^", "").replace("°", "deg")).strip("_")
 
 
-def _one_or_more(value: Any) -> Any:
-    return (value,) if isinstance(value, str) else value
-
-
 class Axis(BaseModel):
     """Values for one path of the spec, or for several paths that go together."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
-    path: Annotated[tuple[str, ...], BeforeValidator(_one_or_more)] = Field(
-        strict=False,
-        description="dotted path of the spec as for --set, or a list of paths with one value",
+    path: Annotated[tuple[str, ...], BeforeValidator(one_or_more), WithJsonSchema(NAMES_SCHEMA)] = (
+        Field(
+            strict=False,
+            description="dotted path of the spec as for --set, or a list of paths with one value",
+        )
     )
     name: str | None = Field(None, description="heading of the column; default: the first path")
     values: tuple[Any, ...] | None = Field(

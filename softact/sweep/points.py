@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import copy
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from softact.errors import SpecError
 from softact.files import digest, write_atomic
 from softact.imported import Imported
-from softact.spec import Spec, document, overrides
-from softact.spec.faults import fault_lines
+from softact.spec import Spec, document, spec_at
 from softact.sweep.axes import Axis
 from softact.sweep.design import Coordinates
 from softact.sweep.version import run_key, version
@@ -49,17 +45,18 @@ def changes_of(axes: Sequence[Axis], coordinates: Coordinates) -> tuple[tuple[st
     return tuple((path, v) for title, v in coordinates.items() for path in titles[title].path)
 
 
-def spec_at(base: document.Document, changes: Sequence[tuple[str, Any]]) -> Spec:
-    """The spec of a point. Raises SpecError."""
-    here = document.Document(
-        base.name, copy.deepcopy(base.data), dict(base.lines), dict(base.overridden)
-    )
-    for path, value in changes:
-        overrides.assign(here, path, copy.deepcopy(value), f"{path}={value}")
-    try:
-        return Spec.model_validate(here.data)
-    except ValidationError as error:
-        raise SpecError(*fault_lines(error, here, Spec)) from None
+def first_right(
+    base: document.Document, axes: Sequence[Axis], designs: Iterable[Coordinates]
+) -> Spec:
+    """The first right spec of some designs. Raises SpecError with the faults of the first where
+    there is none."""
+    faults: list[str] = []
+    for coordinates in designs:
+        try:
+            return spec_at(base, changes_of(axes, coordinates))
+        except SpecError as error:
+            faults = faults or error.lines
+    raise SpecError(*faults)
 
 
 class Plan:
@@ -73,7 +70,7 @@ class Plan:
 
     def __init__(self, base: document.Document, path: Path | None = None):
         self.base = base
-        self.folders = (Path(base.name).parent, Path())
+        self.folders = (base.folder, Path())
         text = json.dumps([base.data, self._contents(base.data)], sort_keys=True, default=str)
         self.fingerprint = hashlib.sha256((text + version()).encode()).hexdigest()
         self.known: dict[str, Any] = {}

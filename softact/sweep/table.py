@@ -5,12 +5,13 @@ from __future__ import annotations
 import io
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from softact.errors import SpecError
 from softact.files import csv_text, replacing, write_atomic
 from softact.output import Output
+from softact.spec.path import single
 from softact.sweep.axes import Axis
 from softact.sweep.study import Study
 
@@ -47,24 +48,13 @@ def rows(study: Study) -> list[Row]:
 def base_cell(study: Study, axis: Axis) -> float | str:
     """What the base has on an axis, as its cells are written; "" where that is nothing."""
     for data in (study.base.data, study.resolved):
-        value = value_at(data, axis.path[0])
-        if isinstance(value, dict) and len(value) == 1:
-            value = next(iter(value.values()))
+        try:
+            _, value = single(data, axis.path[0])
+        except SpecError:
+            continue
         if value is not None and not isinstance(value, dict | list):
             return axis.number(value) if axis.is_number else str(value)
     return ""
-
-
-def value_at(data: Any, path: str) -> Any:
-    """The value at a dotted path of plain data, None where there is none."""
-    for key in path.split("."):
-        if isinstance(data, list):
-            names = [entry.get("name") for entry in data if isinstance(entry, dict)]
-            place = int(key) if key.isdecimal() else names.index(key) if key in names else -1
-            data = data[place] if 0 <= place < len(data) else None
-        else:
-            data = data.get(key) if isinstance(data, dict) else None
-    return data
 
 
 def measure_columns(table: list[Row], study: Study) -> list[str]:
