@@ -116,11 +116,18 @@ class Optimisation(Model):
         return self
 
 
+def place_of(axis: Axis, value: Any) -> int | None:
+    """Where a value stands in an axis's list, None where it does not; 1 is not True there."""
+    same = (n for n, v in enumerate(axis.values) if type(v) is type(value) and v == value)
+    return next(same, None)
+
+
 def _not_on(axis: Axis, value: Any) -> str:
     """Why a value is none that the axis has, "" where it is one."""
     if axis.values is not None:
         known = ", ".join(show(entry) for entry in axis.values)
-        return "" if value in axis.values else f"{show(value)} is none of its values: {known}"
+        there = place_of(axis, value) is not None
+        return "" if there else f"{show(value)} is none of its values: {known}"
     number, ends = axis.number(value), sorted(quantity(end)[0] for end in (axis.from_, axis.to))
     if isinstance(number, str):
         return f"{show(value)} is no number in {axis.unit or 'a unit'} as its range is"

@@ -12,7 +12,7 @@ import numpy as np
 
 from softact.errors import SpecError
 from softact.optimise import store
-from softact.optimise.spec import Objective, Optimisation, Part
+from softact.optimise.spec import Objective, Optimisation, Part, place_of
 from softact.results import COMPLETE
 from softact.spec import document
 from softact.sweep.axes import Axis, quantity, written
@@ -273,6 +273,6 @@ def _value(axis: Axis, parameter: Any) -> Any:
 def _parameter(axis: Axis, value: Any) -> Any:
     """Optuna's parameter of a spec's value, which the axis has."""
     if axis.values is not None:
-        return axis.values.index(value)
+        return place_of(axis, value)
     number = axis.number(value)
     return number if axis.continuous else round(number)

@@ -14,12 +14,13 @@ from softact.cli import main as cli
 from softact.errors import MeshError, SpecError
 from softact.files import csv_text
 from softact.optimise import page
-from softact.optimise.spec import Optimisation
+from softact.optimise.spec import Optimisation, place_of
 from softact.optimise.study import Trials, feasible
 from softact.output import Output
 from softact.results import read as read_results
 from softact.run import SolverCrashError
 from softact.sweep import compute as computing
+from softact.sweep.axes import Axis
 from softact.sweep.cache import Cache
 from softact.sweep.record import refresh
 from softact.sweep.spec import read
@@ -406,3 +407,8 @@ def test_a_trial_whose_solver_was_killed_is_tried_again_by_the_next_call(
         assert len(again.done) == 4
         assert again.done[-1].params == whole.done[2].params
         assert all(t.user_attrs["cause"] in ("", "block: gmsh crashed") for t in again.done)
+
+
+def test_true_and_one_are_two_choices():
+    axis = Axis.model_validate({"path": "a", "values": [1, "1", [1]]})
+    assert [place_of(axis, value) for value in (1, "1", [1], True, 1.0)] == [0, 1, 2, None, None]
