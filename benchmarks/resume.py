@@ -99,14 +99,18 @@ def rows(directory: Path) -> list[dict[str, str]]:
 
 def difference(wanted, found) -> float:
     """Largest difference of a figure by the largest value in its column (mm, deg, MPa, ...), where
-    that is not rounding (1e-6)."""
+    that is not rounding (1e-6); inf where one has a figure that the other has not."""
     worst = 0.0
     for name in wanted[0]:
         if name in ("step", "residual"):
             continue
-        pairs = [(float(a[name]), float(b[name])) for a, b in zip(wanted, found, strict=True)]
-        size = max(abs(a) for a, _ in pairs)
-        worst = max(worst, max(abs(a - b) for a, b in pairs) / max(size, 1e-6))
+        texts = [(a[name], b[name]) for a, b in zip(wanted, found, strict=True)]
+        if any(bool(a) != bool(b) for a, b in texts):
+            return float("inf")
+        pairs = [(float(a), float(b)) for a, b in texts if a]
+        size = max((abs(a) for a, _ in pairs), default=0.0)
+        gap = max((abs(a - b) for a, b in pairs if a != b), default=0.0)
+        worst = max(worst, gap / max(size, 1e-6))
     return worst
 
 

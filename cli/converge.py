@@ -2,6 +2,7 @@
 
 import os
 import sys
+from contextlib import ExitStack
 from pathlib import Path
 
 import click
@@ -82,6 +83,7 @@ def converge(
     from softact.converge import output as files
     from softact.converge.study import converge as study_of
     from softact.converge.study import refined
+    from softact.folder_lock import held
     from softact.output import Output
     from softact.spec import load
     from softact.sweep.cache import DEFAULT, Cache
@@ -89,20 +91,22 @@ def converge(
     loaded = load(spec, overrides)
     wanted = measures or ("bending_angle_deg", "max_principal_stress_MPa")
     cache = Cache(Path(cache_folder or DEFAULT), warn=lambda line: click.echo(line, err=True))
-    if into:  # before hours of computing, not after
-        sizes = (refined(loaded, factor**n) for n in range(most))
-        carry.check_folder(Path(into), (spec.hash for spec in sizes))
     directory = Path(output) if output else Path("results") / f"{loaded.name}-converge"
     folder = Output(directory, "converge", force, [Path(spec)], "the runs are kept in the cache")
-    with folder.opened(files.FILES):
+    with ExitStack() as stack:
+        if into:  # before hours of computing, not after
+            sizes = (refined(loaded, factor**n) for n in range(most))
+            carry.check_folder(Path(into), (spec.hash for spec in sizes))
+            stack.enter_context(held(Path(into), "converge"))
+        stack.enter_context(folder.opened(files.FILES))
         study = study_of(
             loaded, wanted, cache, _part(tolerance), factor, most, jobs, told=_told(wanted)
         )
         page = files.write(study, loaded.name, folder)
-    for line in [*files.told(study), files.advice(study)]:
-        click.echo(line)
-    if into:
-        click.echo(carry.carry_into(study, Path(into)))
+        for line in [*files.told(study), files.advice(study)]:
+            click.echo(line)
+        if into:
+            click.echo(carry.carry_into(study, Path(into)))
     click.echo(f"page: {page}")
     sys.exit(0 if study.converged else 1)
 

@@ -80,7 +80,13 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, values: tuple[str, ..
     show_default=True,
     help="Starts of the optimiser.",
 )
-@click.option("--seed", type=int, default=0, show_default=True, help="Of the drawn starts.")
+@click.option(
+    "--seed",
+    type=click.IntRange(0, 2**32 - 1),
+    default=0,
+    show_default=True,
+    help="Of the drawn starts.",
+)
 @click.option("--sigma", callback=_quantity("PRESSURE"), help="Standard deviation of the stress.")
 @click.option(
     "--fix",

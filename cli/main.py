@@ -4,6 +4,7 @@ Exit codes: 0 done; 1 a check deviates; 2 the spec or another input is wrong; 3 
 4 no equilibrium was found; 70 a fault in softact itself; 128 + n stopped by signal n (130: Ctrl-C).
 """
 
+import errno
 import importlib
 import os
 import pkgutil
@@ -13,11 +14,15 @@ import traceback
 from collections.abc import Sequence
 
 import click
+from click.shell_completion import shell_complete
 
-from softact.errors import SoftactError
+from softact.errors import NOT_IN_LOCALE, NOT_UTF8, SoftactError
 from softact.nearest import nearest
+from softact.orphans import leave_current_folder
+from softact.streams import abandon_stdout, make_safe
 
 WRONG_INPUT, BUG, INTERRUPTED, BROKEN_PIPE = 2, 70, 130, 141
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EROFS)
 FIRST = (
     "run",
     "validate",
@@ -122,6 +127,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     for number in (signal.SIGTERM, signal.SIGHUP):
         # As an exception, so that processes of the solver do not outlive this one.
         signal.signal(number, _leave)
+    make_safe()
+    if arguments is None:  # as a program
+        leave_current_folder()
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in arguments
     sys.exit(_run([a for a in arguments if a != "--debug"], debug))
@@ -133,20 +141,51 @@ def _leave(number: int, frame: object) -> None:
 
 def _run(arguments: list[str], debug: bool) -> int:
     try:
-        code = softact.main(arguments, prog_name="softact", standalone_mode=False)
+        code = _click(arguments)
         sys.stdout.flush()
         return code if isinstance(code, int) else 0
     except BrokenPipeError:
-        # The reader of a pipe (head, less) has left; nothing is to be told to anybody.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return BROKEN_PIPE
+        return _nobody_reads()
+    except SystemExit as left:
+        if isinstance(left.__context__, BrokenPipeError):  # as rich leaves
+            return _nobody_reads()
+        raise
     except (KeyboardInterrupt, click.Abort):
-        click.echo("softact: stopped", err=True)
+        click.echo("\nsoftact: stopped", err=True)  # after the ^C of the terminal
         return INTERRUPTED
     except Exception as error:
         if debug and not isinstance(error, click.ClickException):
             traceback.print_exc()
+        return _told(error)
+
+
+def _click(arguments: list[str]) -> object:
+    """What click's own main does; that one would turn a broken pipe into exit code 1."""
+    if instruction := os.environ.get("_SOFTACT_COMPLETE"):
+        return shell_complete(softact, {}, "softact", "_SOFTACT_COMPLETE", instruction)
+    try:
+        with softact.make_context("softact", arguments) as context:
+            return softact.invoke(context)
+    except click.exceptions.Exit as left:
+        return left.exit_code
+
+
+def _nobody_reads() -> int:
+    """The reader of a pipe (head, less) has left; nothing is to be told to anybody."""
+    abandon_stdout()
+    return BROKEN_PIPE
+
+
+def _told(error: Exception) -> int:
+    """Tell what went wrong as far as anybody hears it; return the exit code."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        abandon_stdout()
+    try:
         return _tell(error)
+    except BrokenPipeError:
+        return _nobody_reads()
 
 
 def _tell(error: Exception) -> int:
@@ -160,6 +199,15 @@ def _tell(error: Exception) -> int:
         return WRONG_INPUT
     if isinstance(error, OSError) and error.filename is not None:
         click.echo(f"{error.filename}: {error.strerror}", err=True)
+        return WRONG_INPUT
+    if isinstance(error, OSError) and error.errno in FULL:
+        click.echo(f"softact: cannot write: {error.strerror}", err=True)
+        return WRONG_INPUT
+    if isinstance(error, UnicodeEncodeError):
+        from softact.units import show
+
+        utf8 = error.encoding.lower().replace("-", "") == "utf8"
+        click.echo(f"{show(error.object)}: {NOT_UTF8 if utf8 else NOT_IN_LOCALE}", err=True)
         return WRONG_INPUT
     if isinstance(error, MemoryError):
         click.echo("softact: out of memory; what was finished is kept", err=True)

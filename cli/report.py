@@ -37,8 +37,11 @@ def report(
       softact report results/pneunet_glove --targets glove
       softact report results/pneunet_glove --animate gif
     """
-    from softact.errors import SpecError
-    from softact.output import holds_results
+
+    def tell_error(line: str) -> None:
+        click.echo(line, err=True)
+
+    from softact.folder_lock import held
     from softact.report import animation, write_report
     from softact.report import targets as published
     from softact.results import read
@@ -49,11 +52,12 @@ def report(
     if animate:
         animation.check(animate)
     results = read(directory)
-    if not holds_results(directory):
-        raise SpecError(f"{directory / 'run.json'}: is not of softact, so nothing is written there")
     read_in = read_all(measured, list(results.curve), columns)
     more = [partial(published.section, wanted=targets)] if targets else []
-    path = write_report(directory, [*sections(read_in), *more])
+    with held(directory, "report"):
+        path = write_report(directory, [*sections(read_in), *more], tell_error)
+        if animate:
+            film = animation.write_animation(directory, animate)
     tell(directory, read_in)
     for name in targets:
         verdicts = [published.judge(results, asked) for asked in published.requirements(name)]
@@ -61,4 +65,4 @@ def report(
             click.echo(line)
     click.echo(f"wrote {path}")
     if animate:
-        click.echo(f"wrote {animation.write_animation(directory, animate)}")
+        click.echo(f"wrote {film}")

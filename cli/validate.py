@@ -21,7 +21,8 @@ def validate(files: tuple[str, ...], overrides: tuple[str, ...]) -> None:
 
     A file may be a spec, a sweep, an optimisation, a reference case, a material card, a list of
     test data or one of published requirements; it is checked as what it is. Nothing is meshed or
-    written. Exits with 2 when a file has a fault.
+    written. Exits with 2 when a file has a fault. A value of a spec that is right in form and
+    looks a unit wrong is warned of, and is no fault.
 
     \b
     Examples:
@@ -31,16 +32,25 @@ def validate(files: tuple[str, ...], overrides: tuple[str, ...]) -> None:
     from pathlib import Path
 
     from softact.inputs import validate as check
+    from softact.spec import plausible
 
     faults = 0
     for path in files:
         try:
             checked = check(Path(path), overrides)
+            warnings = plausible.lines(checked.spec, checked.source) if checked.spec else []
         except SpecError as error:
             faults += len(error.lines)
             for line in error.lines:
                 click.echo(line, err=True)
         else:
-            click.echo(f"{path}: ok" if checked.spec else f"{path}: ok, {checked.called}")
+            for line in warnings:
+                click.echo(f"warning: {line}", err=True)
+            what = "" if checked.spec else f", {checked.called}"
+            click.echo(f"{path}: ok{what}{_counted(len(warnings))}")
     if faults:
         sys.exit(SpecError.exit_code)
+
+
+def _counted(warnings: int) -> str:
+    return f", {warnings} warning{'s' if warnings > 1 else ''}" if warnings else ""

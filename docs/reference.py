@@ -20,6 +20,7 @@ from softact.spec.models import (
     Support,
     Traction,
 )
+from softact.spec.plausible import RANGES
 from softact.units import DIMENSIONS
 
 PAGE = Path(__file__).with_name("reference.md")
@@ -80,6 +81,22 @@ def units() -> list[str]:
     return table(("value", "for example", "units, and all that pint converts to them"), rows)
 
 
+def usual() -> list[str]:
+    """The ranges outside of which a value is warned of."""
+    rows = (
+        (of(kind), f"{r.text(r.low)} to {r.text(r.high)}", r.evidence) for kind, r in RANGES.items()
+    )
+    return table(("what", "usual", "what spans it"), rows)
+
+
+def of(kind: str) -> str:
+    """What a range is about, in words."""
+    quantity = {"rubber": "initial shear modulus", "softest": "shear modulus", "solid": "Young's "
+                "modulus", "sheet": "Young's modulus", "fibres": "stiffness k1", "poisson":
+                "Poisson's ratio", "rubber_poisson": "Poisson's ratio"}  # fmt: skip
+    return f"{quantity[kind]} of {RANGES[kind].what}" if kind in quantity else RANGES[kind].what
+
+
 def geometries() -> Iterable[str]:
     """A section per geometry: its parameters and the names that a spec may use."""
     for record in catalogue.geometries():
@@ -120,10 +137,22 @@ def page() -> str:
         "## Units",
         "",
         *units(),
+        "",
+        "An exponent is written `mm^2`, `mm²` or `mm2`. A pressure counts from the ambient, as "
+        "that of a gauge does (`psig`, `barg`).",
     ]
     for model, title in PARTS:
         sentence = " ".join((model.__doc__ or "").split())
         lines += ["", f"## {title}", "", sentence, "", *parameters(catalogue.parameters(model))]
+    lines += [
+        "",
+        "## What is usual",
+        "",
+        "A value outside is no fault: `softact validate` and `softact run` warn of it, since most "
+        "such values are a unit wrong.",
+        "",
+        *usual(),
+    ]
     lines += ["", "## Geometries", *geometries()]
     lines += ["", "## Materials", "", "[materials.md](materials.md) shows every law and card."]
     lines += [

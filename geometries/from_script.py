@@ -11,6 +11,7 @@ from typing import ClassVar, Literal
 from softact.errors import MeshError
 from softact.geometry import main
 from softact.imported import Imported
+from softact.orphans import importable
 
 
 class FromScript(Imported):
@@ -40,10 +41,11 @@ class FromScript(Imported):
         sys.dont_write_bytecode = True
         spec = importlib.util.spec_from_file_location("user_geometry", path)
         module = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(module)
-        if not callable(getattr(module, "build", None)):
-            raise MeshError(f"{path.name} has no function build(gmsh)")
-        module.build(gmsh)
+        with importable(path.absolute().parent):
+            spec.loader.exec_module(module)
+            if not callable(getattr(module, "build", None)):
+                raise MeshError(f"{path.name} has no function build(gmsh)")
+            module.build(gmsh)
         gmsh.model.occ.synchronize()
 
 

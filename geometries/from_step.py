@@ -31,7 +31,7 @@ class FromStep(Imported):
         return True
 
     def build(self, gmsh) -> None:
-        bodies = StepFile(Path(self.file).read_text(errors="replace")).bodies()
+        bodies = StepFile(Path(self.file).read_text(encoding="utf-8", errors="replace")).bodies()
         if not bodies:
             raise MeshError(
                 f"{Path(self.file).name} holds no solid: its surfaces do not close one "

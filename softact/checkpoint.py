@@ -6,10 +6,8 @@ processes, which hold other parts of the mesh.
 
 from __future__ import annotations
 
-import io
-import json
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,11 +15,12 @@ import scipy.spatial
 
 from softact.drive import Point
 from softact.errors import SpecError
-from softact.results import RESTART
+from softact.restart import RESTART, of_another_version, seal, unseal
 from softact.terms import State
 
 SAME_PLACE = 1e-9  # of the body's size
-LOADS = ("pressure", "gravity", "traction", "surface_pressure", "shift", "presence")
+# All of a state but its unknowns and what contacts keep, which are stored in their own ways.
+LOADS = tuple(item.name for item in fields(State) if item.name not in ("x", "memory"))
 
 
 @dataclass
@@ -30,7 +29,8 @@ class Checkpoint:
 
     step: number of the current step. begun: state at its start. state: now. path: its last points.
     size: next increment. traced_at: where volume control was tried. rows: increments written down.
-    attempts, remarks, counts: what the run has told so far.
+    attempts, remarks, counts: what the run has told so far. curve: text of curve.csv; spec: see
+    ``softact.resuming.identity``.
     """
 
     step: int
@@ -43,6 +43,8 @@ class Checkpoint:
     attempts: list[dict] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
     counts: dict = field(default_factory=dict)
+    curve: str = ""
+    spec: dict = field(default_factory=dict)
 
     @property
     def step_done(self) -> bool:
@@ -50,8 +52,14 @@ class Checkpoint:
         return self.path[-1].s >= 1.0
 
 
+# Entries of a checkpoint that are stored as they are: all but what is made of vectors.
+PLAIN = tuple(
+    item.name for item in fields(Checkpoint) if item.name not in ("begun", "state", "path")
+)
+
+
 def pack(model, checkpoint: Checkpoint) -> bytes | None:
-    """The checkpoint as the bytes of an .npz file, on rank 0 (None elsewhere). Collective."""
+    """The checkpoint as the content of a file, on rank 0 (None elsewhere). Collective."""
     arrays: dict[str, np.ndarray] = {}
     vectors = [checkpoint.begun.x, *(point.x for point in checkpoint.path)]
     has_rate = checkpoint.path[-1].rate is not None
@@ -71,61 +79,61 @@ def pack(model, checkpoint: Checkpoint) -> bytes | None:
             for name, value in memory.items():
                 arrays[f"memory/{rank}/{when}/{name}"] = np.asarray(value)
     known = {
-        "step": checkpoint.step,
+        **{name: getattr(checkpoint, name) for name in PLAIN},
         "begun": _loads(checkpoint.begun),
         "state": _loads(checkpoint.state),
         "path": [{"s": p.s, "q": p.q.tolist()} for p in checkpoint.path],
         "has_rate": has_rate,
-        "size": checkpoint.size,
-        "traced_at": checkpoint.traced_at,
-        "rows": checkpoint.rows,
-        "attempts": checkpoint.attempts,
-        "remarks": checkpoint.remarks,
-        "counts": checkpoint.counts,
         "processes": len(memories),
     }
-    buffer = io.BytesIO()
-    np.savez(buffer, known=np.array(json.dumps(known)), **arrays)
-    return buffer.getvalue()
+    return seal(known, arrays)
 
 
 def read(model, directory: Path) -> Checkpoint | None:
     """The checkpoint in a result folder; None where there is none. Collective.
 
-    Raises SpecError where it does not fit the model's mesh.
+    Raises DamagedResultError where it cannot be used, SpecError where it does not fit the model's
+    mesh or processes.
     """
     path = Path(directory) / RESTART
     if not model.comm.bcast(path.is_file() if model.comm.rank == 0 else None):
         return None
-    with np.load(path, allow_pickle=False) as file:
-        known = json.loads(str(file["known"]))
-        count = 1 + len(known["path"])
-        vectors = np.zeros((count + known.get("has_rate", False), model.unknowns.local))
-        for number, (places, dofs, _) in enumerate(_groups(model)):
-            known_places = file.get(f"places_{number}", np.empty((0, 3)))
-            order = _find(known_places, places) if len(known_places) else None
-            if model.comm.allreduce(int(order is None)):
-                raise SpecError(f"{path}: was written on another mesh; start the run anew")
-            for vector, values in zip(vectors, file[f"values_{number}"], strict=True):
-                vector[dofs] = values[order]
-        states = []
-        for when, loads, x in (
-            ("begun", known["begun"], vectors[0]),
-            ("now", known["state"], vectors[count - 1]),
-        ):
-            state = State(x.copy())
-            for name, value in loads.items():
-                setattr(state, name, _array(value))
-            state.memory = _memory(file, known["processes"], when, model.comm)
-            states.append(state)
+    known, file = unseal(path)
+    try:
+        return _unpacked(model, path, known, file)
+    except (KeyError, TypeError, ValueError, IndexError):
+        raise of_another_version(path) from None
+
+
+def _unpacked(model, path: Path, known: Mapping, file) -> Checkpoint:
+    count = 1 + len(known["path"])
+    vectors = np.zeros((count + known["has_rate"], model.unknowns.local))
+    for number, (places, dofs, _) in enumerate(_groups(model)):
+        known_places = file.get(f"places_{number}", np.empty((0, 3)))
+        order = _find(known_places, places) if len(known_places) else None
+        if model.comm.allreduce(int(order is None)):
+            raise SpecError(f"{path}: was written on another mesh; start the run anew")
+        for vector, values in zip(vectors, file[f"values_{number}"], strict=True):
+            vector[dofs] = values[order]
+    states = []
+    for when, loads, x in (
+        ("begun", known["begun"], vectors[0]),
+        ("now", known["state"], vectors[count - 1]),
+    ):
+        if set(loads) != set(LOADS):
+            raise KeyError("loads")
+        memory = _memory(file, known["processes"], when, model.comm)
+        loads = {name: _array(value) for name, value in loads.items()}
+        states.append(State(x.copy(), **loads, memory=memory))
     points = [
         Point(p["s"], x, np.array(p["q"], dtype=float))
         for p, x in zip(known["path"], vectors[1:count], strict=True)
     ]
-    if known.get("has_rate", False):
+    if known["has_rate"]:
         points[-1] = replace(points[-1], rate=vectors[-1])
-    rest = {n: known[n] for n in ("size", "traced_at", "rows", "attempts", "remarks", "counts")}
-    return Checkpoint(known["step"], *states, points, **rest)
+    begun, now = states
+    plain = {name: known[name] for name in PLAIN}
+    return Checkpoint(begun=begun, state=now, path=points, **plain)
 
 
 def _memory(file, processes: int, when: str, comm) -> dict:
@@ -183,13 +191,13 @@ def _array(value):
     return np.array(value) if isinstance(value, list) else value
 
 
-def first_to_solve(checkpoint: Checkpoint, old: Sequence[dict], new: Sequence[dict]) -> int | None:
+def first_to_solve(checkpoint: Checkpoint, new: Sequence[dict]) -> int | None:
     """Number of the step to begin, or None to go on inside the current one.
 
-    old, new: the steps of the stored spec and of the one to go on with, as plain data; their names
-    are part of them. Raises SpecError where the new one is no continuation.
+    new: the steps of the spec to go on with, as plain data; their names are part of them. Raises
+    SpecError where it is no continuation.
     """
-    k = checkpoint.step
+    k, old = checkpoint.step, checkpoint.spec["steps"]
     if list(old[:k]) != list(new[:k]) or len(new) <= k:
         raise SpecError(
             f"steps: the results were computed with other steps up to '{old[k]['name']}'; "

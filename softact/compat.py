@@ -122,13 +122,20 @@ def geometry_dofs(mesh) -> np.ndarray:
 
 def generate_code(form: ufl.Form, name: str) -> str:
     """C source of FFCx's kernels for ``form``; it includes ufcx.h."""
-    import ffcx
     import ffcx.compiler
 
+    # FFCx's defaults themselves: get_options would read a file in the current folder or the home,
+    # which changes the kernels (or leaves them empty), and the cache would keep these for all.
     if _OLD:
-        options = {"parameters": ffcx.get_parameters({})}
+        import ffcx.parameters
+
+        known = ffcx.parameters.FFCX_DEFAULT_PARAMETERS
+        options = {"parameters": {key: value for key, (value, *_) in known.items()}}
     else:
-        options = {"options": ffcx.get_options({})}
+        import ffcx.options
+
+        known = ffcx.options.FFCX_DEFAULT_OPTIONS
+        options = {"options": {key: value for key, (_, value, *_) in known.items()}}
     _, source = ffcx.compiler.compile_ufl_objects([form], prefix=name, **options)[:2]
     return source
 

@@ -12,9 +12,13 @@ import sys
 import sysconfig
 import tempfile
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Literal
+
+from softact.streams import UTF8
 
 State = Literal["ok", "slow", "absent", "broken"]
 
@@ -56,8 +60,17 @@ def look_at_python() -> Iterable[Finding]:
         yield Finding("python", "ok", detail)
 
 
+def import_petsc() -> ModuleType:
+    """petsc4py.PETSc, without the options in a file of the current folder: one of them loads and
+    runs any library."""
+    importlib.import_module("petsc4py").init(["softact", "-skip_petscrc"])
+    return importlib.import_module("petsc4py.PETSc")
+
+
 def look_at_dolfinx() -> Iterable[Finding]:
     """dolfinx, which assembles the forms."""
+    with suppress(Exception):
+        import_petsc()  # or dolfinx would, with those options
     try:
         dolfinx = importlib.import_module("dolfinx")
     except Exception as error:
@@ -69,7 +82,7 @@ def look_at_dolfinx() -> Iterable[Finding]:
 def look_at_petsc() -> Iterable[Finding]:
     """PETSc with real numbers, and the direct solvers that it was built with."""
     try:
-        PETSc = importlib.import_module("petsc4py.PETSc")
+        PETSc = import_petsc()
     except Exception as error:
         yield missing_module("PETSc", error, apt("python3-petsc4py"))
         return
@@ -124,13 +137,13 @@ def mumps_orderings(petsc: object) -> list[str]:
 def look_at_blas() -> Iterable[Finding]:
     """The BLAS that PETSc has really loaded, and the threads that it would take."""
     try:
-        importlib.import_module("petsc4py.PETSc")
+        import_petsc()
     except Exception:
         return  # told by look_at_petsc
     name = f"libblas.so.3-{sysconfig.get_config_var('MULTIARCH')}"
     sudo = "" if os.geteuid() == 0 else "sudo "
     mend = f"{apt('libopenblas0-pthread')} && {sudo}update-alternatives --auto {name}"
-    with open("/proc/self/maps") as maps:
+    with open("/proc/self/maps", encoding="utf-8", errors="replace") as maps:
         libraries = blas_among(maps)
     fast = [path for path in libraries if re.search(r"openblas|mkl|blis", path.lower())]
     if not libraries:
@@ -215,30 +228,34 @@ def look_at_compiler() -> Iterable[Finding]:
     include = f"-I{sysconfig.get_path('include')}"
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder, "trial.c")
-        source.write_text("#include <Python.h>\nint main(void) { return 0; }\n")
+        source.write_text("#include <Python.h>\nint main(void) { return 0; }\n", encoding="utf-8")
         done = subprocess.run(
             [*command, include, "-c", str(source), "-o", str(source.with_suffix(".o"))],
             capture_output=True,
-            text=True,
+            **UTF8,
         )
     if done.returncode:
         reason = (done.stderr.splitlines() or ["no reason given"])[0]
         yield Finding("C compiler", "broken", f"cannot compile against Python: {reason}", mend)
         return
-    version = subprocess.run([*command, "--version"], capture_output=True, text=True).stdout
+    version = subprocess.run([*command, "--version"], capture_output=True, **UTF8).stdout
     yield Finding("C compiler", "ok", version.splitlines()[0] if version else command[0])
 
 
 def look_at_cache() -> Iterable[Finding]:
     """The folder in which dolfinx keeps compiled forms: without it every run compiles anew."""
-    base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    mend = "export XDG_CACHE_HOME=$(mktemp -d)"
+    try:
+        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    except RuntimeError:
+        yield Finding("cache", "broken", "HOME is not set, and the user has none", mend)
+        return
     folder = base / "fenics"
     nearest = next(p for p in (folder, *folder.parents) if p.exists())
     try:
         with tempfile.TemporaryFile(dir=nearest):
             yield Finding("cache", "ok", f"{folder} can be written")
     except OSError as error:
-        mend = "export XDG_CACHE_HOME=$(mktemp -d)"
         yield Finding("cache", "broken", f"{nearest} cannot be written: {error.strerror}", mend)
 
 

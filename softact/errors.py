@@ -1,5 +1,7 @@
 """Errors that a user meets, each with the exit code that the command line promises."""
 
+NOT_IN_LOCALE = "this locale has no such characters; run softact with LC_ALL=C.UTF-8"
+NOT_UTF8 = "this name has bytes that are no UTF-8; rename the file or folder"
 OUT_OF_MEMORY = "the solver ran out of memory; a larger mesh_size needs less"
 
 
@@ -16,8 +18,17 @@ class SoftactError(Exception):
         super().__init__("\n".join(lines))
 
 
+def reason(error: Exception) -> str:
+    """What to say of an error that is not the end, on one line."""
+    return "; ".join(error.lines) if isinstance(error, SoftactError) else repr(error)
+
+
 class SpecError(SoftactError):
     """The spec or another input is wrong (exit 2)."""
+
+
+class DamagedResultError(SpecError):
+    """A file of a result folder is not as softact wrote it (exit 2)."""
 
 
 class FolderBusyError(SoftactError):

@@ -1,4 +1,4 @@
-"""Text files of softact: replaced in one step, CSV with all digits, strict JSON."""
+"""Files: those of the user read within bounds, those of softact replaced in one step."""
 
 import contextlib
 import csv
@@ -16,12 +16,62 @@ from pathlib import Path
 
 import numpy as np
 
+from softact.errors import NOT_IN_LOCALE, SpecError
+from softact.units import one_line, show
+
 #: What no further try mends: the disk is full or broken, the folder is no longer writable.
 UNWRITABLE = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.EIO)
 _LONGEST = 50  # letters of a file's name in that of its temporary one
 _TEMPORARY = re.compile(r"\.(.+)\.[0-9a-f]{16}\.\w+", re.DOTALL)
 #: Beside the type of a field of a spec: it names a file, which counts from the spec's folder.
 NAMES_A_FILE = "names a file"
+
+# A spreadsheet computes a cell that begins so, and an apostrophe before it says that it is text.
+_FORMULA = re.compile(r"'*[=+@\t\n-]")
+_SIGNED = re.compile(r"[+-](?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?(?: ?[A-Za-z°%µ][\w°/^]*)?")
+
+
+def read_file(path: Path, most: int, wanted: str) -> bytes:
+    """The content of a file that the user names, of at most ``most`` bytes.
+
+    wanted: what should have been named, for the end of a message: "the YAML file of a spec".
+    Raises SpecError with one line where there is no such file, or a folder, a pipe that nobody may
+    ever write into, a device without an end, or more bytes.
+    """
+    name = one_line(str(path))
+    try:
+        content = _regular(path, most + 1)
+    except IsADirectoryError:
+        raise SpecError(f"{name}: this is a folder; give {wanted}") from None
+    except FileNotFoundError:
+        raise SpecError(f"{name}: there is no such file") from None
+    except UnicodeEncodeError:
+        raise SpecError(f"{show(name)}: {NOT_IN_LOCALE}") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise SpecError(f"{show(name)}: the file cannot be read: {reason}") from None
+    if content is None:
+        raise SpecError(f"{name}: this is a pipe or a device and no file; give {wanted}")
+    if len(content) > most:
+        size = f"{most // 1000} kB" if most < 10_000_000 else f"{most // 1_000_000} MB"
+        raise SpecError(f"{name}: the file is larger than {size}; give {wanted}")
+    return content
+
+
+def _regular(path: Path, most: int) -> bytes | None:
+    """The first bytes of a regular file, None of anything else that can be opened."""
+    # Without waiting for the writer of a pipe, or for a terminal.
+    handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY)
+    try:
+        kind = os.fstat(handle).st_mode
+        if stat.S_ISDIR(kind):
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+        if not stat.S_ISREG(kind):
+            return None
+        with open(handle, "rb", closefd=False) as file:
+            return file.read(most)
+    finally:
+        os.close(handle)
 
 
 @contextlib.contextmanager
@@ -51,10 +101,14 @@ def replacing(path: Path, suffix: str = ".tmp") -> Iterator[Path]:
         raise
 
 
-def write_atomic(path: Path, data: str | bytes) -> None:
-    """Replace ``path`` by ``data`` in one step, see ``replacing``."""
-    with replacing(path) as temporary:
-        temporary.write_bytes(data.encode() if isinstance(data, str) else data)
+def write_atomic(path: Path, data: str | bytes | memoryview) -> None:
+    """Replace ``path`` by ``data`` in one step, see ``replacing``. An OSError names ``path``."""
+    try:
+        with replacing(path) as temporary:
+            temporary.write_bytes(data.encode() if isinstance(data, str) else data)
+    except OSError as error:
+        error.filename = os.fspath(path)
+        raise
 
 
 def is_temporary(name: str) -> bool:
@@ -87,12 +141,13 @@ def digest(path: Path) -> str:
 def csv_text(rows: Sequence[Mapping[str, float | str]]) -> str:
     """CSV of ``rows``; columns in order of first appearance, numbers with all their digits.
 
-    A column that a row lacks is left empty in it.
+    A column that a row lacks is left empty in it. A text that a spreadsheet would take for a
+    formula gets an apostrophe, as spreadsheets do it; ``csv_rows`` takes it away.
     """
     columns = list(dict.fromkeys(name for row in rows for name in row))
     out = io.StringIO()
     table = csv.writer(out, lineterminator="\n")
-    table.writerow(columns)
+    table.writerow([_cell(name) for name in columns])
     for row in rows:
         table.writerow([_cell(row.get(name, "")) for name in columns])
     return out.getvalue()
@@ -107,7 +162,27 @@ def _cell(value) -> str:
         return str(int(value))
     if isinstance(value, float | np.floating):
         return repr(float(value))
-    return str(value)
+    text = re.sub("\r\n?", "\n", str(value))
+    return f"'{text}" if _FORMULA.match(text) and not _SIGNED.fullmatch(text) else text
+
+
+def csv_rows(path: Path) -> list[list[str]]:
+    """The rows of a CSV of ``csv_text``, its headings first, all cells as text.
+
+    Raises OSError as ``open`` does, and ValueError where it is no text in UTF-8.
+    """
+    with open(path, newline="", encoding="utf-8") as file:
+        return csv_cells(file.read())
+
+
+def csv_cells(text: str) -> list[list[str]]:
+    """The rows of a text of ``csv_text``, its headings first, all cells as text."""
+    rows = csv.reader(io.StringIO(text, newline=""))
+    return [[_unescaped(cell) for cell in row] for row in rows]
+
+
+def _unescaped(cell: str) -> str:
+    return cell[1:] if cell.startswith("'") and _FORMULA.match(cell) else cell
 
 
 def json_text(data: Mapping) -> str:

@@ -114,7 +114,8 @@ def _born(directory: Path, first: Mapping[str, str]) -> tuple[int, list[Path]]:
         if error.errno == errno.ENOTEMPTY:
             raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), directory) from None
         raise
-    return handle, made
+    # Where it came and went meanwhile, it was there when that was looked at, and is ours now.
+    return handle, [directory, *(path for path in made if path != directory)]
 
 
 def _opened(path: Path) -> int | None:

@@ -22,8 +22,9 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from softact.errors import GmshKilledError, MeshError, SoftactError, SpecError
 from softact.files import replacing
-from softact.orphans import bound
+from softact.orphans import bound, environment, python
 from softact.sheets.pattern import Pattern
+from softact.streams import UTF8
 from softact.units import LENGTH, dimension_of
 
 # A child started by a process that runs under mpirun would join its MPI job and hang.
@@ -277,15 +278,13 @@ def _run_gmsh(geometry: Geometry, path: Path, timeout: float, part: Part) -> Non
         "timeout": timeout,
         "parent": os.getpid(),
     }
-    environment = {k: v for k, v in os.environ.items() if not k.startswith(MPI_PREFIXES)}
-    environment["OMP_NUM_THREADS"] = "1"
     process = subprocess.Popen(
-        bound([sys.executable, "-m", "softact.gmsh_process"]),
+        bound(python("-m", "softact.gmsh_process")),
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
-        text=True,
-        env=environment,
+        **UTF8,
+        env=environment(without=MPI_PREFIXES) | {"OMP_NUM_THREADS": "1"},
         start_new_session=True,
     )
     try:
@@ -365,9 +364,9 @@ def main(kind: type[Geometry]) -> None:
 
 def _as_in_spec(text: str):
     """6 is a number, true a truth, and '16 mm' a text, as YAML reads them."""
-    import yaml
+    from softact.spec.document import scalar
 
     try:
-        return yaml.safe_load(text)
-    except yaml.YAMLError:
+        return scalar(text)
+    except SpecError:
         return text

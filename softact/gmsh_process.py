@@ -7,6 +7,7 @@ import importlib
 import importlib.util
 import json
 import math
+import os
 import signal
 import sys
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ import numpy as np
 from softact.errors import MeshError
 from softact.geometry import FAULT, Geometry
 from softact.orphans import end_with
+from softact.streams import make_safe
 
 TRIANGLE, TETRAHEDRON = 2, 4  # gmsh's numbers for first-order elements
 # Mean ratio (1 regular, 0 flat) under which a tetrahedron would spoil the solution.
@@ -41,6 +43,7 @@ class Parts:
 
 
 def main() -> int:
+    make_safe("utf-8")  # as softact.geometry reads it, with names in any letters
     job = json.load(sys.stdin)
     end_with(job["parent"])
     # A gmsh that hangs is stopped by its parent, or here.
@@ -73,7 +76,8 @@ def load(job: dict) -> Geometry:
     try:
         module = module or importlib.import_module(job["module"].replace("__main__", ""))
     except (ImportError, ValueError):
-        # A script of the user's, or one that runs by itself.
+        # A script of the user's, or one that runs by itself; what lies beside it comes last.
+        sys.path.append(os.path.dirname(job["file"]))
         spec = importlib.util.spec_from_file_location("geometry_script", job["file"])
         module = importlib.util.module_from_spec(spec)
         sys.modules["geometry_script"] = module

@@ -1,17 +1,19 @@
 """Base of the geometries that come out of a file of the user's: which names mean what."""
 
 import os
+import tempfile
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from softact.errors import MeshError
+from softact.errors import NOT_UTF8, MeshError
 from softact.files import NAMES_A_FILE, digest
-from softact.geometry import Geometry, Layout
-from softact.units import Length
+from softact.geometry import Geometry, Layout, make_mesh
+from softact.part_names import PartName, PartNameOrNone
+from softact.units import Length, is_utf8
 
-Names = Annotated[tuple[str, ...], Field(strict=False)]
+Names = Annotated[tuple[PartName, ...], Field(strict=False)]
 Axis = Literal["x", "y", "z"]
 TETRAHEDRON = 4  # gmsh's number
 
@@ -22,12 +24,12 @@ class Imported(Geometry):
     file: Annotated[str, NAMES_A_FILE] = Field(description="path, seen from the file that names it")
     regions: Names = Field(("body",), description="names of the solids; each gets a material")
     surfaces: Names = Field((), description="further named surfaces, for layers, loads, contact")
-    cavities: dict[str, Names] = Field(
+    cavities: dict[PartName, Names] = Field(
         {"cavity": ("cavity",)}, description="cavity -> names of the surfaces that wall it"
     )
-    clamp: str = Field("clamp", description="surface at the clamped end; '' for none")
-    tip: str = Field("tip", description="surface at the tip; '' for none")
-    symmetry: dict[Axis, str] = Field(
+    clamp: PartNameOrNone = Field("clamp", description="surface at the clamped end; '' for none")
+    tip: PartNameOrNone = Field("tip", description="surface at the tip; '' for none")
+    symmetry: dict[Axis, PartName] = Field(
         {}, description="coordinate that is zero in a symmetry plane -> surface in that plane"
     )
     mesh_size: Length = Field(2.0, description="longest edge")
@@ -36,7 +38,9 @@ class Imported(Geometry):
 
     def faults(self):
         path = Path(self.file)
-        if path.suffix.lower() not in self.suffixes:
+        if not is_utf8(self.file):
+            yield "file", NOT_UTF8
+        elif path.suffix.lower() not in self.suffixes:
             yield "file", f"'{path.name}' is none of {', '.join(self.suffixes)}"
         elif not os.path.isfile(path):  # False, not an error, for what no file can be named
             yield "file", f"there is no file '{path}'"
@@ -100,3 +104,20 @@ class Imported(Geometry):
                 f"{lost} tetrahedra are in no solid named under regions "
                 f"({', '.join(self.regions)}); name all solids"
             )
+
+
+_digests: dict[str, str] = {}
+
+
+def mesh_digest(geometry: Imported) -> str:
+    """Digest of the mesh of a geometry, or why there is none; made once in a process."""
+    name = f"{type(geometry).__name__} {geometry.model_dump_json()}"
+    if name not in _digests:
+        with tempfile.TemporaryDirectory(prefix="softact-key-") as folder:
+            path = Path(folder) / "mesh.msh"
+            try:
+                make_mesh(geometry, path)
+                _digests[name] = digest(path)
+            except MeshError as error:
+                _digests[name] = "; ".join(error.lines)
+    return _digests[name]

@@ -110,6 +110,9 @@ class Newton:
         self._x = u.create_vector()
         self._work = u.create_vector(), u.create_vector()
         self._factor: PETSc.Mat | None = None
+        # Whether it holds factors, and what the last ones said.
+        self._factored = False
+        self._modes = 0
         self._space = SLACK_SPACE_OF_SHEETS if model.sheets else SLACK_SPACE
         self._snes = self._create_snes(max_iterations)
 
@@ -151,6 +154,7 @@ class Newton:
         pc.setFactorSolverType("mumps")
         pc.setFactorSetUpSolverType()
         self._factor = pc.getFactorMatrix()
+        self._factored = False
         for control, value in {**MUMPS_CONTROLS, 14: self._space}.items():
             self._factor.setMumpsIcntl(control, value)
 
@@ -162,8 +166,14 @@ class Newton:
         """
         if not self.model.contacts.symmetric:
             return 0  # LU factors have no inertia
-        pressures = self.model.sum(int((~self._is_force).sum()))
-        return self._factor.getInertia()[0] - pressures
+        if self._factored:
+            pressures = self.model.sum(int((~self._is_force).sum()))
+            self._modes = self._factor.getInertia()[0] - pressures
+        return self._modes
+
+    def resume(self, counts: Counts, unstable_modes: int) -> None:
+        """Go on with what was counted, and with what the last factorised tangent said."""
+        self.counts, self._modes = counts, unstable_modes
 
     def set_supports(self, supports: Sequence[Support], state: State) -> None:
         """Change what is held from here on."""
@@ -204,7 +214,7 @@ class Newton:
         iterations = self._snes.getIterationNumber()
         self.counts.newton_iterations += iterations
         reason = "" if converged else self._reason or self._explain()
-        unstable = self._unstable_modes() if converged and self.counts.factorisations else 0
+        unstable = self._unstable_modes() if converged else 0
         softening = self._border.softening if self._border else 0
         return NewtonOutcome(converged, iterations, self._residuals, reason, unstable, softening)
 
@@ -279,6 +289,7 @@ class Newton:
             return  # PETSc factorises again only when the matrix has changed
         started = time.perf_counter()
         self.counts.factorisations += 1
+        self._factored = False
         self.model.tangent(self._state, self._origin)
         self._handed_over = time.perf_counter()
         self.times["assembly"] += self._handed_over - started
@@ -303,6 +314,7 @@ class Newton:
     def _adapt(self, x, step) -> bool:
         """Complete Newton's step (x becomes x − step) by the prescribed volumes, and shorten it."""
         self.times["linear_solves"] += time.perf_counter() - self._handed_over
+        self._factored = True
         change = None
         if self._border:
             array = step.getArray().copy()

@@ -25,7 +25,7 @@ from softact.files import (
     write_atomic,
 )
 from softact.folder_lock import LOCK, held
-from softact.results import COMPLETE, INCOMPLETE, NO_EQUILIBRIUM, OWN_FILES
+from softact.results import INCOMPLETE, OWN_FILES, holds_results
 
 MARKER = ".softact.json"
 _RUN = "run.json"
@@ -108,7 +108,7 @@ class Output:
 
     def _marker(self) -> list[str] | None:
         """The files that this command has put there; None where the folder is not its own."""
-        with suppress(OSError, ValueError, TypeError, KeyError):
+        with suppress(OSError, ValueError, TypeError, KeyError, RecursionError):
             story = json.loads((self.directory / MARKER).read_text(encoding="utf-8"))
             if story["softact"] == self.command:
                 return [str(name) for name in story["files"]]
@@ -183,13 +183,3 @@ def is_empty(directory: Path) -> bool:
     if not directory.is_dir():
         return True
     return all(path.name == LOCK or is_temporary(path.name) for path in directory.iterdir())
-
-
-def holds_results(directory: Path) -> bool:
-    """Whether a folder is a result folder of softact, finished or not."""
-    try:
-        found = json.loads((directory / _RUN).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return False
-    statuses = (INCOMPLETE, COMPLETE, NO_EQUILIBRIUM)
-    return isinstance(found, dict) and found.get("status") in statuses

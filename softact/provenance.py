@@ -7,6 +7,8 @@ import subprocess
 from importlib import metadata
 from pathlib import Path
 
+from softact.streams import UTF8
+
 
 def provenance() -> dict:
     """Versions, platform and commit, for ``run.json``."""
@@ -40,7 +42,7 @@ def gmsh_version() -> str | None:
         found = subprocess.run(
             ["dpkg-query", "-W", "-f", "${Version}", "python3-gmsh"],
             capture_output=True,
-            text=True,
+            **UTF8,
             check=False,
         ).stdout
     except OSError:
@@ -55,7 +57,7 @@ def commit() -> str | None:
             ["git", "describe", "--always", "--dirty", "--abbrev=12"],
             cwd=Path(__file__).parent,
             capture_output=True,
-            text=True,
+            **UTF8,
             check=False,
         )
     except OSError:

@@ -5,15 +5,17 @@ from __future__ import annotations
 import resource
 import time
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 
 from softact.checkpoint import pack
 from softact.from_spec import load_steps, parameters, supports_of
 from softact.measures import MEASURES
+from softact.resuming import identity
 from softact.settings import Settings
 from softact.snapshot import Snapshot, gather_mesh, gather_nodes
+from softact.spec import plausible
 from softact.stepping import Stepper
 
 
@@ -31,6 +33,7 @@ class Recorder:
         )
         self.row: dict = model.comm.bcast(writer.last_row if writer is not None else None)
         self.write_time = 0.0
+        self.identity = identity(spec) if writer is not None else {}
         if start is None:
             self._write_mesh()
 
@@ -51,6 +54,7 @@ class Recorder:
         memory = self.model.comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
         status = "no_equilibrium" if progress.stopped else "complete"
         messages = [progress.stopped, *progress.remarks, self._unstable(), *self._beyond_test()]
+        messages += plausible.lines(self.spec)
         messages = [message for message in messages if message]
         if self.writer is not None:
             summary = parameters(self.spec) | self.row
@@ -131,7 +135,8 @@ class Recorder:
 
     def _checkpoint(self, checkpoint) -> None:
         started = time.perf_counter()
-        data = pack(self.model, checkpoint)
+        curve = self.writer.curve if self.writer is not None else ""
+        data = pack(self.model, replace(checkpoint, curve=curve, spec=self.identity))
         if self.writer is not None:
             self.writer.checkpoint(data)
         self.write_time += time.perf_counter() - started

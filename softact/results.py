@@ -1,52 +1,76 @@
-"""The result folder: what is in it, read back for the report, for tests and for scripts."""
+"""The result folder: what is in it, read back for the report, for tests and for scripts.
+
+Files may be damaged in any way. What cannot be done without raises DamagedResultError with one line
+that names the file; what can is left out and told in ``Results.faults``.
+"""
+
+from __future__ import annotations
 
 import csv
-import json
+import functools
 import math
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
-import h5py
 import numpy as np
 
-from softact.errors import SpecError
+from softact import fields_file
+from softact.errors import DamagedResultError, SpecError
+from softact.files import csv_rows
 from softact.geometry import Layout
+from softact.restart import RESTART
+from softact.run_json import COMPLETE, INCOMPLETE, NO_EQUILIBRIUM, RUN, damaged, read_run
+from softact.run_log import LOG
 
-INCOMPLETE = "incomplete"
-COMPLETE = "complete"
-NO_EQUILIBRIUM = "no_equilibrium"
+__all__ = ["COMPLETE", "INCOMPLETE", "NO_EQUILIBRIUM", "Curve", "Results", "read", "read_run"]
 
-RESTART = "restart.npz"
+SPEC, CURVE, SUMMARY = "spec.yaml", "curve.csv", "summary.csv"
+FIELDS, XDMF = "fields.h5", "fields.xdmf"
 MESH_ERROR = "mesh_error.json"
+#: Columns of curve.csv that hold words.
+TEXTS = ("step",)
 
 #: Every file that softact itself puts into a result folder, ``run.json`` excepted.
 OWN_FILES = (
-    "spec.yaml",
-    "curve.csv",
-    "summary.csv",
-    "fields.xdmf",
-    "fields.h5",
+    SPEC,
+    CURVE,
+    SUMMARY,
+    XDMF,
+    FIELDS,
     "report.html",
     "curve.png",
     "states.png",
     "shape.png",
     "animation.gif",
     "animation.mp4",
-    "log.txt",
+    LOG,
     RESTART,
     MESH_ERROR,
 )
+
+
+class Curve(dict):
+    """column -> (increments,) of a table; a column that is not there, and has to be, is a damage of
+    its file."""
+
+    def __init__(self, path: Path, columns: dict[str, np.ndarray]):
+        super().__init__(columns)
+        self._path = path
+
+    def __missing__(self, name: str):
+        raise damaged(self._path, f"it has no column '{name}'")
 
 
 @dataclass(frozen=True)
 class Results:
     """A result folder as read; fields stay on disk until ``field`` asks for one.
 
-    run: run.json. curve: column -> (increments,) floats, or strings where not all are numbers.
+    run: run.json. curve: column -> (increments,) floats, or strings where none is a number.
     summary: column -> number or string. points (n, 3) mm, cells (m, 10), region (m,), surfaces:
     name -> (k, 6) or (k, 3); these and layout are None or empty where the run ended before its
     mesh. increments: names in fields.h5 of the states, one for each row. faults: files that are
-    there but cannot be read, with the reason (a run killed while it wrote fields.h5).
+    there but cannot be read, with the reason.
     """
 
     directory: Path
@@ -66,17 +90,42 @@ class Results:
     @property
     def status(self) -> str:
         """ "complete", "no_equilibrium" or "incomplete"."""
-        return self.run.get("status", INCOMPLETE)
+        return self.run["status"]
+
+    @property
+    def spec(self) -> dict:
+        """The resolved spec as plain data; empty where it cannot be read, see ``spec_faults``."""
+        return self._parsed[0]
+
+    @property
+    def spec_faults(self) -> list[str]:
+        """What is wrong with spec.yaml."""
+        return self._parsed[1]
+
+    @functools.cached_property
+    def _parsed(self) -> tuple[dict, list[str]]:
+        from softact.spec import document
+
+        if not self.spec_yaml:
+            return {}, []
+        path = self.directory / SPEC
+        try:
+            return document.parse(self.spec_yaml, path.name).data, []
+        except SpecError as error:
+            return {}, damaged(path, error.lines[0]).lines
 
     def field_names(self, number: int) -> tuple[str, ...]:
-        """Names of the fields of state ``number``."""
-        with h5py.File(self.directory / "fields.h5", "r") as file:
+        """Names of the fields of state ``number``. Raises DamagedResultError."""
+        with fields_file.opened(self.directory / FIELDS) as file:
             return tuple(file["increments"][self.increments[number]])
 
     def field(self, number: int, name: str) -> np.ndarray:
-        """Field ``name`` of state ``number`` (row of the curve); KeyError if it is not there."""
-        with h5py.File(self.directory / "fields.h5", "r") as file:
-            return file["increments"][self.increments[number]][name][()]
+        """(n,) or (n, 3) field ``name`` of state ``number`` (row of the curve), or (m,) where it is
+        one of cells. Raises DamagedResultError, also where it is not there."""
+        with fields_file.opened(self.directory / FIELDS) as file:
+            item = file["increments"][self.increments[number]][name]
+            counts = len(self.points), len(self.region)
+            return fields_file.field(item, counts, vector=name == "displacement")
 
     def scalar(self, number: int, name: str) -> np.ndarray:
         """(n,) the field, or its magnitude where it is a vector field."""
@@ -84,81 +133,102 @@ class Results:
         return values if values.ndim == 1 else np.linalg.norm(values, axis=1)
 
 
+def holds_results(directory: Path) -> bool:
+    """Whether a folder is a result folder of softact, finished or not, sound or not."""
+    try:
+        read_run(directory)
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    except DamagedResultError:
+        beside = (SPEC, CURVE, FIELDS)
+        return (directory / RESTART).is_file() or all((directory / n).is_file() for n in beside)
+    return True
+
+
 def read(directory: str | Path) -> Results:
     """Read a result folder, finished or not.
 
-    Raises SpecError when the folder is not one of softact's.
+    Raises SpecError when the folder is not one of softact's, DamagedResultError where its figures
+    cannot be read.
     """
     directory = Path(directory)
-    if not (directory / "run.json").is_file():
-        raise SpecError(f"{directory}: no run.json in it, so it is not a result folder of softact")
     try:
-        run = json.loads((directory / "run.json").read_text())
-    except ValueError as error:
-        raise SpecError(f"{directory / 'run.json'}: not JSON: {error}") from error
-    spec = directory / "spec.yaml"
-    curve = _read_columns(directory / "curve.csv")
-    mesh = _read_mesh(directory / "fields.h5")
+        run = read_run(directory)
+    except (FileNotFoundError, NotADirectoryError):
+        raise SpecError(
+            f"{directory}: no {RUN} in it, so it is not a result folder of softact"
+        ) from None
+    curve = _read_columns(directory / CURVE, whole=True)
+    summary = _read_columns(directory / SUMMARY)
+    spec_yaml, faults = _read_spec(directory / SPEC)
+    try:
+        mesh = fields_file.read_mesh(directory / FIELDS)
+    except DamagedResultError as error:
+        mesh, faults = {}, [*faults, *error.lines]
     # A run killed between its two writes has fields whose row is missing.
     rows = len(next(iter(curve.values()), ()))
     mesh["increments"] = mesh.get("increments", ())[:rows]
     return Results(
         directory=directory,
         run=run,
-        spec_yaml=spec.read_text() if spec.is_file() else "",
+        spec_yaml=spec_yaml,
         curve=curve,
-        summary={k: v[0] for k, v in _read_columns(directory / "summary.csv").items() if len(v)},
+        summary={name: values[0] for name, values in summary.items() if len(values)},
+        faults=tuple(faults),
         **mesh,
     )
 
 
-def _read_columns(path: Path) -> dict[str, np.ndarray]:
-    if not path.is_file():
-        return {}
-    with open(path, newline="") as file:
-        table = list(csv.reader(file))
-    if not table:
-        return {}
-    return {name: _column([row[place] for row in table[1:]]) for place, name in enumerate(table[0])}
-
-
-def _column(cells: list[str]) -> np.ndarray:
+def read_cells(path: Path) -> tuple[list[str], list[list[str]]]:
+    """Heads and rows of a table, as they are written. Raises DamagedResultError."""
     try:
-        return np.array([float(cell) if cell else math.nan for cell in cells])
-    except ValueError:
+        table = csv_rows(path)
+    except (OSError, ValueError, csv.Error) as error:
+        raise damaged(path, error) from None
+    heads, rows = (table[0], table[1:]) if table else ([], [])
+    if len(set(heads)) < len(heads) or "" in heads:
+        raise damaged(path, "its columns have no names, or two of them the same")
+    for number, row in enumerate(rows, 2):
+        if len(row) != len(heads):
+            raise damaged(path, f"line {number} has {len(row)} cells, and {len(heads)} columns")
+    return heads, rows
+
+
+def _read_columns(path: Path, whole: bool = False) -> Curve:
+    """whole: a column with numbers has nothing else."""
+    if not path.is_file():
+        return Curve(path, {})
+    heads, rows = read_cells(path)
+    cells = zip(*rows, strict=True) if rows else [()] * len(heads)
+    columns = zip(heads, cells, strict=True)
+    return Curve(path, {name: _column(path, name, c, whole) for name, c in columns})
+
+
+def _column(path: Path, name: str, cells: Sequence[str], whole: bool) -> np.ndarray:
+    if name in TEXTS:
         return np.array(cells, dtype=object)
+    numbers = [_number(cell) for cell in cells]
+    wrong = [line for line, number in enumerate(numbers, 2) if number is None]
+    if not wrong:
+        return np.array(numbers, dtype=float)
+    if whole and len(wrong) < len(cells):
+        cell = cells[wrong[0] - 2]
+        raise damaged(path, f"line {wrong[0]}, column '{name}': {cell!r} is no number")
+    return np.array(cells, dtype=object)
 
 
-def sheets_of(mesh: h5py.Group) -> tuple[int, int] | None:
-    """Shape of the triangles of the sheets beside a solid, of a mesh in fields.h5; None: there are
-    none."""
-    layout = _layout(json.loads(mesh["layout"].asstr()[()]))
-    shapes = [mesh["surfaces"][name].shape for name in layout.covers]
-    return (sum(shape[0] for shape in shapes), shapes[0][1]) if shapes else None
-
-
-def _read_mesh(path: Path) -> dict:
-    if not path.is_file():
-        return {}
+def _number(cell: str) -> float | None:
     try:
-        with h5py.File(path, "r") as file:
-            mesh = file["mesh"]
-            return {
-                "points": mesh["points"][()],
-                "cells": mesh["cells"][()],
-                "region": mesh["region"][()],
-                "region_names": tuple(json.loads(mesh["region_names"].asstr()[()])),
-                "surfaces": {name: item[()] for name, item in mesh["surfaces"].items()},
-                "layout": _layout(json.loads(mesh["layout"].asstr()[()])),
-                "increments": tuple(file["increments"]),
-            }
-    except (OSError, KeyError) as error:
-        return {"faults": (f"{path.name} cannot be read: {error}",)}
+        return float(cell) if cell else math.nan
+    except ValueError:
+        return None
 
 
-def _layout(data: dict) -> Layout:
-    """Layout from its JSON form; keys of a newer or older softact are left out."""
-    known = {item.name for item in fields(Layout)}
-    tuples = {k: tuple(v) if isinstance(v, list) else v for k, v in data.items() if k in known}
-    tuples["cavities"] = {k: tuple(v) for k, v in data["cavities"].items()}
-    return Layout(**tuples)
+def _read_spec(path: Path) -> tuple[str, list[str]]:
+    """Its text and what is wrong with it."""
+    try:
+        return path.read_text(encoding="utf-8"), []
+    except FileNotFoundError:
+        return "", []
+    except (OSError, ValueError) as error:
+        return "", damaged(path, error).lines

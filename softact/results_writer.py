@@ -1,32 +1,27 @@
 """The result folder, written increment by increment so that no moment of a run looks complete.
 
-``ResultsWriter`` is used by one process (rank 0). Every file but ``fields.h5`` is replaced in one
-step (temporary file, then rename); ``run.json`` says "incomplete" from the first moment to the
-last.
+``ResultsWriter`` is used by one process (rank 0). Every file is replaced in one step (temporary
+file, then rename), and ``fields.h5`` changed in one (see ``softact.fields_file``); ``run.json``
+says "incomplete" from the first moment to the last.
 """
 
-import csv
 import json
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-import h5py
 import numpy as np
 
+from softact import fields_file
 from softact.errors import SpecError
-from softact.files import clear_temporaries, csv_text, json_text, write_atomic
+from softact.fields_file import sheets_of, write_array, write_text
+from softact.files import clear_temporaries, csv_cells, csv_text, json_text, write_atomic
 from softact.geometry import Layout
-from softact.results import (
-    COMPLETE,
-    INCOMPLETE,
-    MESH_ERROR,
-    NO_EQUILIBRIUM,
-    OWN_FILES,
-    RESTART,
-    sheets_of,
-)
+from softact.journal import journal_of, recover
+from softact.restart import ANEW, RESTART
+from softact.results import CURVE, FIELDS, MESH_ERROR, OWN_FILES, SPEC, SUMMARY, XDMF
+from softact.run_json import COMPLETE, INCOMPLETE, NO_EQUILIBRIUM, RUN, damaged
 from softact.xdmf import Xdmf, mixed
 
 
@@ -52,42 +47,59 @@ class ResultsWriter:
         self._steps: list[str] = []
         self._xdmf: Xdmf | None = None
         self._open_folder()
-        write_atomic(self.directory / "spec.yaml", spec_yaml)
+        write_atomic(self.directory / SPEC, spec_yaml)
 
     @classmethod
     def reopen(
-        cls, directory: str | Path, spec_yaml: str, provenance: Mapping | None, rows: int
+        cls, directory: str | Path, spec_yaml: str, provenance: Mapping | None, curve: str
     ) -> "ResultsWriter":
         """Go on with the folder of a run that ended early, or that is to be extended.
 
-        rows: increments to keep; what was written after them is dropped. The folder says
-        "incomplete" again from here on. Raises OSError where fields.h5 cannot be read: a kill in
-        the middle of a write can leave it so.
+        curve: text of curve.csv with the increments to keep; what was written after them is
+        dropped. The folder says "incomplete" again from here on. Raises DamagedResultError, with
+        nothing changed, where fields.h5 cannot be read or lacks some of them.
         """
         writer = cls.__new__(cls)
         writer.directory = Path(directory)
         writer._provenance = dict(provenance or {})
         writer._steps = []
-        with open(writer.directory / "curve.csv", newline="") as file:
-            writer._rows = [dict(row) for row in csv.DictReader(file)][:rows]
-        with h5py.File(writer.directory / "fields.h5", "a") as file:
-            if len(writer._rows) < rows or len(file["increments"]) < rows:
-                raise OSError(f"{directory}: has fewer increments than it was interrupted after")
-            shapes = file["mesh/cells"].shape, sheets_of(file["mesh"])
-            writer._xdmf = Xdmf(len(file["mesh/points"]), *shapes)
-            for name in list(file["increments"])[rows:]:
-                del file["increments"][name]
-            for row, name in zip(writer._rows, file["increments"], strict=True):
-                group = file["increments"][name]
-                writer._xdmf.add(writer._time(row), f"increments/{name}", dict(group.items()))
-        write_atomic(writer.directory / "run.json", writer._run_json(INCOMPLETE))
-        made_of_the_end = "summary.csv", "report.html", "curve.png", "states.png", "shape.png"
+        names, *cells = csv_cells(curve)
+        writer._rows = [dict(zip(names, row, strict=True)) for row in cells]
+        fields = writer.directory / FIELDS
+        try:
+            recover(fields)
+        except OSError as error:
+            raise damaged(fields, error, ANEW) from None
+        with fields_file.opened(fields, ANEW) as file:
+            names = list(file["increments"])
+            if len(names) < len(writer._rows):
+                raise ValueError(f"{len(names)} of {len(writer._rows)} increments are there")
+            writer._xdmf = writer._described(file)
+        write_atomic(writer.directory / RUN, writer._run_json(INCOMPLETE))
+        made_of_the_end = SUMMARY, "report.html", "curve.png", "states.png", "shape.png"
         for name in (*made_of_the_end, MESH_ERROR):
             (writer.directory / name).unlink(missing_ok=True)
-        write_atomic(writer.directory / "spec.yaml", spec_yaml)
-        write_atomic(writer.directory / "fields.xdmf", writer._xdmf.text())
-        write_atomic(writer.directory / "curve.csv", csv_text(writer._rows))
+        if len(names) > len(writer._rows):
+            with fields_file.changed(fields) as file:
+                for name in names[len(writer._rows) :]:
+                    del file["increments"][name]
+        write_atomic(writer.directory / SPEC, spec_yaml)
+        write_atomic(writer.directory / XDMF, writer._xdmf.text())
+        write_atomic(writer.directory / CURVE, writer.curve)
         return writer
+
+    def _described(self, file) -> Xdmf:
+        """The XDMF of the increments of the rows so far."""
+        found = Xdmf(len(file["mesh/points"]), file["mesh/cells"].shape, sheets_of(file["mesh"]))
+        for row, name in zip(self._rows, file["increments"], strict=False):
+            group = file["increments"][name]
+            found.add(self._time(row), f"increments/{name}", dict(group.items()))
+        return found
+
+    @property
+    def curve(self) -> str:
+        """Text of curve.csv so far."""
+        return csv_text(self._rows)
 
     @property
     def last_row(self) -> dict[str, float | str]:
@@ -105,16 +117,17 @@ class ResultsWriter:
             raise SpecError(f"{directory}: is a file; a result folder needs another name (-o DIR)")
         start = self._run_json(INCOMPLETE)
         if directory.is_dir():
-            write_atomic(directory / "run.json", start)
+            write_atomic(directory / RUN, start)
             for name in OWN_FILES:
                 (directory / name).unlink(missing_ok=True)
             clear_temporaries(directory, OWN_FILES)
+            journal_of(directory / FIELDS).unlink(missing_ok=True)
             return
         directory.parent.mkdir(parents=True, exist_ok=True)
         nursery = directory.with_name(f".{directory.name}.new")
         shutil.rmtree(nursery, ignore_errors=True)
         nursery.mkdir()
-        write_atomic(nursery / "run.json", start)
+        write_atomic(nursery / RUN, start)
         nursery.rename(directory)
 
     def mesh(
@@ -134,24 +147,25 @@ class ResultsWriter:
         """
         points = np.asarray(points, dtype=float)
         cells = np.asarray(cells, dtype=np.int64)
-        with h5py.File(self.directory / "fields.h5", "w") as file:
+        with fields_file.created(self.directory / FIELDS) as file:
             mesh = file.create_group("mesh")
-            mesh["points"] = points
-            mesh["cells"] = cells
-            mesh["region"] = np.asarray(region, dtype=np.int32)
-            mesh["region_names"] = json.dumps(list(region_names))
-            mesh["layout"] = json.dumps(asdict(layout))
+            write_array(mesh, "points", points)
+            write_array(mesh, "cells", cells)
+            region = np.asarray(region, dtype=np.int32)
+            write_array(mesh, "region", region)
+            write_text(mesh, "region_names", json.dumps(list(region_names)))
+            write_text(mesh, "layout", json.dumps(asdict(layout)))
             surface_group = mesh.create_group("surfaces")
             for name, triangles in surfaces.items():
-                surface_group[name] = np.asarray(triangles, dtype=np.int64)
+                write_array(surface_group, name, np.asarray(triangles, dtype=np.int64))
             file.create_group("increments")
             sheets = sheets_of(mesh)
             if sheets:
                 blocks = [np.asarray(surfaces[name], dtype=np.int64) for name in layout.sheets]
                 numbers = len(region_names) + np.arange(len(blocks), dtype=np.int32)
                 of_sheets = np.repeat(numbers, [len(block) for block in blocks])
-                mesh["mixed"] = mixed(cells, np.concatenate(blocks))
-                mesh["part"] = np.concatenate([mesh["region"], of_sheets])
+                write_array(mesh, "mixed", mixed(cells, np.concatenate(blocks)))
+                write_array(mesh, "part", np.concatenate([region, of_sheets]))
         self._xdmf = Xdmf(len(points), cells.shape, sheets)
 
     def increment(
@@ -166,23 +180,21 @@ class ResultsWriter:
         if fields:
             self._write_fields(row, fields)
         self._rows.append(dict(row))
-        write_atomic(self.directory / "curve.csv", csv_text(self._rows))
+        write_atomic(self.directory / CURVE, self.curve)
 
     def _write_fields(self, row, fields) -> None:
         if self._xdmf is None:
             raise RuntimeError("ResultsWriter.mesh must be called before fields are written")
         number = len(self._rows)
         arrays = {}
-        # The file is closed again after each increment: a kill between increments, where
-        # nearly all the time goes, then leaves a readable file.
-        with h5py.File(self.directory / "fields.h5", "a") as file:
+        with fields_file.changed(self.directory / FIELDS) as file:
             group = file["increments"].create_group(f"{number:05d}")
             for name, values in fields.items():
                 precision = np.float64 if name == "displacement" else np.float32
                 arrays[name] = np.asarray(values, dtype=precision)
-                group[name] = arrays[name]
+                write_array(group, name, arrays[name])
         self._xdmf.add(self._time(row), f"increments/{number:05d}", arrays)
-        write_atomic(self.directory / "fields.xdmf", self._xdmf.text())
+        write_atomic(self.directory / XDMF, self._xdmf.text())
 
     def _time(self, row) -> float:
         """Time of the XDMF collection: finished steps plus the fraction of the current one."""
@@ -206,10 +218,10 @@ class ResultsWriter:
         if status not in (COMPLETE, NO_EQUILIBRIUM):
             raise ValueError(f"status {status!r}: must be {COMPLETE!r} or {NO_EQUILIBRIUM!r}")
         if not self._rows:
-            write_atomic(self.directory / "curve.csv", csv_text([]))
-        write_atomic(self.directory / "summary.csv", csv_text([dict(summary or {})]))
+            write_atomic(self.directory / CURVE, csv_text([]))
+        write_atomic(self.directory / SUMMARY, csv_text([dict(summary or {})]))
         self._provenance.update(provenance or {})
-        write_atomic(self.directory / "run.json", self._run_json(status))
+        write_atomic(self.directory / RUN, self._run_json(status))
 
     def _run_json(self, status: str) -> str:
         known = {name: v for name, v in self._provenance.items() if name != "status"}

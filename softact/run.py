@@ -9,24 +9,23 @@ import re
 import shutil
 import signal
 import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from softact.errors import (
-    OUT_OF_MEMORY,
-    CannotWriteError,
-    NoEquilibriumError,
-    SoftactError,
-    SpecError,
-)
-from softact.files import write_atomic
+from softact.errors import OUT_OF_MEMORY, CannotWriteError, NoEquilibriumError, SoftactError
+from softact.files import json_text, write_atomic
+from softact.folder_lock import held
 from softact.geometry import make_mesh
-from softact.orphans import bound
-from softact.results import RESTART
+from softact.orphans import bound, environment, python
+from softact.results import COMPLETE, INCOMPLETE
+from softact.resuming import to_resume
+from softact.run_log import RunLog
+from softact.spec import plausible
+from softact.streams import UTF8
 
 # Events that ``progress`` receives: {"stage": "mesh"}; {"stage": "solve", "cells", "unknowns"};
 # {"stage": "increment", "step", "fraction", "iterations", ... and the row of curve.csv};
@@ -70,55 +69,51 @@ def run(
     ``directory`` from its last accepted increment; the spec may have further steps, and a finished
     last step other loads.
 
-    Raises MeshError before anything is written, CannotWriteError where the disk is full or the
-    folder read-only, and SolverCrashError where the solver's process ends in a way that it could
-    not tell of itself.
+    Raises MeshError before anything is written, FolderBusyError where another process writes into
+    the folder, DamagedResultError where the run there cannot go on, CannotWriteError where the disk
+    is full or the folder read-only, and SolverCrashError where the solver's process ends in a way
+    that it could not tell of itself.
     """
     progress = progress or (lambda event: None)
     directory = Path(directory)
-    notes = []
+    notes = plausible.lines(spec)
     if spec.contact and processes > 1:
         processes = 1
-        notes = ["contact between surfaces is computed by one process: the others are left out"]
+        notes += ["contact between surfaces is computed by one process: the others are left out"]
     if spec.sheets and processes > 1:
         processes = 1
-        notes = ["sheets are computed by one process: the others are left out"]
-    started = time.perf_counter()
-    old = _to_resume(spec, directory) if resume else None
-    if old and old.finished_as(spec):
-        return Outcome(old.status, directory, None)
-    with _scratch(scratch) as folder:
-        mesh_file, spec_file = folder / "mesh.msh", folder / "spec.yaml"
-        job_file = folder / "job.json"
+        notes += ["sheets are computed by one process: the others are left out"]
+    with held(directory, "run", {"run.json": json_text({"status": INCOMPLETE})}) as inherited:
+        old = to_resume(spec, directory) if resume else None
+        finished = old is not None and old.finished_as(spec)
+        outcome = Outcome(COMPLETE, directory, None)
+        if not finished:
+            goes_on = old is not None
+            log = RunLog(directory, goes_on)
+            with _scratch(scratch) as folder:
+                solver = _Solver(spec, directory, folder, progress, log, inherited, goes_on)
+                last = solver.run(notes, processes, threads)
+            outcome = Outcome(last["status"], directory, last.get("message"))
+        # A run that was killed while its report was made is finished, and has none.
+        if report and (not finished or extra or not (directory / "report.html").exists()):
+            progress({"stage": "report"})
+            from softact.report import write_report
 
-        def prepare() -> None:
-            """Mesh, and the job that the solver waits for."""
-            progress({"stage": "mesh"})
-            make_mesh(spec.geometry, mesh_file)
-            spec_file.write_text(spec.to_yaml())
-            job = {
-                "spec": str(spec_file),
-                "mesh": str(mesh_file),
-                "directory": str(directory.absolute()),
-                "times_s": {"mesh": time.perf_counter() - started},
-                "old_steps": old.steps if old else None,
-            }
-            write_atomic(job_file, json.dumps(job))
-
-        last = _solve(job_file, prepare, directory, processes, threads, progress, notes)
-    if report:
-        progress({"stage": "report"})
-        from softact.report import write_report
-
-        write_report(directory, extra)
-    return Outcome(last["status"], directory, last.get("message"))
+            write_report(directory, extra)
+        return outcome
 
 
 @contextlib.contextmanager
 def _scratch(parent: Path | None) -> Iterator[Path]:
     """A fresh folder, removed afterwards as far as that is allowed; tempfile.TemporaryDirectory of
     Python 3.11 never comes back from a folder that it may not empty."""
-    folder = Path(tempfile.mkdtemp(prefix="softact-", dir=parent))
+    try:
+        folder = Path(tempfile.mkdtemp(prefix="softact-", dir=parent)).absolute()
+    except OSError as error:
+        why = error.strerror or str(error)
+        raise CannotWriteError(
+            f"no temporary files: {why}; export TMPDIR=DIR names a folder"
+        ) from None
     try:
         yield folder
     finally:
@@ -126,92 +121,101 @@ def _scratch(parent: Path | None) -> Iterator[Path]:
 
 
 @dataclass(frozen=True)
-class _Old:
-    """A run that can be resumed."""
+class _Solver:
+    """The processes that solve one spec.
 
-    status: str
-    steps: list[dict]
-
-    def finished_as(self, spec) -> bool:
-        """Whether nothing is left to solve."""
-        return self.status == "complete" and self.steps == _dump(spec)["steps"]
-
-
-def _dump(spec) -> dict:
-    return spec.model_dump(mode="json", exclude_none=True)
-
-
-def _to_resume(spec, directory: Path) -> _Old | None:
-    """The run in a folder; None where there is nothing to go on from.
-
-    Raises SpecError where it is the run of another spec.
+    scratch: folder of the mesh and of the job. It is their current folder too: what lies in the
+    caller's (PETSc's .petscrc, say) is no business of theirs. inherited: what holds ``directory``.
     """
-    from softact.spec import load
 
-    stored, known = directory / "spec.yaml", directory / "run.json"
-    if not all(file.is_file() for file in (stored, known, directory / RESTART)):
-        return None
-    old, new = _dump(load(str(stored))), _dump(spec)
-    texts = {"name", "description", "source", "assumptions", "steps"}
-    differing = [key for key in (old | new) if old.get(key) != new.get(key) and key not in texts]
-    if differing:
-        raise SpecError(
-            f"{directory}: holds the run of another spec ({', '.join(differing)} differ); a run is "
-            "resumed with its own spec, in which only later steps may change"
-        )
-    return _Old(json.loads(known.read_text())["status"], old["steps"])
+    spec: Any
+    directory: Path
+    scratch: Path
+    progress: Progress
+    log: RunLog
+    inherited: tuple[int, ...]
+    resume: bool
+
+    def run(self, notes: Sequence[str], processes: int, threads: int | None) -> Mapping:
+        """Start the worker, pass its events on and log them; returns its last event.
+
+        The worker loads its libraries while ``_prepare`` writes the job, but after it where the run
+        has been given one thread: others run beside it, and it takes no more than one core.
+        """
+        last: dict = {}
+        for text in notes:
+            self._tell({"stage": "note", "text": text})
+        errors = self.scratch / "stderr"
+        beside = threads != 1
+        if not beside:
+            self._prepare()
+        with errors.open("wb") as stderr:
+            process = subprocess.Popen(
+                _command(self._job_file, processes),
+                stdout=subprocess.PIPE,
+                stderr=stderr,
+                **UTF8,
+                cwd=self.scratch,
+                env=_environment(processes, threads, self.scratch),
+                pass_fds=self.inherited,
+                start_new_session=True,
+            )
+            try:
+                if beside:
+                    self._prepare()
+                for line in process.stdout:
+                    event = _event(line)
+                    if event:
+                        last = event
+                        self._tell(event)
+                code = process.wait()
+            except BaseException:
+                with contextlib.suppress(ProcessLookupError):
+                    os.killpg(process.pid, signal.SIGTERM)
+                process.wait()
+                raise
+        noise = errors.read_text(encoding="utf-8", errors="replace")
+        self.log.add(*noise.splitlines())
+        return _ended(last, code, errors)
+
+    @property
+    def _job_file(self) -> Path:
+        return self.scratch / "job.json"
+
+    def _prepare(self) -> None:
+        """Mesh, and the job that the worker waits for."""
+        started = time.perf_counter()
+        mesh_file, spec_file = self.scratch / "mesh.msh", self.scratch / "spec.yaml"
+        self.progress({"stage": "mesh"})
+        make_mesh(self.spec.geometry, mesh_file)
+        spec_file.write_text(self.spec.to_yaml(), encoding="utf-8")
+        job = {
+            "spec": str(spec_file),
+            "mesh": str(mesh_file),
+            "directory": str(self.directory.absolute()),
+            "times_s": {"mesh": time.perf_counter() - started},
+            "resume": self.resume,
+        }
+        write_atomic(self._job_file, json.dumps(job))
+
+    def _tell(self, event: Mapping) -> None:
+        if event["stage"] == "solve":  # the results that were in the folder are gone
+            self.log.open()
+        self.log.add(log_line(event))
+        self.progress(event)
 
 
-def _solve(
-    job_file: Path,
-    prepare: Callable[[], None],
-    directory: Path,
-    processes: int,
-    threads: int | None,
-    progress: Progress,
-    notes: list[str],
-) -> Mapping:
-    """Start the worker, pass its events on and write its log; returns its last event.
+def _event(line: str) -> dict:
+    """The event in a line; an empty one where it is something else, such as a library's words."""
+    try:
+        found = json.loads(line)
+    except ValueError:
+        return {}
+    return found if isinstance(found, dict) and "stage" in found else {}
 
-    The worker loads its libraries while ``prepare`` writes the job, but after it where the run has
-    been given one thread: others run beside it, and it takes no more than one core.
-    """
-    last: dict = {}
-    lines = list(notes)
-    for text in notes:
-        progress({"stage": "note", "text": text})
-    errors = job_file.with_name("stderr")
-    beside = threads != 1
-    if not beside:
-        prepare()
-    with errors.open("w") as stderr:
-        process = subprocess.Popen(
-            _command(job_file, processes),
-            stdout=subprocess.PIPE,
-            stderr=stderr,
-            text=True,
-            env=_environment(processes, threads),
-            start_new_session=True,
-        )
-        try:
-            if beside:
-                prepare()
-            for line in process.stdout:
-                try:
-                    last = json.loads(line)
-                except ValueError:
-                    continue
-                lines.append(log_line(last))
-                progress(last)
-            code = process.wait()
-        except BaseException:
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGTERM)
-            process.wait()
-            raise
-    if directory.is_dir():
-        noise = errors.read_text(errors="replace")
-        write_atomic(directory / "log.txt", "\n".join(lines) + "\n" + noise)
+
+def _ended(last: Mapping, code: int, errors: Path) -> Mapping:
+    """The worker's last event, or what it means as an exception."""
     if last.get("stage") == "error":
         if last.get("cannot_write"):
             raise CannotWriteError(*last["lines"])
@@ -237,7 +241,7 @@ class SolverCrashError(SoftactError):
 
 
 def _crash(code: int, errors: Path) -> str:
-    noise = errors.read_text(errors="replace")
+    noise = errors.read_text(encoding="utf-8", errors="replace")
     if _NO_MEMORY.search(noise):
         return OUT_OF_MEMORY
     words = [line for line in noise.splitlines() if line.strip()]
@@ -250,7 +254,7 @@ def _crash(code: int, errors: Path) -> str:
 
 
 def _command(job_file: Path, processes: int) -> list[str]:
-    worker = [sys.executable, "-m", "softact.worker", str(job_file)]
+    worker = python("-m", "softact.worker", job_file)
     if processes == 1:
         return bound([*worker, str(os.getpid())])
     # Unbound, or two runs side by side would share one core.
@@ -258,24 +262,30 @@ def _command(job_file: Path, processes: int) -> list[str]:
     return bound(mpirun)
 
 
-def _environment(processes: int, threads: int | None = None) -> dict[str, str]:
-    """Threads: all cores for one process, one for each of several (MUMPS uses them in BLAS)."""
+def _environment(processes: int, threads: int | None, scratch: Path) -> dict[str, str]:
+    """Threads: all cores for one process, one for each of several (MUMPS uses them in BLAS).
+
+    scratch: folder of what one process leaves when it is stopped; mpirun clears up after several.
+    """
     usual = str(len(os.sched_getaffinity(0)) if processes == 1 else 1)
-    environment = {"OPENBLAS_NUM_THREADS": usual, **os.environ, "OMP_NUM_THREADS": "1"}
+    variables = {"OPENBLAS_NUM_THREADS": usual, **environment(), "OMP_NUM_THREADS": "1"}
     if threads:
-        environment["OPENBLAS_NUM_THREADS"] = str(threads)
+        variables["OPENBLAS_NUM_THREADS"] = str(threads)
     # All processes are on this machine and talk by shared memory: looking for networks takes each
     # of them 0.2 s, and leaving them at the end 1 s; without one, Open MPI 5 complains of TCP.
-    environment |= {"OMPI_MCA_pml": "ob1", "OMPI_MCA_btl": "self,vader"}
+    # Python looks for a folder that can be written; Open MPI would end where TMPDIR is none.
+    variables["TMPDIR"] = tempfile.gettempdir()
+    variables |= {"OMPI_MCA_pml": "ob1", "OMPI_MCA_btl": "self,vader"}
     if processes > 1:
-        environment["OPENBLAS_NUM_THREADS"] = "1"
+        variables["OPENBLAS_NUM_THREADS"] = "1"
         # Waiting processes give their core away: another program may need it.
-        environment["OMPI_MCA_mpi_yield_when_idle"] = "1"
+        variables["OMPI_MCA_mpi_yield_when_idle"] = "1"
     else:
-        environment["OMPI_MCA_ess_singleton_isolated"] = "1"  # no daemon beside it
+        variables["OMPI_MCA_ess_singleton_isolated"] = "1"  # no daemon beside it
+        variables["TMPDIR"] = str(scratch)
     if os.geteuid() == 0:
-        environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
-    return environment
+        variables |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+    return variables
 
 
 def log_line(event: Mapping) -> str:

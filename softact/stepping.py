@@ -131,7 +131,8 @@ class Stepper:
         self.model.contacts.resume(self.state)
         self.progress.attempts = [Attempt(**attempt) for attempt in start.attempts]
         self.progress.remarks = list(start.remarks)
-        self.newton.counts = Counts(**start.counts)
+        modes = [a.unstable_modes for a in self.progress.attempts if a.converged]
+        self.newton.resume(Counts(**start.counts), modes[-1] if modes else 0)
         self.accepted = start.rows
 
     def record(self, attempt: Attempt) -> None:

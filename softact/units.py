@@ -9,18 +9,17 @@ import math
 import re
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache, lru_cache
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, PlainSerializer, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from softact.usual_units import USUAL
+from softact.unit_lookup import UNKNOWN, meant, measure, refusal
 
-_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_VALUE = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*", re.DOTALL)
-_NOT_FINITE = re.compile(r"\s*[+-]?\.?(?:nan|inf|infinity)\b.*", re.IGNORECASE | re.DOTALL)
-_DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d+\s*[^\d,]*")
+_NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
+_BEGINS = re.compile(_NUMBER)
+_NOT_FINITE = re.compile(r"[+-]?\.?(?:nan|inf|infinity)\b", re.IGNORECASE)
+_COMMA = re.compile(r"[+-]?\d+,\d")
 _SHOWN_LENGTH = 40
 SCHEMA_KEY = "x-dimension"  # where a field's JSON schema names its dimension
 
@@ -46,19 +45,19 @@ class Dimension:
 
         Raises ValueError with one line that says what is wrong and what would be right.
         """
-        text = str(value)
         if value is None:
             raise ValueError(f"no value is given; {self.hint}")
         if isinstance(value, bool) or not isinstance(value, str | int | float):
             raise ValueError(f"{show(value)} is not {self.wanted}")
-        if _NOT_FINITE.fullmatch(text):
+        text = value.strip() if isinstance(value, str) else plain(value)
+        if _NOT_FINITE.match(text):
             raise ValueError(f"{show(value)} is not a finite number; {self.hint}")
-        if _DECIMAL_COMMA.fullmatch(text):
+        if _COMMA.match(text):
             raise ValueError(f"{show(value)} has a decimal comma; write a decimal point")
-        match = _VALUE.fullmatch(text)
-        if not match:
-            raise ValueError(f"{show(value)} is not {self.wanted}")
-        number, unit = match[1], re.sub(r"^/", "1/", match[2])
+        parts = split(text)
+        if parts is None:
+            raise ValueError(f"{show(value)} is not {self.wanted}{_because(refusal(text))}")
+        number, unit = parts
         if not unit and self.internal != "degree":
             raise ValueError(f"{show(value)} has no unit; {self.hint}")
         magnitude = float(number)
@@ -66,7 +65,7 @@ class Dimension:
             raise ValueError(f"{show(value)} is too large for a number; {self.hint}")
         # Exact until the last step, so that 50 kPa is 0.05 MPa and not its neighbour.
         result = _to_float(Fraction(repr(magnitude)) * self._factor(unit or self.internal, value))
-        if not math.isfinite(result) or (result == 0.0 and magnitude):
+        if not math.isfinite(result) or (result == 0.0 and not _is_zero(number)):
             raise ValueError(f"{show(value)} is out of the range of numbers; {self.hint}")
         return result
 
@@ -95,17 +94,18 @@ class Dimension:
         )
 
     def _factor(self, unit: str, value: Any) -> Fraction:
-        kind, factor = _in_internal(unit, self.internal)
-        if kind == "unknown":
-            nearest = [u for u in self.shown + self.other if u.lower() == unit.lower()]
-            meant = f"did you mean '{nearest[0]}'?" if nearest else self.hint
-            raise ValueError(f"{show(value)}: there is no unit {show(unit)}; {meant}")
-        if factor is None:
-            raise ValueError(f"{show(value)} is {kind}; {self.hint}")
-        return factor
+        kind, factor = measure(unit, self.internal)
+        if factor is not None:
+            return factor
+        other = meant(unit, self.internal)
+        why = refusal(unit, self.internal)
+        right = f"did you mean '{other}'?" if other else why or self.hint
+        if kind == UNKNOWN:
+            raise ValueError(f"{show(value)}: there is no unit {show(unit)}; {right}")
+        raise ValueError(f"{show(value)} is {kind}; {right}")
 
     def _text(self, value: float, unit: str) -> str | None:
-        factor = _in_internal(unit, self.internal)[1]
+        factor = measure(unit, self.internal)[1]
         number = _to_float(Fraction(value) / factor)
         return f"{_number(number)} {unit}" if math.isfinite(number) else None
 
@@ -122,40 +122,58 @@ COMPLIANCE = Dimension("compliance", "1/MPa", ("1/MPa",), ("1/kPa",), "2.9 1/MPa
 
 DIMENSIONS = (LENGTH, PRESSURE, DENSITY, ANGLE, ACCELERATION, FORCE, TIME, VOLUME, COMPLIANCE)
 
-_OTHER_KINDS = {
-    "kg": "a mass",
-    "mm^2": "an area",
-    "K": "a temperature",
-    "mm/s": "a velocity",
-    "N*mm": "a moment or an energy",
-    "N/mm": "a force per length",
-    "W": "a power",
-    "Hz": "a frequency",
-    "A": "an electric current",
-    "V": "a voltage",
-    "1/mm": "a curvature",
-}
+
+def split(text: str) -> tuple[str, str] | None:
+    """Number and unit of a value as it is written: ``1.5 mm`` -> ("1.5", "mm"); None: no number
+    comes first. In a time that grows with the length of the text."""
+    text = text.strip()
+    if text.startswith("\N{MINUS SIGN}"):
+        text = f"-{text[1:]}"
+    match = _BEGINS.match(text)
+    return (match[0], text[match.end() :].strip()) if match else None
 
 
 def conversion(unit: str, to: str) -> float:
     """Return the factor from ``unit`` to ``to``; raises ValueError where no such factor is."""
-    kind, factor = _in_internal(unit, to)
+    kind, factor = measure(unit, to)
     if factor is None:
-        what = "no unit" if kind == "unknown" else kind
-        raise ValueError(f"{show(unit)} is {what}, and a unit such as '{to}' is wanted")
+        what = "no unit" if kind == UNKNOWN else kind
+        other = meant(unit, to)
+        wanted = f", and a unit such as {show(to)} is wanted"
+        right = f"; did you mean '{other}'?" if other else wanted
+        raise ValueError(f"{show(unit)} is {what}{right}")
     return _to_float(factor)
 
 
 def show(value: Any) -> str:
     """Return ``value`` in quotes as in the spec, on one line, shortened where it is long."""
-    text = one_line(str(value))
-    return f"'{text[:_SHOWN_LENGTH]}…'" if len(text) > _SHOWN_LENGTH else f"'{text}'"
+    whole = plain(value).strip()
+    text = one_line(whole[: 10 * _SHOWN_LENGTH])  # a spec may hold a million characters
+    short = len(text) <= _SHOWN_LENGTH and len(whole) <= 10 * _SHOWN_LENGTH
+    return f"'{text}'" if short else f"'{text[:_SHOWN_LENGTH]}…'"
+
+
+def plain(value: Any) -> str:
+    """``str(value)``, which fails for a whole number of very many digits."""
+    try:
+        return str(value)
+    except ValueError:
+        return "a whole number of more than 4300 digits"
 
 
 def one_line(text: str) -> str:
     """Return ``text`` without line breaks and characters that a terminal might obey."""
     words = " ".join(text.split())
     return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in words)
+
+
+def is_utf8(text: str) -> bool:
+    """Whether a text can be written into a file: one out of '\\ud800' or of odd bytes cannot."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def dimension_of(annotation: Any) -> Dimension | None:
@@ -176,60 +194,20 @@ def _number(value: float) -> str:
     return text.removesuffix(".0")
 
 
+def _because(why: str | None) -> str:
+    return f": {why}" if why else ""
+
+
+def _is_zero(number: str) -> bool:
+    """Whether the digits of a number say zero, as those of 1e-400 do not."""
+    return not any(c.isdecimal() and int(c) for c in re.split("[eE]", number)[0])
+
+
 def _to_float(value: Fraction) -> float:
     try:
         return float(value)
     except OverflowError:
         return math.inf
-
-
-@cache
-def _registry() -> Any:
-    """pint's registry on exact fractions. Built at first use: it costs half a second."""
-    import pint
-
-    return pint.UnitRegistry(non_int_type=Fraction)
-
-
-@lru_cache(maxsize=1024)
-def _in_internal(unit: str, internal: str) -> tuple[str, Fraction | None]:
-    """Return what kind of value ``unit`` measures, and its size in ``internal`` where that fits."""
-    if factor := USUAL.get(internal, {}).get(unit):
-        return "", factor
-    return by_pint(unit, internal)
-
-
-def by_pint(unit: str, internal: str) -> tuple[str, Fraction | None]:
-    """The same from pint's registry, for units of all kinds."""
-    if len(unit) > 60 or re.search(r"\*\*\s*\d\d|\^\s*\d\d|[^\w\s*/^().°µ²³⁻¹·%-]", unit):
-        return "unknown", None
-    registry = _registry()
-    try:
-        parsed = registry.parse_units(unit)
-    except Exception:
-        # pint's parser raises errors of many kinds on text that is no unit, AssertionError too.
-        return "unknown", None
-    if parsed.is_compatible_with(internal) and parsed.dimensionality:
-        return "", Fraction(registry.Quantity(Fraction(1), parsed).to(internal).magnitude)
-    if internal == "degree" and unit in _angle_units():
-        return "", Fraction(registry.Quantity(Fraction(1), parsed).to(internal).magnitude)
-    return _kind(parsed), None
-
-
-def _angle_units() -> tuple[str, ...]:
-    # pint counts an angle as dimensionless, so '30 %' would pass for one.
-    return ("deg", "degree", "degrees", "°", "rad", "radian", "radians", "turn", "turns")
-
-
-def _kind(parsed: Any) -> str:
-    for dimension in DIMENSIONS:
-        if dimension is not ANGLE and parsed.is_compatible_with(dimension.internal):
-            article = "an" if dimension.name[0] in "aeiou" else "a"
-            return f"{article} {dimension.name}"
-    for unit, kind in _OTHER_KINDS.items():
-        if parsed.is_compatible_with(unit):
-            return kind
-    return "an angle or a bare ratio" if parsed.dimensionless else f"a value in {parsed}"
 
 
 def _quantity(dimension: Dimension) -> tuple[Any, ...]:
@@ -259,12 +237,12 @@ def _quantity(dimension: Dimension) -> tuple[Any, ...]:
 def _parse_number(value: Any) -> Any:
     # YAML 1.1 reads 1e-4 (without a point) as text.
     if isinstance(value, str):
-        match = _VALUE.fullmatch(value)
-        if match and not match[2]:
-            value = float(match[1])
-        elif _NOT_FINITE.fullmatch(value):
+        parts = split(value)
+        if parts and not parts[1]:
+            value = float(parts[0])
+        elif _NOT_FINITE.match(value.strip()):
             value = math.nan
-        elif match:
+        elif parts:
             fault = f"{show(value)} has a unit; a bare number is wanted here"
             raise PydanticCustomError("number", "{fault}", {"fault": fault})
     if isinstance(value, bool) or not isinstance(value, int | float):

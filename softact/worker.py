@@ -33,35 +33,32 @@ def solve(
     directory: Path,
     times: dict,
     tell: Callable[[dict], None],
-    old_steps: list[dict] | None = None,
+    resume: bool = False,
 ) -> str:
     """Solve ``spec`` on the mesh in ``mesh_file`` and write the result folder.
 
     Returns the status, "complete" or "no_equilibrium". times: seconds of the stages so far.
-    tell: receives events, see ``softact.run``. old_steps: of the run that stands in the folder, to
-    go on with it; None: start anew.
+    tell: receives events, see ``softact.run``. resume: go on with the run in the folder.
     """
-    from softact import checkpoint
+    from softact import checkpoint, jit
     from softact.from_spec import build_model
     from softact.recorder import Recorder
+    from softact.resuming import identity
 
     started = time.perf_counter()
+    jit.cache_folder()  # on all processes alike, before they wait for each other
     model = build_model(comm, spec, mesh_file)
     mesh = model.mesh
     model.contacts.check_clear(model.initial_state())
     unknowns = comm.allreduce(model.unknowns.owned)
     start, begin = None, 0
-    if old_steps is not None:
+    if resume:
         start = checkpoint.read(model, directory)
-        if start is not None:
-            new_steps = spec.model_dump(mode="json", exclude_none=True)["steps"]
-            begin = checkpoint.first_to_solve(start, old_steps, new_steps)
+    if start is not None:
+        begin = checkpoint.first_to_solve(start, identity(spec)["steps"])
     known = {"mesh": {"cells": mesh.cell_count, "unknowns": unknowns}}
     known["mesh_hash"] = digest(mesh_file)
     writer = _writer(comm, spec, directory, known, start)
-    # A new writer has no rows: then nothing is left to go on from.
-    if start is not None and comm.bcast(writer is not None and not writer.last_row):
-        start, begin = None, 0
     recorder = Recorder(spec, model, writer, tell, start)
     times["set_up"] = time.perf_counter() - started
     kind = "tetrahedra" if model.solids else "triangles"
@@ -72,20 +69,25 @@ def solve(
 def _writer(comm, spec, directory: Path, known: dict, start):
     """The writer of the result folder, on rank 0: a new one, or that of the run to go on with.
 
-    Where the old fields cannot be read, all is written and solved anew.
+    Raises DamagedResultError, on all processes, where that run's fields cannot be used.
     """
-    if comm.rank:
-        return None
-    from softact.provenance import provenance
-    from softact.results_writer import ResultsWriter
+    writer = fault = None
+    if comm.rank == 0:
+        from softact.provenance import provenance
+        from softact.results_writer import ResultsWriter
 
-    known = {"spec_hash": spec.hash, "processes": comm.size, **provenance(), **known}
-    if start is not None:
+        known = {"spec_hash": spec.hash, "processes": comm.size, **provenance(), **known}
         try:
-            return ResultsWriter.reopen(directory, spec.to_yaml(), known, start.rows)
-        except (OSError, KeyError, RuntimeError):
-            pass  # killed in the middle of a write
-    return ResultsWriter(directory, spec.to_yaml(), known)
+            if start is None:
+                writer = ResultsWriter(directory, spec.to_yaml(), known)
+            else:
+                writer = ResultsWriter.reopen(directory, spec.to_yaml(), known, start.curve)
+        except SoftactError as error:
+            fault = error
+    fault = comm.bcast(fault)
+    if fault is not None:
+        raise fault
+    return writer
 
 
 def print_event(event: dict) -> None:
@@ -114,7 +116,7 @@ def _await(job_file: Path) -> dict:
     """The job, as soon as it is there; ``softact.run`` ends this process where none will come."""
     while not job_file.exists():
         time.sleep(0.01)
-    return json.loads(job_file.read_text())
+    return json.loads(job_file.read_text(encoding="utf-8"))
 
 
 def main(job_file: str, parent: str | None = None) -> int:
@@ -138,7 +140,7 @@ def main(job_file: str, parent: str | None = None) -> int:
     # results without a word in the spec.
     petsc4py.init(["softact", "-skip_petscrc"])
     # While the mesh is made: these take as long.
-    from softact import recorder, results_writer  # noqa: F401
+    from softact import jit, recorder, results_writer  # noqa: F401
     from softact import spec as specs
 
     comm = MPI.COMM_WORLD
@@ -151,13 +153,16 @@ def main(job_file: str, parent: str | None = None) -> int:
     try:
         spec = specs.load(job["spec"])
         directory = Path(job["directory"])
-        times, old_steps = job["times_s"], job.get("old_steps")
-        status = solve(comm, spec, Path(job["mesh"]), directory, times, tell, old_steps)
+        times, resume = job["times_s"], job["resume"]
+        status = solve(comm, spec, Path(job["mesh"]), directory, times, tell, resume)
     except OSError as error:  # a full disk, a folder that has gone
         if error.errno == errno.ENOMEM:
             _abort_without_memory(comm)
-        lines = [f"cannot write: {error}"]
-        print_event({"stage": "error", "exit_code": 2, "lines": lines, "cannot_write": True})
+        lines = [f"{error.filename or directory}: cannot be written ({error.strerror or error})"]
+        told = {"lines": lines, "cannot_write": True}
+        if jit.concerns(error):
+            told = {"lines": jit.no_room(error).lines}
+        print_event({"stage": "error", "exit_code": 2, **told})
         comm.Abort(2)
     except MemoryError:
         _abort_without_memory(comm)

@@ -81,6 +81,37 @@ def test_what_is_no_file_is_refused(folder, capsys, name, words):
     check(folder, capsys, ["run", name], [("", words)])
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["validate", "pipe"],
+        ["run", "pipe"],
+        ["run", "finger.yaml", "--set", "materials.body=pipe.yaml"],
+        ["run", "finger.yaml", "--measured", "pipe"],
+        ["sweep", "pipe"],
+        ["optimize", "pipe"],
+        ["converge", "pipe"],
+        ["fit", "pipe"],
+        ["fit", "pipe.yaml"],
+        ["calibrate", "finger.yaml", "--data", "pipe", "--vary", "geometry.roof"],
+    ],
+    ids=" ".join,
+)
+def test_nothing_waits_for_a_pipe_that_nobody_writes_into(folder, capsys, arguments):
+    Path("finger.yaml").write_text(BASE)
+    os.mkfifo("pipe")
+    os.mkfifo("pipe.yaml")
+    assert leave(*arguments) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "is a pipe or a device and no file" in line
+    assert sorted(path.name for path in folder.iterdir()) == ["finger.yaml", "pipe", "pipe.yaml"]
+
+
+@pytest.mark.parametrize("command", ["validate", "sweep", "fit"])
+def test_an_endless_device_is_not_read(folder, capsys, command):
+    check(folder, capsys, [command, "/dev/zero"], [("/dev/zero: ", "no file")])
+
+
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
 def test_a_file_that_may_not_be_read_is_refused(folder, capsys):
     Path("finger.yaml").write_text(BASE)

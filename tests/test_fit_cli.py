@@ -2,6 +2,7 @@
 
 import json
 import re
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -15,6 +16,12 @@ from softact.spec import load
 
 LAW = LAWS["yeoh"].of(c10=0.11, c20=-0.004, c30=0.003)
 STRETCH = np.linspace(1.0, 2.5, 30)
+
+
+# Nine aliases of nine aliases of ...: 400 bytes for 9^9 values.
+BOMB = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(
+    f"{b}: &{b} [{', '.join([f'*{a}'] * 9)}]\n" for a, b in pairwise("abcdefghi")
+)
 
 
 @pytest.fixture
@@ -143,11 +150,14 @@ def test_held_constant_and_warning_of_a_wrong_unit(folder, capsys):
         (["uniaxial.csv", "--stress", "cauchy"], "is not the cauchy stress"),
         (["uniaxial.csv", "--name", "../x"], "no name for files"),
         (["uniaxial.csv", "--cycle", "0"], "is no cycle"),
-        (["."], "Is a directory"),
+        (["."], "this is a folder"),
+        (["bomb.yaml"], "aliases expand to more than 20000 values"),
+        (["uniaxial.csv", "--seed", "-1"], "is not in the range"),
         ([], "FILE"),
     ],
 )
 def test_wrong_input_is_told_and_writes_nothing(folder, capsys, arguments, said):
+    (folder / "bomb.yaml").write_text(BOMB)
     before = sorted(folder.iterdir())
     code, _, err = softact(capsys, *arguments)
     assert code == 2

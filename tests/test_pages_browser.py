@@ -30,13 +30,14 @@ PRESSURE, ANGLE = [0.0, 12.5, 50.0], [0.0, 1 / 3, 120.25]
 def a_page():
     """A page with one plot of each kind."""
     several = [xy("one", PRESSURE, ANGLE), xy("two, 'with' \"marks\"", [1, 2], [3, float("nan")])]
+    effects = ["wall", "roof <b>", "=1+1", "-3 mm"]
     both = {"wall (mm)": [1, 2], "angle (°)": [90, 40]}
     axes = [{"label": name, "values": values} for name, values in both.items()]
     parallel = {"type": "parcoords", "line": {"color": "@c2"}, "dimensions": axes}
     plots = [
         lines("Angle", "Pressure (kPa)", "Angle (°)", several[:1], id="angle"),
         lines("Two curves", "Pressure (kPa)", "Angle (°)", several, wide=True),
-        bars("Effects", "Effect (°)", "Parameter", ["wall", "roof <b>"], [3.0, -1.5]),
+        bars("Effects", "Effect (°)", "Parameter", effects, [3.0, -1.5, 0, 1]),
         Plot("All runs", [parallel], table=both, wide=True, scroll=True, id="all"),
     ]  # fmt: skip
     wide = table(["name", *(f"a long heading {n}" for n in range(12))], [["x", *[1.5] * 12]] * 3)
@@ -103,7 +104,7 @@ def test_the_data_of_a_plot_are_one_click_away(browser, files):
     assert rows[0] == ["curve", "Pressure (kPa)", "Angle (°)"]
     assert rows[-1] == ["two, 'with' \"marks\"", "2", ""]
     rows = browser.csv("Effects")
-    assert rows[1:] == [["wall", "3"], ["roof <b>", "-1.5"]]
+    assert rows[1:] == [["wall", "3"], ["roof <b>", "-1.5"], ["'=1+1", "0"], ["-3 mm", "1"]]
     assert browser.csv("All runs")[2] == ["2", "40"]
 
 

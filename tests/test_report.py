@@ -137,7 +137,7 @@ def test_a_torn_field_file_leaves_the_rest(tmp_path):
     bent_beam.write(tmp_path / "r", 90.0, 2)
     (tmp_path / "r" / "fields.h5").write_bytes(b"torn")
     text, plots, view = page_of(tmp_path / "r")
-    assert "fields.h5 cannot be read" in text
+    assert "fields.h5: is damaged" in text
     assert view is None and len(plots) > 5
     assert table_row(text, "Bending angle")[-1] == "90.00"
 

@@ -6,6 +6,7 @@ import os
 import random
 import signal
 import time
+from itertools import pairwise
 from pathlib import Path
 
 import bent_beam
@@ -249,3 +250,53 @@ def test_killed_at_random_moments(tmp_path, old_rows):
         _in_child(lambda directory=directory: _rerun(directory), chance.uniform(0, duration))
         outcomes.add(_check_after_kill(directory, old_rows))
     assert "incomplete" in outcomes
+
+
+def lying(path, name, shape):
+    """Give a dataset of fields.h5 a size that its file cannot hold, as a flipped bit does."""
+    with h5py.File(path, "a") as file:
+        parent, _, last = name.rpartition("/")
+        del file[name]
+        # Never written: HDF5 makes up the numbers when it is read.
+        file[parent].create_dataset(last, shape=shape, dtype="f8", chunks=(1000, 3))
+
+
+def test_an_array_larger_than_its_file_is_not_read(tmp_path):
+    """24 GB out of a file of some kB: all memory, or the kernel's killer."""
+    directory = tmp_path / "beam"
+    bent_beam.write(directory, angle_deg=20.0, increments=1)
+    lying(directory / "fields.h5", "increments/00001/displacement", (10**9, 3))
+    results = read(directory)
+    with pytest.raises(
+        SpecError, match=r"displacement would take 2.4e\+10 bytes, and the file has"
+    ):
+        results.field(1, "displacement")
+    lying(directory / "fields.h5", "mesh/points", (10**9, 3))
+    (fault,) = read(directory).faults
+    assert "/mesh/points would take 2.4e+10 bytes" in fault
+
+
+def test_a_stored_spec_is_read_within_bounds(tmp_path):
+    directory = tmp_path / "beam"
+    bent_beam.write(directory, angle_deg=20.0, increments=1)
+    bomb = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(
+        f"{b}: &{b} [{', '.join([f'*{a}'] * 9)}]\n" for a, b in pairwise("abcdefghi")
+    )
+    for text in (
+        bomb,
+        "{",
+        "[1]",
+        "",
+        "!!python/object:os.system {}",
+        "a: [" + "1," * 30_000 + "]",
+    ):
+        (directory / "spec.yaml").write_text(text)
+        assert read(directory).spec == {}
+    (directory / "spec.yaml").write_text("name: größe\n", encoding="utf-8")
+    assert read(directory).spec == {"name": "größe"}
+
+
+def test_a_run_json_that_is_nested_without_end_is_told(tmp_path):
+    (tmp_path / "run.json").write_text("[" * 100_000)
+    with pytest.raises(SpecError, match=r"run.json: is damaged \(maximum recursion depth"):
+        read(tmp_path)

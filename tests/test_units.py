@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import BaseModel, Field, ValidationError
 
+from softact.unit_lookup import KINDS, by_pint
 from softact.units import (
     ACCELERATION,
     ANGLE,
@@ -19,13 +20,15 @@ from softact.units import (
     LENGTH,
     PRESSURE,
     TIME,
+    VOLUME,
     Angle,
     Density,
     Dimensionless,
     Length,
     Pressure,
-    by_pint,
+    conversion,
     dimension_of,
+    split,
 )
 from softact.usual_units import USUAL
 
@@ -48,20 +51,49 @@ class Part(BaseModel):
         (LENGTH, "1 in", 25.4),
         (LENGTH, "250 µm", 0.25),
         (LENGTH, "-2 m", -2000.0),
+        (LENGTH, '1"', 25.4),
+        (LENGTH, "1 mil", 0.0254),
+        (LENGTH, "３ｍｍ", 3.0),
         (PRESSURE, "50 kPa", 0.05),
         (PRESSURE, "-50 kPa", -0.05),
         (PRESSURE, "6.5 GPa", 6500.0),
         (PRESSURE, "1 bar", 0.1),
         (PRESSURE, "1 N/mm^2", 1.0),
+        (PRESSURE, "1 N/mm2", 1.0),
+        (PRESSURE, "1 N·mm⁻²", 1.0),
+        (PRESSURE, "1 N mm-2", 1.0),
+        (PRESSURE, "1 N/cm2", 0.01),
+        (PRESSURE, "1 kgf/cm2", 0.0980665),
+        (PRESSURE, "1 kgf/mm²", 9.80665),
+        (PRESSURE, "1 kp/cm²", 0.0980665),
+        (PRESSURE, "1 kN/m2", 0.001),
+        (PRESSURE, "\N{MINUS SIGN}1 mbar", -1e-4),
+        (PRESSURE, "1 barg", 0.1),
+        (PRESSURE, "1 cmH2O", 9.80665e-5),
+        (PRESSURE, "1 mmHg", 1.33322387415e-4),
+        (PRESSURE, "1 Torr", 0.101325 / 760),
+        (PRESSURE, "1 ksi", 453.59237 * 9.80665 / 25.4**2),
+        (PRESSURE, "1 psig", 0.45359237 * 9.80665 / 25.4**2),
+        (PRESSURE, "1 lbf/in2", 0.45359237 * 9.80665 / 25.4**2),
         (PRESSURE, "1 psi", 0.45359237 * 9.80665 / 25.4**2),
         (DENSITY, "1130 kg/m^3", 1.13e-9),
         (DENSITY, "1130 kg/m³", 1.13e-9),
         (DENSITY, "1.2 g/cm^3", 1.2e-9),
+        (DENSITY, "1.2 g/cc", 1.2e-9),
+        (DENSITY, "1.2 g/ml", 1.2e-9),
+        (DENSITY, "1.2 kg/dm3", 1.2e-9),
+        (VOLUME, "1 ccm", 1000.0),
+        (VOLUME, "1 µl", 1.0),
+        (VOLUME, "1 cm3", 1000.0),
         (ANGLE, "30 deg", 30.0),
         (ANGLE, "30°", 30.0),
         (ANGLE, 30, 30.0),
+        (ANGLE, "100 gon", 90.0),
+        (ANGLE, "1 rev", 360.0),
         (ACCELERATION, "-9.81 m/s^2", -9810.0),
         (FORCE, "1 kN", 1000.0),
+        (FORCE, "1 gf", 0.00980665),
+        (FORCE, "1 tf", 9806.65),
         (TIME, "2 ms", 0.002),
         (COMPLIANCE, "2.9259 1/MPa", 2.9259),
         (COMPLIANCE, "1 / GPa", 0.001),
@@ -89,7 +121,30 @@ def test_a_radian_is_converted_to_degrees():
         (LENGTH, "5 %", "a bare ratio"),
         (ANGLE, "5 %", "a bare ratio"),
         (PRESSURE, "50 kpa", "there is no unit 'kpa'; did you mean 'kPa'?"),
-        (LENGTH, "3 m3", "there is no unit 'm3'"),
+        (LENGTH, "3 m3", "'3 m3' is a volume; write a length"),
+        (LENGTH, "3 mm1", "there is no unit 'mm1'"),
+        (PRESSURE, "1 kg/cm^2", "is a mass per area; did you mean 'kgf/cm^2'?"),
+        (PRESSURE, "1 lb/in^2", "is a mass per area; did you mean 'lbf/in^2'?"),
+        (PRESSURE, "1 N/m^3", "is a weight per volume; write a pressure"),
+        (PRESSURE, "1 mm^4", "is a second moment of area; write a pressure"),
+        (PRESSURE, "1 kPa^3", "is of another kind; write a pressure"),
+        (PRESSURE, "1 Nmm", "is a moment or an energy; write a pressure"),
+        (PRESSURE, "15 psia", "this is an absolute pressure"),
+        (PRESSURE, "30 Shore A", "a hardness gives no modulus"),
+        (
+            PRESSURE,
+            "Shore 00-30",
+            "is not a pressure such as '50 kPa': a hardness gives no modulus",
+        ),
+        (PRESSURE, "3,5 N/mm2", "decimal comma"),
+        (FORCE, "1 kg", "'1 kg' is a mass; did you mean 'kgf'?"),
+        (FORCE, "1 tonf", "a ton is 907 kg, 1000 kg or 1016 kg"),
+        (DENSITY, "1e-9 ton/mm^3", "write 'tonne' for 1000 kg"),
+        (DENSITY, "1 gr/cm3", "'gr' is a grain"),
+        (ACCELERATION, "1 g", "multiples of g are bare numbers: gravity: [0, 0, -1]"),
+        (LENGTH, "3 MM", "did you mean 'mm'?"),
+        (LENGTH, "1/2 in", "there is no unit"),
+        (LENGTH, "1e-400 mm", "out of the range"),
         (LENGTH, "3 mm 4", "there is no unit 'mm 4'"),
         (LENGTH, "9**9**9 mm", "there is no unit"),
         (LENGTH, "3 mm^99999999", "there is no unit"),
@@ -122,6 +177,83 @@ def test_what_is_no_value_is_refused_with_what_would_be_right(dimension, value, 
 )
 def test_any_float_survives_the_way_to_text_and_back(dimension, value):
     assert dimension.parse(dimension.format(value)) == value
+
+
+def unit_texts():
+    """Texts that look like units: names of units with prefixes, powers and signs between them."""
+    names = [
+        "m",
+        "g",
+        "N",
+        "Pa",
+        "psi",
+        "ton",
+        "Nm",
+        "H2O",
+        "degC",
+        "dB",
+        "lb",
+        "in",
+        "%",
+        "°",
+        "µm",
+    ]
+    name = st.builds(str.__add__, st.sampled_from(["", "k", "M", "m", "µ"]), st.sampled_from(names))
+    powers = ["", "2", "-3", "^2", "²", "⁻¹", "**2", "^0.5", "^1e9", "^9^9", "^9^9^9^9", "^(9)^9"]
+    factor = st.builds(str.__add__, name, st.sampled_from(powers))
+    between = st.sampled_from(["*", "/", " ", "·", "//", "^", "-", "(", ")", "per"])
+    return st.lists(st.one_of(factor, between), max_size=7).map("".join)
+
+
+@given(st.sampled_from(DIMENSIONS), unit_texts())
+def test_any_unit_is_read_or_refused_in_a_line(dimension, unit):
+    for read in (
+        lambda: dimension.parse(f"2 {unit}"),
+        lambda: conversion(dimension.internal, unit),
+    ):
+        try:
+            assert math.isfinite(read())
+        except ValueError as error:
+            assert str(error)
+            assert "\n" not in str(error)
+
+
+@pytest.mark.parametrize("unit", ["m^9^9^9", "m**9**9**9", "((m^9)^9)^9^9", "m^1e9", "m^999999999"])
+def test_a_power_of_a_power_is_not_computed(unit):
+    with pytest.raises(ValueError, match="there is no unit"):
+        LENGTH.parse(f"1 {unit}")
+
+
+MANY = 1_000_000
+LONG = {
+    "blanks after a decimal comma": "1,1" + " " * MANY + "1",
+    "blanks before a unit": "1" + " " * MANY + "x" + " " * MANY + "y",
+    "digits, then two lines": "1" * MANY + " a\nb",
+    "digits and commas": "1,1" * MANY,
+    "digits and points": "1." * MANY,
+    "blanks alone": " " * MANY,
+    "signs": "+" * MANY,
+    "exponents": "1e" * MANY,
+    "words": "1 " + "mm " * MANY,
+}
+
+
+@pytest.mark.parametrize("text", LONG.values(), ids=LONG)
+def test_a_long_text_is_refused_and_not_searched_for_ever(text):
+    """With expressions that backtrack each of the first three takes hours."""
+    for dimension in (LENGTH, PRESSURE):
+        with pytest.raises(ValueError):
+            dimension.parse(text)
+    with pytest.raises(ValidationError):
+        Part(number=text)
+    assert split(text) == split(" " * MANY + text + " " * MANY)
+
+
+def test_what_a_value_is_called_covers_every_dimension():
+    for dimension in DIMENSIONS:
+        if dimension is not ANGLE:
+            article = "an" if dimension.name[0] in "aeiou" else "a"
+            assert KINDS[dimension.internal] == f"{article} {dimension.name}"
 
 
 @given(st.sampled_from(DIMENSIONS), st.text(max_size=60))
@@ -204,3 +336,8 @@ def test_a_spec_in_usual_units_does_not_wait_for_pint():
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_a_whole_number_too_long_to_write_is_refused():
+    with pytest.raises(ValueError, match="more than 4300 digits' is not a length"):
+        LENGTH.parse(10**5000)

@@ -353,8 +353,30 @@ WRONG = {
     ),
     "an alias of itself": ("a: &a [*a]\n", [(1, None, "an alias that holds itself")]),
     "an alias of nothing": (changed(6, "  roof: *wall"), [(6, None, "undefined alias 'wall'")]),
-    "deep nesting": ("a: " + "[" * 5000, [(None, None, "nested too deeply")]),
+    "deep nesting": ("a: " + "[" * 5000, [(1, None, "nested too deeply")]),
     "nesting of 100": ("a: " + "[" * 100 + "]" * 100, [(1, None, "nested too deeply")]),
+    "values without end": ("a: [" + "1," * 400_000 + "]", [(1, None, "more than 20000 values")]),
+    "half of a character": (changed(1, 'name: "\\ud800"'), [(1, "name", "half of a character")]),
+    "a name that is half of a character": (
+        changed(6, '  "\\udc00": 1 mm'),
+        [(6, "geometry", "half of a character")],
+    ),
+    "blanks in a value": (
+        changed(6, "  roof: '1,1" + " " * 900_000 + "1'"),
+        [(6, "geometry.roof", "decimal comma")],
+    ),
+    "digits in a value": (
+        changed(6, "  roof: '" + "1,1" * 300_000 + "'"),
+        [(6, "geometry.roof", "decimal comma")],
+    ),
+    "a power of a power": (
+        changed(6, "  roof: 1 m^9^9^9"),
+        [(6, "geometry.roof", "there is no unit 'm^9^9^9'")],
+    ),
+    "a mass per area": (
+        step("pressure: 1 kg/cm^2"),
+        [(15, "steps.1.pressure", "is a mass per area; did you mean 'kgf/cm^2'?")],
+    ),
     "a control character": ("name: a\x07b\n", [(1, None, "a control character")]),
     "binary": (b"\x7fELF\x02\x01\x01\0\0\0", [(None, None, "this is not a text file")]),
     "another encoding": ("name: größe".encode("latin-1"), [(None, None, "not a text file")]),

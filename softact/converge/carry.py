@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -12,7 +11,7 @@ from softact.converge.study import Convergence
 from softact.errors import SpecError
 from softact.files import csv_text, json_text, write_atomic
 from softact.report import write_report
-from softact.results import COMPLETE, MESH_ERROR, read
+from softact.results import COMPLETE, MESH_ERROR, SUMMARY, read, read_cells
 from softact.sweep import record
 
 #: Two runs of one spec are the same run within this part of the value, or of its error bar.
@@ -50,11 +49,11 @@ def carry_into(study: Convergence, directory: Path) -> str:
                 "same mesh; the folder is of another softact: run it again"
             )
     story = {"error_bars": bars, "level": level, "safety": SAFETY, **summary(study)}
-    with open(directory / "summary.csv", newline="") as file:
-        cells = next(csv.DictReader(file))
-    row = {name: cell for name, cell in cells.items() if not name.endswith(_COLUMN)}
+    heads, rows = read_cells(directory / SUMMARY)
+    cells = zip(heads, rows[0], strict=True)
+    row = {name: cell for name, cell in cells if not name.endswith(_COLUMN)}
     row |= {f"{measure}{_COLUMN}": bar for measure, bar in bars.items()}
     write_atomic(directory / MESH_ERROR, json_text(story))
-    write_atomic(directory / "summary.csv", csv_text([row]))
+    write_atomic(directory / SUMMARY, csv_text([row]))
     record.refresh(directory)  # where it is a sweep's kept run, it shall stay one
     return f"error bars: {directory / 'summary.csv'} and {write_report(directory)}"

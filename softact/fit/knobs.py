@@ -1,6 +1,5 @@
 """Values of a spec that a calibration varies: where they stand, their unit, their bounds."""
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -8,9 +7,8 @@ from typing import Any
 from softact.errors import SpecError
 from softact.spec import Spec
 from softact.spec.path import changed, joined, single
-from softact.units import conversion, show
+from softact.units import conversion, show, split
 
-_VALUE = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
 WIDEST = 10.0  # default bounds: a tenth and ten times the value of the spec
 
 
@@ -80,22 +78,23 @@ def _split(value: Any) -> tuple[float, str]:
     """'0.11 MPa' -> (0.11, 'MPa'). Raises SpecError for what cannot be varied steadily."""
     if isinstance(value, float):
         return value, ""
-    match = _VALUE.fullmatch(value) if isinstance(value, str) else None
-    if match is None:
+    parts = split(value) if isinstance(value, str) else None
+    if parts is None:
         raise SpecError(f"{show(value)} is no value that can be varied; only sizes with a unit are")
-    return float(match[1]), match[2]
+    return float(parts[0]), parts[1]
 
 
 def _in_unit(text: str, unit: str) -> float:
-    match = _VALUE.fullmatch(text)
-    if match is None:
+    parts = split(text)
+    if parts is None:
         raise SpecError(f"{show(text)} is no bound; write a number with its unit")
-    if not unit or match[2] == unit:
-        if match[2] != unit:
+    number, written = float(parts[0]), parts[1]
+    if not unit or written == unit:
+        if written != unit:
             raise SpecError(f"{show(text)}: a number without unit is wanted")
-        return float(match[1])
+        return number
     try:
-        return float(match[1]) * conversion(match[2], unit)
+        return number * conversion(written, unit)
     except ValueError as error:
         raise SpecError(f"{show(text)}: {error}") from None
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from softact.fit.data import Test
+from softact.spec.plausible import RANGES
 
-SOFTEST, STIFFEST = 5e-4, 100.0  # MPa, shear moduli of gels and of stiff thermoplastic elastomers
 CONFUSIONS = (
     ("MPa given as kPa, or kPa given as Pa", 1e3),
     ("MPa given as Pa", 1e6),
@@ -29,7 +29,7 @@ def warnings(test: Test) -> list[str]:
     modulus = secant_modulus(test)
     if modulus <= 0:
         lines.append(f"{test.label}: the stress does not rise with the stretch at first")
-    elif not SOFTEST <= modulus <= STIFFEST:
+    elif not RANGES["rubber"].holds(modulus):
         for name, factor in CONFUSIONS:
             if 0.01 <= modulus * factor <= 20.0:
                 looks = f"; this looks like {name}"

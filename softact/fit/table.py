@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from softact.errors import SpecError
+from softact.files import read_file
 from softact.fit.columns import Column, read_heading
 from softact.units import LENGTH, show
 
@@ -67,14 +68,7 @@ def cell_fault(cell: str) -> str | None:
 
 
 def _lines(path: Path) -> list[tuple[int, str]]:
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            raise SpecError(f"{path}: is larger than {MAX_BYTES // 1_000_000} MB")
-        text = path.read_bytes()
-    except FileNotFoundError:
-        raise SpecError(f"{path}: there is no such file") from None
-    except OSError as error:
-        raise SpecError(f"{path}: cannot be read: {error.strerror}") from None
+    text = read_file(path, MAX_BYTES, "a table of test data")
     if b"\0" in text[:4096]:
         raise SpecError(f"{path}: is not a text file; save the table as CSV")
     lines = text.decode("utf-8-sig", errors="replace").splitlines()

@@ -93,7 +93,7 @@ class Optimisation(Model):
     objectives: tuple[Objective, ...] = Field(strict=False, description="one or several")
     constraints: tuple[Constraint, ...] = Field((), strict=False, description="on measures")
     trials: int = Field(40, ge=1, le=100_000, description="runs in all, failed ones included")
-    seed: int = Field(0, ge=0, description="of the sampler")
+    seed: int = Field(0, ge=0, lt=2**32, description="of the sampler")
     reference: dict[str, Any] = Field(
         {}, description="parameter: value of a design to be beaten; it is the first trial"
     )

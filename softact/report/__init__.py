@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from softact.errors import SpecError
+from softact.errors import SpecError, reason
 from softact.files import write_atomic
 from softact.results import Results, read
 
@@ -23,13 +23,19 @@ __all__ = ["Extra", "write_report"]
 Extra = Callable[[Results], "Section"]
 
 
-def write_report(directory: str | Path, extra: Sequence[Extra] = ()) -> Path:
+def write_report(
+    directory: str | Path,
+    extra: Sequence[Extra] = (),
+    warn: Callable[[str], None] = lambda line: None,
+) -> Path:
     """(Re)build report.html, curve.png, states.png and shape.png; returns the report's path.
 
-    extra: further sections; where one raises SpecError, the report says so in its place.
+    extra: further sections; where one raises SpecError, the report says so in its place. warn:
+    called with each line that the report has on what is missing or damaged.
 
     A picture or 3-D view that cannot be made does not stop the rest: the report says which is
-    missing and why. Raises SpecError where the folder is not a result folder.
+    missing and why. Raises SpecError where the folder is not a result folder, DamagedResultError
+    where its figures cannot be read.
     """
     # Imported here: a sweep takes a label or a plot from this package, and makes no report.
     from softact.report import curves, page, pictures, surface
@@ -37,7 +43,7 @@ def write_report(directory: str | Path, extra: Sequence[Extra] = ()) -> Path:
 
     directory = Path(directory)
     results = read(directory)
-    faults = list(results.faults)
+    faults = [*results.faults, *results.spec_faults]
     for name in ("curve.png", "states.png", "shape.png"):
         (directory / name).unlink(missing_ok=True)
     view, parts = None, cache(lambda: surface.skin(results))
@@ -47,7 +53,7 @@ def write_report(directory: str | Path, extra: Sequence[Extra] = ()) -> Path:
             if curves.charts(results):
                 write_atomic(directory / "curve.png", curves.picture(results))
         except Exception as error:  # a report without a picture beats no report
-            faults.append(f"curve.png is missing: {error!r}")
+            faults.append(f"curve.png is missing: {reason(error)}")
         if there:
             view = _view(results, parts, faults)
         plotly()
@@ -60,8 +66,11 @@ def write_report(directory: str | Path, extra: Sequence[Extra] = ()) -> Path:
             more.append(make(results))
         except SpecError as error:
             faults += error.lines
+    faults = list(dict.fromkeys(faults))
     path = directory / "report.html"
     write_atomic(path, page.html(results, view, faults, more))
+    for line in faults:
+        warn(line)
     return path
 
 
@@ -71,5 +80,5 @@ def _view(results: Results, parts: Callable[[], Skin], faults: list[str]) -> dic
     try:
         return viewer.pack(results, parts())
     except Exception as error:  # as above
-        faults.append(f"The 3-D view is missing: {error!r}")
+        faults.append(f"The 3-D view is missing: {reason(error)}")
         return None

@@ -1,7 +1,6 @@
 """Size and mass of an actuator, from the stored mesh and spec."""
 
 import numpy as np
-import yaml
 
 from softact.report.surface import mirrored
 from softact.results import Results
@@ -70,7 +69,7 @@ def _sheet_mass(results: Results) -> float | None:
     """kg of the whole actuator of sheets; None where a density is not known."""
     total = 0.0
     try:
-        sheets = yaml.safe_load(results.spec_yaml)["sheets"]
+        sheets = results.spec["sheets"]
         for name in results.layout.sheets:
             a, b, c = np.moveaxis(results.points[results.surfaces[name][:, :3]], 1, 0)
             area = float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2
@@ -78,7 +77,7 @@ def _sheet_mass(results: Results) -> float | None:
                 density = DENSITY.parse(ply["material"]["density"])
                 thickness = LENGTH.parse(ply["thickness"])
                 total += density * thickness * area
-    except (yaml.YAMLError, KeyError, TypeError, ValueError):
+    except (KeyError, TypeError, ValueError):
         return None
     return 1e3 * total * 2 ** len(results.layout.symmetry)
 
@@ -86,7 +85,7 @@ def _sheet_mass(results: Results) -> float | None:
 def _density(results: Results, region: str) -> float | None:
     """tonne/mm³ of a region's material, as the resolved spec has it."""
     try:
-        material = yaml.safe_load(results.spec_yaml)["materials"][region]
+        material = results.spec["materials"][region]
         return DENSITY.parse(material["density"])
-    except (yaml.YAMLError, KeyError, TypeError, ValueError):
+    except (KeyError, TypeError, ValueError):
         return None

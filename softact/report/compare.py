@@ -6,7 +6,6 @@ from html import escape
 from pathlib import Path
 
 import numpy as np
-import yaml
 
 from softact.errors import SpecError
 from softact.files import csv_text, write_atomic
@@ -123,18 +122,10 @@ def _value(run: Results, name: str, aim: float | None) -> float:
 
 def spec_differences(runs: Sequence[Results]) -> list[tuple[str, list[str]]]:
     """Paths in the resolved specs whose values are not all the same, and the values."""
-    flat = [{joined(p): str(value) for p, value in leaves(_spec(run))} for run in runs]
+    flat = [{joined(p): str(value) for p, value in leaves(run.spec)} for run in runs]
     paths = dict.fromkeys(path for spec in flat for path in spec)
     rows = [(path, [spec.get(path, "–") for spec in flat]) for path in paths]
     return [(path, values) for path, values in rows if len(set(values)) > 1]
-
-
-def _spec(run: Results) -> dict:
-    try:
-        spec = yaml.safe_load(run.spec_yaml)
-    except yaml.YAMLError:
-        return {}
-    return spec if isinstance(spec, dict) else {}
 
 
 def html(names: Sequence[str], runs: Sequence[Results], wanted: Sequence[str] = ()) -> str:

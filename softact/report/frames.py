@@ -2,7 +2,6 @@
 
 import os
 import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -12,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from softact.orphans import environment, python
 from softact.report import labels
 from softact.report.obstacles import bodies
 from softact.report.surface import Skin, drawn, mirrored, skin
@@ -19,7 +19,9 @@ from softact.report.view import STRESS_COLOURS, View, bending_view, colour_range
 from softact.results import Results
 
 _TIME_LIMIT_S = 600.0
-_COMMAND = (sys.executable, "-P", str(Path(__file__).with_name("render.py")))
+_COMMAND = python(Path(__file__).with_name("render.py"))
+# Neither a display nor the MPI job that we may be part of is the business of who draws.
+_NOT_ITS_BUSINESS = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "DISPLAY", "WAYLAND_DISPLAY")
 
 
 class DrawingError(Exception):
@@ -141,9 +143,11 @@ class Renderer:
         self._errors = scratch / "stderr"
         self._pictures: list[Path] = []
         with self._errors.open("wb") as stderr:
-            command = [*_COMMAND, str(scratch), str(os.getpid())]
             self.process = subprocess.Popen(
-                command, env=_environment(), stderr=stderr, stdout=subprocess.DEVNULL
+                [*_COMMAND, str(scratch), str(os.getpid())],
+                env=environment(without=_NOT_ITS_BUSINESS),
+                stderr=stderr,
+                stdout=subprocess.DEVNULL,
             )
 
     def draw(self, scene: Scene, group: Group) -> None:
@@ -174,7 +178,7 @@ class Renderer:
             yield np.load(picture)
 
     def _said(self, code: int) -> str:
-        words = self._errors.read_text(errors="replace").splitlines()
+        words = self._errors.read_text(encoding="utf-8", errors="replace").splitlines()
         said = [line for line in words if line.strip()]
         return f"drawing ended with code {code}: {said[-1] if said else 'no message'}"
 
@@ -189,9 +193,3 @@ def renderer() -> Iterator[Renderer]:
         finally:
             started.process.kill()
             started.process.wait()
-
-
-def _environment() -> dict[str, str]:
-    # Neither a display nor the MPI job that we may be part of is the child's business.
-    mine = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "DISPLAY", "WAYLAND_DISPLAY")
-    return {k: v for k, v in os.environ.items() if not k.startswith(mine)}

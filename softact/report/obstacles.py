@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-import yaml
 from pydantic import ValidationError
 
 from softact.results import Results
@@ -38,9 +37,9 @@ def bodies(results: Results, low: np.ndarray, high: np.ndarray) -> list[Body]:
     """The obstacles of a result; endless ones are drawn as large as the box from ``low`` to
     ``high`` (3,) mm, around its middle."""
     try:
-        written = (yaml.safe_load(results.spec_yaml) or {}).get("obstacles") or {}
+        written = results.spec.get("obstacles") or {}
         shapes = {n: OBSTACLES[o["type"]].model_validate(o).shape() for n, o in written.items()}
-    except (yaml.YAMLError, ValidationError, KeyError, TypeError, AttributeError):
+    except (ValidationError, KeyError, TypeError, AttributeError):
         return []  # written by another version of softact
     return [_body(results, name, shape, low, high) for name, shape in shapes.items()]
 

@@ -5,8 +5,6 @@ from html import escape
 from importlib.resources import files
 from pathlib import Path
 
-import yaml
-
 from softact.report import base, curves, history, labels, mesh_error, origin
 from softact.report.base import Plot, Section
 from softact.report.view import load, load_name
@@ -32,7 +30,7 @@ def html(
     sections that were asked for.
     """
     here = files("softact.report")
-    spec = _spec(results)
+    spec = results.spec
     name = str(spec.get("name") or results.directory.resolve().name)
     told = origin.assumptions(spec)
     errors = mesh_error.read(results)
@@ -60,14 +58,6 @@ def html(
         style=(here / "style.css").read_text(encoding="utf-8"),
         script=(here / "report.js").read_text(encoding="utf-8"),
     )
-
-
-def _spec(results: Results) -> dict:
-    try:
-        spec = yaml.safe_load(results.spec_yaml)
-    except yaml.YAMLError:
-        return {}
-    return spec if isinstance(spec, dict) else {}
 
 
 def _lead(results: Results, spec: dict, name: str, faults: list[str], bars: dict) -> str:

@@ -6,6 +6,7 @@ from io import BytesIO
 
 import numpy as np
 
+from softact.errors import reason
 from softact.files import write_atomic
 from softact.report import frames, labels
 from softact.report.frames import Group, Scene
@@ -29,23 +30,31 @@ def drawing(results: Results, make_skin: Callable[[], Skin]) -> Iterator[Callabl
     "".
     """
     with frames.renderer() as renderer:
-        scene = frames.make_scene(results, make_skin())
-        four, last = states(results, 4), [len(results.increments) - 1]
-        groups = {
-            "states.png": scene.group(four, ghost=True, pixels=_DPI * _SIDES[0]),
-            "shape.png": scene.group(last, ghost=False, pixels=_DPI * _SIDES[1]),
-        }
-        for group in groups.values():
-            renderer.draw(scene, group)
+        groups, failed = {}, ""
+        try:
+            scene = frames.make_scene(results, make_skin())
+            four, last = states(results, 4), [len(results.increments) - 1]
+            groups |= {
+                "states.png": scene.group(four, ghost=True, pixels=_DPI * _SIDES[0]),
+                "shape.png": scene.group(last, ghost=False, pixels=_DPI * _SIDES[1]),
+            }
+            for group in groups.values():
+                renderer.draw(scene, group)
+        except Exception as error:  # a report without pictures beats no report
+            failed = reason(error)
 
         def write() -> str:
             composed = {}
+            if failed:
+                return failed
             try:
                 for (name, group), panels in zip(groups.items(), renderer.drawn(), strict=True):
                     columns = min(len(group.numbers), 2)
                     composed[name] = compose(scene, group, panels, columns)
             except frames.DrawingError as error:
                 return str(error)
+            except Exception as error:  # as above
+                return reason(error)
             for name, picture in composed.items():
                 write_atomic(results.directory / name, picture)
             return ""

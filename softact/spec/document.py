@@ -9,11 +9,13 @@ from typing import Any, Self
 import yaml
 
 from softact.errors import SpecError
-from softact.units import one_line, show
+from softact.files import read_file
+from softact.units import is_utf8, one_line, show
 
 MAX_BYTES = 1_000_000
 MAX_VALUES = 20_000
 MAX_DEPTH = 30
+WANTED = "the YAML file of a spec"
 
 Place = tuple[str | int, ...]
 
@@ -79,7 +81,33 @@ def item(value: Any, key: str | int) -> Any:
 
 
 class Loader(yaml.SafeLoader):
-    """YAML 1.2's idea of a scalar: 1e-4 is a number, 1:30 is no time, 010 no octal, yes a word."""
+    """YAML 1.2's idea of a scalar: 1e-4 is a number, 1:30 is no time, 010 no octal, yes a word.
+
+    It stops at the first value too many: a megabyte of them would take PyYAML ten seconds.
+    """
+
+    def __init__(self, text: str):
+        super().__init__(text)
+        self.composed, self.depth = 0, 0
+
+    def compose_node(self, parent: Any, index: Any) -> yaml.Node:
+        """See PyYAML."""
+        mark = self.peek_event().start_mark
+        self.composed, self.depth = self.composed + 1, self.depth + 1
+        if self.composed > 2 * MAX_VALUES:  # keys are counted here too
+            raise _TooMuchError(mark, f"more than {MAX_VALUES} values, so no spec")
+        if self.depth > MAX_DEPTH + 1:
+            raise _TooMuchError(mark, "values are nested too deeply for a spec")
+        node = super().compose_node(parent, index)
+        self.depth -= 1
+        return node
+
+
+class _TooMuchError(yaml.MarkedYAMLError):
+    """A text that no spec can be."""
+
+    def __init__(self, mark: yaml.Mark, fault: str):
+        super().__init__(problem=fault, problem_mark=mark)
 
 
 Loader.yaml_implicit_resolvers = {}
@@ -96,24 +124,13 @@ for _tag, _pattern in {
 def read(path: Path) -> Document:
     """Read a YAML file. Raises SpecError where it is no readable text file with one mapping."""
     name = one_line(str(path))
-    try:
-        if path.is_dir():
-            raise SpecError(f"{name}: this is a folder; give the YAML file of a spec")
-        with path.open("rb") as stream:
-            content = stream.read(MAX_BYTES + 1)
-    except FileNotFoundError:
-        raise SpecError(f"{name}: there is no such file") from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise SpecError(f"{show(name)}: the file cannot be read: {reason}") from None
-    if len(content) > MAX_BYTES:
-        raise SpecError(f"{name}: the file is larger than {MAX_BYTES // 1000} kB, so no spec")
+    content = read_file(path, MAX_BYTES, WANTED)
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
         text = "\0"
     if "\0" in text:
-        raise SpecError(f"{name}: this is not a text file in UTF-8; give the YAML file of a spec")
+        raise SpecError(f"{name}: this is not a text file in UTF-8; give {WANTED}")
     return parse(text, name, path.parent)
 
 
@@ -156,6 +173,9 @@ def _compose(text: str, name: str) -> yaml.Node | None:
             return loader.get_single_node()
         finally:
             loader.dispose()
+    except _TooMuchError as error:
+        line = error.problem_mark.line + 1
+        raise SpecError(f"{name}:{line}: {error.problem}") from None
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line = f":{mark.line + 1}" if mark else ""
@@ -163,8 +183,6 @@ def _compose(text: str, name: str) -> yaml.Node | None:
     except yaml.reader.ReaderError as error:
         line = text[: error.position].count("\n") + 1
         raise SpecError(f"{name}:{line}: a control character; is this a text file?") from None
-    except RecursionError:
-        raise SpecError(f"{name}: values are nested too deeply for a spec") from None
 
 
 def _yaml_fault(error: yaml.MarkedYAMLError) -> str:
@@ -220,7 +238,7 @@ class _Walk:
             if not isinstance(key_node, yaml.ScalarNode):
                 self._fault(line, place, "a key must be a word, not a list or mapping")
                 continue
-            key = key_node.value
+            key = self._text(key_node, place)
             if key in result:
                 first = self.lines[(*place, key)]
                 self._fault(line, (*place, key), f"given twice, first in line {first}; keep one")
@@ -234,7 +252,7 @@ class _Walk:
 
     def _scalar(self, node: yaml.ScalarNode, place: Place) -> Any:
         kind = node.tag.removeprefix("tag:yaml.org,2002:")
-        text = node.value
+        text = self._text(node, place)
         try:
             if kind == "str":
                 return text
@@ -250,6 +268,12 @@ class _Walk:
             pass
         self._fault(node.start_mark.line + 1, place, f"a value with the tag {show(node.tag)}")
         return None
+
+    def _text(self, node: yaml.ScalarNode, place: Place) -> str:
+        if not is_utf8(node.value):
+            fault = "half of a character (a surrogate), which no file can hold"
+            self._fault(node.start_mark.line + 1, place, fault)
+        return node.value
 
     def _known_tag(self, node: yaml.Node, place: Place, kind: str) -> None:
         if node.tag != f"tag:yaml.org,2002:{kind}":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 from collections.abc import Sequence
@@ -19,9 +20,10 @@ from pydantic import (
 
 from softact.spec.choice import fault, fault_at
 from softact.spec.fields import NAMES_SCHEMA, one_or_more
-from softact.units import show
+from softact.units import conversion, show, split
 
-_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)?\s*")
+MOST_STEPS = 100_000
+LARGEST_WHOLE = 10**9
 
 
 def quantity(value: Any) -> tuple[float, str] | None:
@@ -30,8 +32,8 @@ def quantity(value: Any) -> tuple[float, str] | None:
         return None
     if isinstance(value, int | float):
         return float(value), ""
-    match = _QUANTITY.fullmatch(value) if isinstance(value, str) else None
-    return (float(match[1]), match[2] or "") if match else None
+    parts = split(value) if isinstance(value, str) else None
+    return (float(parts[0]), parts[1]) if parts else None
 
 
 def written(number: float, unit: str, whole: bool) -> str | int | float:
@@ -64,11 +66,13 @@ class Axis(BaseModel):
     )
     from_: Any = Field(None, alias="from", description="first value of a range")
     to: Any = Field(None, description="last value of a range, in the same unit")
-    count: int = Field(5, ge=2, le=100000, description="points of the range, ends included")
+    count: int = Field(5, ge=2, le=MOST_STEPS, description="points of the range, ends included")
     scale: Literal["linear", "log"] = Field("linear", description="spacing of the range")
 
     @model_validator(mode="after")
     def _one_kind(self) -> Self:
+        if self.name is not None and not (self.name.strip() and self.name.isprintable()):
+            raise fault_at(("name",), f"{show(self.name)} is no heading: write words on one line")
         if not self.path:
             raise fault_at(("path",), "no path is given; write for example geometry.roof")
         ranged = self.from_ is not None or self.to is not None
@@ -83,16 +87,22 @@ class Axis(BaseModel):
     def _check_values(self) -> None:
         if not self.values:
             raise fault_at(("values",), "no value is given")
+        seen = set()
         for number, value in enumerate(self.values):
-            if value in self.values[:number]:
+            plain = not isinstance(value, dict | list | bool)
+            name = value if plain else json.dumps(value, sort_keys=True)
+            if name in seen:
                 raise fault_at(("values", number), f"{show(value)} is given twice")
+            seen.add(name)
 
     def _check_range(self) -> None:
         ends = {"from": quantity(self.from_), "to": quantity(self.to)}
         for key, end in ends.items():
-            if end is None:
-                given = self.from_ if key == "from" else self.to
+            given = self.from_ if key == "from" else self.to
+            if end is None or not math.isfinite(end[0]):
                 raise fault_at((key,), f"{show(given)} is no number with its unit")
+            if self._whole and abs(given) > LARGEST_WHOLE:
+                raise fault_at((key,), f"{show(given)}: whole numbers go to {LARGEST_WHOLE} here")
         (low, unit), (high, other) = ends["from"], ends["to"]
         if unit != other:
             raise fault_at(("to",), f"{show(self.to)} has another unit than 'from': {show(unit)}")
@@ -147,10 +157,15 @@ class Axis(BaseModel):
         values = [written(number, self.unit, self._whole) for number in numbers]
         return list(dict.fromkeys(values))
 
+    @property
+    def size(self) -> int:
+        """The number of ``steps``, or a little more where whole numbers are fewer."""
+        return self.count if self.values is None else len(self.values)
+
     def at(self, fractions: Sequence[float]) -> list[Any]:
         """Values at fractions (0 to 1) of the axis: of its range, or of its list."""
         if self.values is not None or self._whole:
-            steps = self._all_whole() if self.values is None else list(self.values)
+            steps = self._all_whole() if self.values is None else self.values
             return [steps[min(int(f * len(steps)), len(steps) - 1)] for f in fractions]
         low, high = quantity(self.from_)[0], quantity(self.to)[0]
         if self.scale == "log":
@@ -159,9 +174,9 @@ class Axis(BaseModel):
         numbers = map(math.exp, numbers) if self.scale == "log" else numbers
         return [written(number, self.unit, False) for number in numbers]
 
-    def _all_whole(self) -> list[int]:
+    def _all_whole(self) -> range:
         low, high = sorted((self.from_, self.to))
-        return list(range(low, high + 1))
+        return range(low, high + 1)
 
     def number(self, value: Any) -> float | str:
         """A value that may be written in another unit, as a number in the axis's, else its text."""
@@ -170,11 +185,9 @@ class Axis(BaseModel):
             return str(value)
         if parts[1] == self.unit:
             return parts[0]
-        import pint
-
         try:
-            return float(pint.Quantity(parts[0], parts[1]).to(self.unit).magnitude)
-        except (pint.PintError, ValueError):
+            return parts[0] * conversion(parts[1], self.unit)
+        except ValueError:
             return str(value)
 
     def cell(self, value: Any) -> float | str:

@@ -86,7 +86,7 @@ class Cache:
         CannotWriteError."""
         self.make()
         with self._writing():
-            file = open(self.directory / "locks" / key, "a")
+            file = open(self.directory / "locks" / key, "ab")
         with file:
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))

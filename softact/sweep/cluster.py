@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import shutil
 import socket
 import tempfile
@@ -11,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from softact.errors import SpecError
+from softact.orphans import python
 from softact.sweep.cache import Cache
 from softact.sweep.compute import FAILED, Answer, compute
 from softact.sweep.local import Jobs
@@ -19,7 +21,7 @@ from softact.sweep.version import version
 
 _SECONDS = 30.0  # within which the scheduler has to answer
 # What a job asks for where --slurm-option does not say otherwise: a run has one thread.
-_SLURM = {"cores": 1, "processes": 1, "memory": "4GB"}
+_SLURM = {"cores": 1, "processes": 1, "memory": "4GB", "python": shlex.join(python())}
 # What no option may change: whom a scheduler obeys runs code as its user.
 _OURS = ("host", "protocol", "scheduler_options", "security", "shared_temp_directory")
 _HERE = "127.0.0.1:0"  # where scheduler and workers serve pages that nobody asks for

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from itertools import product
 from typing import Any, Literal
@@ -11,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from softact.sweep.axes import Axis
 
+MOST_POINTS = 100_000
 Coordinates = dict[str, Any]  # axis's title -> value; an axis that is left out has the base's
 
 
@@ -22,8 +24,18 @@ class Design(BaseModel):
     kind: Literal["grid", "one_at_a_time", "latin_hypercube", "sobol"] = Field(
         "grid", description="of all values, around the base, or a sample of the ranges"
     )
-    samples: int = Field(32, ge=1, le=1_000_000, description="points of a sample")
-    seed: int = Field(0, ge=0, description="of a sample; the same seed gives the same points")
+    samples: int = Field(32, ge=1, le=MOST_POINTS, description="points of a sample")
+    seed: int = Field(
+        0, ge=0, lt=2**32, description="of a sample; the same seed gives the same points"
+    )
+
+    def count(self, axes: Sequence[Axis]) -> int:
+        """The number of points, or a little more where points would be twice the same."""
+        if self.kind == "grid":
+            return math.prod(axis.size for axis in axes)
+        if self.kind == "one_at_a_time":
+            return 1 + sum(axis.size for axis in axes)
+        return self.samples
 
     def points(self, axes: Sequence[Axis]) -> list[Coordinates]:
         """The points, each once; the base itself is the first of one_at_a_time."""

@@ -75,7 +75,7 @@ class Plan:
         self.fingerprint = hashlib.sha256((text + version()).encode()).hexdigest()
         self.known: dict[str, Any] = {}
         try:
-            stored = json.loads(path.read_text()) if path else {}
+            stored = json.loads(path.read_text(encoding="utf-8")) if path else {}
             if stored.get("fingerprint") == self.fingerprint:
                 self.known = stored["points"]
         except (OSError, ValueError, AttributeError, KeyError):

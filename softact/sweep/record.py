@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from softact.files import write_atomic
+from softact.folder_lock import LOCK
 from softact.report.labels import BOOKKEEPING
 from softact.results import NO_EQUILIBRIUM, Results
 
@@ -93,7 +94,8 @@ def refresh(directory: Path) -> None:
 
 
 def _write(data: dict, directory: Path) -> None:
-    files = (p for p in sorted(directory.iterdir()) if p.is_file() and p.name != RECORD)
+    own = RECORD, LOCK
+    files = (p for p in sorted(directory.iterdir()) if p.is_file() and p.name not in own)
     data["files"] = {path.name: path.stat().st_size for path in files}
     text = json.dumps(data, separators=(",", ":"))
     write_atomic(directory / RECORD, f"{hashlib.sha256(text.encode()).hexdigest()}\n{text}\n")

@@ -17,7 +17,7 @@ from softact.errors import SpecError
 from softact.report import base, labels
 from softact.report.base import Section
 from softact.results import COMPLETE
-from softact.sweep.design import Coordinates, sampled
+from softact.sweep.design import MOST_POINTS, Coordinates, sampled
 from softact.sweep.spec import Sweep
 from softact.sweep.study import Study
 from softact.sweep.table import Row
@@ -57,6 +57,12 @@ def sample_of(kind: Literal["sobol", "morris"], sweep: Sweep) -> Sample:
     count, size = sweep.design.samples, len(sweep.axes)
     if size < 2:
         raise SpecError("--sensitivity compares axes, and this sweep has only one")
+    points = count * (size + (2 if kind == "sobol" else 1))
+    if points > MOST_POINTS:
+        raise SpecError(
+            f"--sensitivity {kind}: {count} samples of {size} axes are {points} points; a study "
+            f"has at most {MOST_POINTS}, so take fewer samples"
+        )
     # Sobol: an array, since SALib hands the names to pandas, which takes no list any more.
     names = [axis.title for axis in sweep.axes]
     names = np.array(names) if kind == "sobol" else names

@@ -67,6 +67,6 @@ def store(results: Results) -> None:
 def load(directory: Path) -> dict | None:
     """The packed skin of a run, None where it has none."""
     try:
-        return json.loads((directory / SHAPE).read_text())
+        return json.loads((directory / SHAPE).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None

@@ -24,7 +24,7 @@ from softact.spec.fields import Name
 from softact.spec.kinds import read_as
 from softact.spec.path import assign, check, dotted
 from softact.sweep.axes import Axis
-from softact.sweep.design import Coordinates, Design
+from softact.sweep.design import MOST_POINTS, Coordinates, Design
 from softact.sweep.points import first_right
 from softact.units import show
 
@@ -98,12 +98,19 @@ class Sweep(Model):
     @model_validator(mode="after")
     def _axes_and_trends_agree(self) -> Self:
         check_axes(self.axes)
+        check_count(self.design.count(self.axes), ("axes",))
         titles = [axis.title for axis in self.axes]
         for number, trend in enumerate(self.trends):
             if trend.axis not in titles:
                 where = ("trends", number, "axis")
                 raise fault_at(where, f"no axis {show(trend.axis)}; {nearest(trend.axis, titles)}")
         return self
+
+
+def check_count(count: int, place: tuple[str, ...]) -> None:
+    """Raise a fault where a study has more points than could ever be kept in mind and computed."""
+    if count > MOST_POINTS:
+        raise fault_at(place, f"{count} points; a study has at most {MOST_POINTS}, so take fewer")
 
 
 def check_axes(axes: Sequence[Axis]) -> None:

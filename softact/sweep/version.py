@@ -6,15 +6,11 @@ from __future__ import annotations
 import hashlib
 import os
 import platform
-import tempfile
 from functools import cache
 from importlib import metadata
 from pathlib import Path
 
-from softact.errors import MeshError
-from softact.files import digest
-from softact.geometry import make_mesh
-from softact.imported import Imported
+from softact.imported import Imported, mesh_digest
 from softact.provenance import gmsh_version
 from softact.spec import Spec
 
@@ -85,20 +81,3 @@ def run_key(
     if (processes, threads) != (1, 1):
         parts.append(f"{processes} processes, {threads or len(os.sched_getaffinity(0))} threads")
     return hashlib.sha256(", ".join(parts).encode()).hexdigest()[:32]
-
-
-_digests: dict[str, str] = {}
-
-
-def mesh_digest(geometry: Imported) -> str:
-    """Digest of the mesh of a geometry, or why there is none."""
-    name = f"{type(geometry).__name__} {geometry.model_dump_json()}"
-    if name not in _digests:
-        with tempfile.TemporaryDirectory(prefix="softact-key-") as folder:
-            path = Path(folder) / "mesh.msh"
-            try:
-                make_mesh(geometry, path)
-                _digests[name] = digest(path)
-            except MeshError as error:
-                _digests[name] = "; ".join(error.lines)
-    return _digests[name]

@@ -5,6 +5,7 @@ import re
 import gmsh
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 from softact import spec as specs
 from softact.errors import MeshError, SpecError
@@ -173,3 +174,43 @@ def test_the_file_is_looked_for_beside_the_spec(script, tmp_path):
         with pytest.raises(SpecError, match=words):
             specs.load(spec)
         spec.write_text(spec.read_text().replace(name, "pouch.py"))
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("a/b", "holds /"),
+        ("a\\b", "holds \\"),
+        ("a'b", "holds '"),
+        ('a"b', 'holds "'),
+        ("<region>", "holds < >"),
+        ("a\nb", "holds a line break"),
+        ("a\x1b[2J", "holds a line break or another character that cannot be printed"),
+        (" a", "begins or ends with a blank"),
+        ("..", "means a folder"),
+        (" ", "is empty"),
+        ("a" * 101, "is longer than 100 characters"),
+    ],
+)
+def test_a_name_that_no_file_can_hold_is_refused_before_anything_is_meshed(tmp_path, name, why):
+    """gmsh ends a name at a quote, HDF5 begins a group at a slash: after hours of solving."""
+    (tmp_path / "pouch.py").write_text(POUCH)
+    places = {
+        "regions": [name], "surfaces": [name], "cavities": {name: [name]}, "clamp": name,
+        "tip": name, "symmetry": {"y": name},
+    }  # fmt: skip
+    for key, value in places.items():
+        with pytest.raises(ValidationError) as caught:
+            FromScript(file=str(tmp_path / "pouch.py"), **{key: value})
+        for fault in caught.value.errors():
+            assert fault["loc"][0] == key
+            assert why in fault["msg"]
+            assert fault["msg"].isprintable()
+
+
+@pytest.mark.parametrize("name", ["a.b", "Körper 1", "=1+1", "a,b", "a:b", "{x}", "%s", "Part[2]"])
+def test_other_names_are_meshed(tmp_path, meshed, name):
+    text = POUCH.replace('"outer"', repr(name))
+    (tmp_path / "pouch.py").write_text(text, encoding="utf-8")
+    given = {"file": str(tmp_path / "pouch.py"), "surfaces": [name], "mesh_size": "6 mm"}
+    assert len(meshed(FromScript.model_validate(given)).surfaces[name])

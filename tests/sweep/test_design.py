@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+import yaml
+from pydantic import ValidationError
 from scipy.stats import qmc
 
 from softact.errors import SpecError
@@ -153,3 +155,80 @@ def test_wrong_sweep_files(text, said, tmp_path):
         sweep(tmp_path, text)
     assert len(found.value.lines) == 1
     assert said in found.value.lines[0]
+
+
+def test_a_path_that_leads_nowhere_is_one_error(tmp_path):
+    study, base = sweep(tmp_path, "axes: [{path: geometry.lenght, values: [4 mm, 5 mm]}]")
+    with pytest.raises(SpecError, match="did you mean 'length'"):
+        Plan(base).points(study.axes, study.design.points(study.axes))
+
+
+def refused(text, **more):
+    axes, design = yaml.safe_load(text), more.pop("design", {"kind": "grid"})
+    with pytest.raises(ValidationError) as caught:
+        Sweep.model_validate({"base": "cube.yaml", "axes": axes, "design": design, **more})
+    (fault,) = caught.value.errors()
+    return fault["loc"], fault["msg"]
+
+
+GRID = """
+- {path: geometry.length, from: 1 mm, to: 9 mm, count: 100000}
+- {path: geometry.width, from: 1 mm, to: 9 mm, count: 100000}
+"""
+
+
+def test_a_grid_of_ten_billion_points_is_refused_and_not_listed():
+    assert refused(GRID) == (
+        ("axes",), "10000000000 points; a study has at most 100000, so take fewer"
+    )  # fmt: skip
+    alone = {"kind": "one_at_a_time"}
+    assert refused(GRID, design=alone)[1].startswith("200001 points; a study has at most")
+
+
+def test_whole_numbers_are_drawn_and_not_listed():
+    """As a list, a billion of them would take 32 GB."""
+    axis = Axis.model_validate({"path": "n", "from": 0, "to": 10**9})
+    assert axis.at([0.0, 0.5, 0.999999]) == [0, 500000000, 999999000]
+    assert len(Design(kind="sobol", samples=8).points([axis])) == 8
+    place, words = refused("- {path: n, from: 2, to: 10000000000}")
+    assert place == ("axes", 0, "to")
+    assert words == "'10000000000': whole numbers go to 1000000000 here"
+
+
+def test_many_values_are_compared_with_each_other_in_one_go():
+    values = [f"{n} mm" for n in range(50_000)]
+    assert Axis.model_validate({"path": "a", "values": values}).size == 50_000
+    with pytest.raises(ValidationError, match="'7 mm' is given twice"):
+        Axis.model_validate({"path": "a", "values": [*values, "7 mm"]})
+    lists = [[1, 2], [2, 1], {"a": 1}, 1, True, "1"]
+    assert Axis.model_validate({"path": "a", "values": lists}).size == 6
+
+
+@pytest.mark.parametrize("name", ["a\nb", "\x1b[2J", " ", "a\u2028b"])
+def test_a_heading_is_words_on_one_line(name):
+    with pytest.raises(ValidationError, match="is no heading: write words on one line"):
+        Axis.model_validate({"path": "a", "values": [1, 2], "name": name})
+
+
+def test_a_seed_is_one_that_every_sampler_takes():
+    sample = {"kind": "sobol", "samples": 2, "seed": 2**32}
+    assert refused("- {path: a, values: [1, 2]}", design=sample)[0] == ("design", "seed")
+    Design(kind="sobol", samples=2, seed=2**32 - 1).points([LENGTH])
+
+
+@pytest.mark.parametrize("text", ["1,1" + " " * 10**6 + "1", "1" * 10**6 + " a\nb", "1 mm" * 10**6])
+def test_a_long_end_of_a_range_is_not_searched_for_ever(text):
+    with pytest.raises(ValidationError, match=r"another unit than 'from'|is no number with its"):
+        Axis.model_validate({"path": "a", "from": "1 mm", "to": text})
+
+
+def test_an_end_of_a_range_is_finite():
+    with pytest.raises(ValidationError, match="is no number with its unit"):
+        Axis.model_validate({"path": "a", "from": "1 mm", "to": "1e999 mm"})
+
+
+@pytest.mark.parametrize("unit", ["kg/cm^2", "m^9^9^9", "degC", "(", "shore", "a\nb"])
+def test_a_value_in_a_unit_that_does_not_fit_stays_text(unit):
+    axis = Axis.model_validate({"path": "a", "from": "1 mm", "to": "2 mm"})
+    assert axis.number(f"3 {unit}") == f"3 {unit}"
+    assert axis.number("3 cm") == 30.0

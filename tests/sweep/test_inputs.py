@@ -10,12 +10,12 @@ import bent_beam
 import meshio
 import pytest
 
+from softact import imported
 from softact import spec as specs
 from softact.cli import main as cli
 from softact.files import digest
 from softact.geometry import make_mesh
 from softact.sweep import compute as computing
-from softact.sweep import version
 from softact.sweep.cache import Cache
 from softact.sweep.compute import compute
 from softact.sweep.points import Plan
@@ -72,7 +72,7 @@ def by_its_mesh(spec, directory, scratch, **options):
 
 
 def a_new_process(monkeypatch):
-    monkeypatch.setattr(version, "_digests", {})
+    monkeypatch.setattr(imported, "_digests", {})
 
 
 def key(folder):
@@ -198,3 +198,21 @@ def test_options_of_petsc_are_in_the_key_or_without_effect(tmp_path, monkeypatch
     before = run_key(loaded)
     monkeypatch.setenv("PETSC_OPTIONS", "-snes_max_it 1")
     assert run_key(loaded) != before
+
+
+def test_a_finished_run_of_a_script_is_no_longer_finished_when_its_helper_was_edited(folder):
+    """``run --resume`` answered 'complete', with the results of the old wall."""
+    text = (folder / "sweep.yaml").read_text()
+    spec = text[text.index("  geometry") : text.index("axes:")].replace("\n  ", "\n").strip()
+    (folder / "spec.yaml").write_text(spec + "\nsolver: {initial_increment: 1, max_increment: 1}\n")
+
+    def run():
+        command = [sys.executable, "-m", "softact.cli.main", "run", "spec.yaml", "-o", "out"]
+        done = subprocess.run([*command, "--resume"], cwd=folder, capture_output=True, text=True)
+        return done.returncode, done.stderr
+
+    assert [run()[0], run()[0]] == [0, 0]
+    (folder / "helper.py").write_text("HEIGHT = 2\n")
+    code, err = run()
+    assert code == 2 and err.startswith("out: holds the run of another mesh: what block.py reads")
+    assert len(err.splitlines()) == 1

@@ -157,10 +157,16 @@ function columnsOf(plot) {
   };
 }
 
+/* A text that a spreadsheet would compute gets an apostrophe, as in softact/files.py. */
+function harmless(text) {
+  const signed = /^[+-](\d+\.?\d*|\.\d+)([eE][+-]?\d+)?( ?[A-Za-z°%µ][\w°/^]*)?$/;
+  return /^'*[=+@\t\n-]/.test(text) && !signed.test(text) ? `'${text}` : text;
+}
+
 function csvOf(plot) {
   const columns = columnsOf(plot), heads = Object.keys(columns);
   const cell = (value) => {
-    const text = value === null || value === undefined ? "" : String(value);
+    const text = value === null || value === undefined ? "" : harmless(String(value));
     return /[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
   };
   const rows = columns[heads[0]].map((_, n) => heads.map((head) => cell(columns[head][n])));

@@ -72,13 +72,16 @@ def plotly() -> str:
     source = files("plotly") / "package_data" / "plotly.min.js"
     script = source.read_bytes()
     name = f"plotly-{hashlib.blake2b(script, digest_size=8).hexdigest()}.gz"
-    kept = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "softact" / name
-    with suppress(OSError, EOFError, zlib.error):
-        packed = kept.read_bytes()
+    with suppress(OSError, EOFError, zlib.error, RuntimeError):
+        packed = _kept(name).read_bytes()
         if gzip.decompress(packed) == script:
             return base64.b64encode(packed).decode()
     packed = gzip.compress(script, 6, mtime=0)
-    with suppress(OSError):  # a home that cannot be written
-        kept.parent.mkdir(parents=True, exist_ok=True)
-        write_atomic(kept, packed)
+    with suppress(OSError, RuntimeError):  # no home, or one that cannot be written
+        _kept(name).parent.mkdir(parents=True, exist_ok=True)
+        write_atomic(_kept(name), packed)
     return base64.b64encode(packed).decode()
+
+
+def _kept(name: str) -> Path:
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "softact" / name
