@@ -157,12 +157,6 @@ def test_wrong_sweep_files(text, said, tmp_path):
     assert said in found.value.lines[0]
 
 
-def test_a_path_that_leads_nowhere_is_one_error(tmp_path):
-    study, base = sweep(tmp_path, "axes: [{path: geometry.lenght, values: [4 mm, 5 mm]}]")
-    with pytest.raises(SpecError, match="did you mean 'length'"):
-        Plan(base).points(study.axes, study.design.points(study.axes))
-
-
 def refused(text, **more):
     axes, design = yaml.safe_load(text), more.pop("design", {"kind": "grid"})
     with pytest.raises(ValidationError) as caught:
