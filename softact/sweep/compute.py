@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,7 +11,7 @@ from pathlib import Path
 from softact.errors import CannotWriteError, GmshKilledError, SoftactError, SpecError
 from softact.files import why_unwritable
 from softact.results import read
-from softact.run import Progress, run
+from softact.run import Progress, SolverCrashError, run
 from softact.spec import Spec
 from softact.sweep import record, shape
 from softact.sweep.cache import Cache
@@ -110,6 +112,11 @@ def _solve(
         shape.store(finished)
     except CannotWriteError as error:
         raise cache.cannot_write(error) from None
+    except SolverCrashError:
+        # MPI dies without a reason where it may not write into the solver's folder.
+        if os.access(folder, os.W_OK | os.X_OK):
+            raise
+        raise cache.cannot_write(PermissionError(errno.EACCES, os.strerror(errno.EACCES))) from None
     except OSError as error:
         if why_unwritable(error):
             raise cache.cannot_write(error) from None
