@@ -1,5 +1,6 @@
 """The options ``--measured`` and ``--columns`` of commands that write a report."""
 
+import shlex
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -26,8 +27,14 @@ def measured_options(command: Callable) -> Callable:
     return files(headings(command))
 
 
-def read_all(files: Sequence[Path], known: Sequence[str], headings: str | None) -> list:
-    """Read the measured files. known: columns of the run. Raises SpecError, a line per fault."""
+def read_all(
+    files: Sequence[Path], known: Sequence[str], headings: str | None, command: str
+) -> list:
+    """Read the measured files; say what was left out of them.
+
+    known: columns of the run. command: what the user called, without options. Raises SpecError, a
+    line per fault.
+    """
     from softact.errors import SpecError
     from softact.fit.measured import read_measured
 
@@ -37,11 +44,15 @@ def read_all(files: Sequence[Path], known: Sequence[str], headings: str | None) 
     found, faults = [], []
     for file in files:
         try:
-            found.append(read_measured(file, known, headings=names))
+            call = f"{command} --measured {shlex.quote(str(file))}"
+            found.append(read_measured(file, known, headings=names, command=call))
         except SpecError as error:
             faults += error.lines
     if faults:
         raise SpecError(*faults)
+    for measured in found:
+        for message in measured.messages:
+            click.echo(f"{measured.source}: {message}")
     return found
 
 

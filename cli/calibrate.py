@@ -23,6 +23,11 @@ from softact.cli._force import force_option
     metavar="PATH[=LOW..HIGH]",
     help="A value of the spec to adjust; default bounds: a tenth to ten times. May be repeated.",
 )
+@click.option(
+    "--columns",
+    metavar="NAMES",
+    help="Headings of the data in order, where the file has none or others; '-' skips a column.",
+)
 @click.option("--x", metavar="COLUMN", help="Abscissa among the columns; default: the first.")
 @click.option(
     "--set",

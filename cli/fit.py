@@ -9,7 +9,7 @@ from softact.cli._force import force_option
 
 LAWS = (
     "neo_hookean, mooney_rivlin_2 (3, 5, 9), yeoh, reduced_polynomial_1 to _6, ogden_1 to _6, "
-    "arruda_boyce, van_der_waals, gent, holzapfel, or all"
+    "arruda_boyce, van_der_waals, gent, fung, holzapfel, or all"
 )
 
 
@@ -59,13 +59,19 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, values: tuple[str, ..
 @click.option("--area", help="Cross-section of the specimen, such as '18 mm^2'.")
 @click.option("--loading", is_flag=True, help="Keep the first loading only.")
 @click.option("--cycle", help="Keep the loading of this cycle: 1, 2, ... or last.")
+@click.option("--whole", is_flag=True, help="Keep the break, and a hold at the end.")
 @click.option("--zero", is_flag=True, help="Subtract the stress of the first point.")
 @click.option("--toe", help="Drop points below this stress, shift the zero of strain.")
 @click.option("--from", "stretch_from", type=float, help="Smallest stretch to use.")
 @click.option("--to", "stretch_to", type=float, help="Largest stretch to use.")
 @click.option("--smooth", type=int, help="Savitzky-Golay window in points.")
 @click.option("--points", type=int, help="Thin every test to so many points.")
-@click.option("--relative", is_flag=True, help="Residuals relative to the measured stress.")
+@click.option(
+    "--relative",
+    is_flag=True,
+    help="Residuals in parts of the law's stress; where that is below 2 % of a test's largest, in "
+    "parts of these 2 %.",
+)
 @click.option("--balance", is_flag=True, help="Let every test count alike.")
 @click.option(
     "--method",
@@ -115,8 +121,9 @@ def fit(data: tuple[str, ...], **given: object) -> None:
 
     MODE is uniaxial (the default), compression, equibiaxial, planar or biaxial; DIRECTION is
     course or wale, for fabrics. Headings name quantity and unit: 'stretch', 'strain %',
-    'nominal stress (MPa)', 'cauchy_stress_kPa', 'displacement mm', 'force N'. A YAML file in
-    place of FILE lists tests that are read differently.
+    'nominal stress (MPa)', 'cauchy_stress_kPa', 'displacement mm', 'force N', in the words of the
+    testing machine too; what cannot be read is refused with the command that reads it. The break
+    is left out. A YAML file in place of FILE lists tests that are read differently.
 
     \b
     Examples:

@@ -1,5 +1,6 @@
 """`softact report`: the report of a result folder, built anew."""
 
+import shlex
 from functools import partial
 from pathlib import Path
 
@@ -52,7 +53,8 @@ def report(
     if animate:
         animation.check(animate)
     results = read(directory)
-    read_in = read_all(measured, list(results.curve), columns)
+    called = shlex.join(["softact", "report", str(directory)])
+    read_in = read_all(measured, list(results.curve), columns, called)
     more = [partial(published.section, wanted=targets)] if targets else []
     with held(directory, "report"):
         path = write_report(directory, [*sections(read_in), *more], tell_error)

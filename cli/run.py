@@ -1,5 +1,6 @@
 """`softact run`: solve one spec."""
 
+import shlex
 import sys
 from pathlib import Path
 
@@ -71,7 +72,8 @@ def run(
 
     loaded = load(spec, overrides)
     directory = Path(output) if output else Path("results") / loaded.name
-    read_in = read_all(measured, _columns(loaded) if measured else (), columns)
+    called = shlex.join(["softact", "run", spec])
+    read_in = read_all(measured, _columns(loaded) if measured else (), columns, called)
     # The spec that a run has stored is softact's own, as long as nobody has edited it.
     stored = load(spec).to_yaml() == Path(spec).read_text(encoding="utf-8")
     check_results(directory, force, reads=[*measured, *([] if stored else [Path(spec)])])

@@ -59,13 +59,42 @@ the actuator meets a curve that was measured on it.
 | what you have | law |
 | --- | --- |
 | a data sheet's modulus only, stretch below 1.4 | neo_hookean |
-| a uniaxial test to large stretch | yeoh; arruda_boyce or gent where it must be stable beyond |
+| a uniaxial test to large stretch | yeoh; arruda_boyce, gent, fung to be stable beyond it |
 | uniaxial and planar or equibiaxial tests | ogden of order 2 or 3, mooney_rivlin |
 | a knitted or coated fabric, course and wale | holzapfel |
 | paper, film, woven fabric, printed fittings | linear |
 
 `softact fit DATA --law all` compares them on your data. A law with a negative constant must not be
 used beyond the stretch it was fitted to; the fit says where it becomes unstable.
+"""
+
+READING = """
+## What `softact fit` reads
+
+A table as the testing machine wrote it: separated by commas, semicolons, tabs or blanks, in UTF-8,
+UTF-16 or Latin-1, with decimal points or commas, with cells in quotes, with text, a table of
+results and sizes of the specimen above it, with a row of units under the names. `#` begins a
+comment. Cells such as `N/A` have no value, and their rows are left out. Several tables under the
+same headings, or a column `specimen`, are several specimens.
+
+- Headings are understood by their words, in English, German and French: `Tensile strain (%)`,
+  `Standard force [N]`, `Load Cell (N)`, `lambda`, `Stretch ratio`, `Extension (in)`,
+  `Kraft in N`. `kg/cm^2` is read as kgf/cm², `Load (kg)` as a weight, and that is said. Times,
+  counters and curves of a fit are left out.
+- Where a file has several measures, strain and nominal stress win over extension and load, since
+  they need no sizes and a strain may come from an extensometer. `--length` asks for the extension,
+  `--area` or `--width` and `--thickness` for the load; `--columns` names each column, `-` skips
+  one. What was taken is said, and so is a cross-section or a gauge length that the columns
+  contradict.
+- `tensile stress` and `compressive stress` are force per undeformed area, as ISO 37 and ISO 527
+  have it. What a `stress` is, a load beside it tells; else `--stress` has to.
+- The break, a sudden fall of the stress that never recovers, and a hold at the end, in which the
+  material relaxes, are left out and told; `--whole` keeps them. Unloading and cycles are refused
+  without `--loading` or `--cycle`.
+- A file that cannot be read as it is is refused with the command that reads it.
+
+Measured curves for `softact run --measured`, `softact report --measured` and
+`softact calibrate --data` are read by the same rules; their headings name columns of `curve.csv`.
 """
 
 FITTING = """
@@ -85,10 +114,23 @@ law in these modes is the derivative of its energy along the incompressible path
   judged up to the Ī1 that the tests reached.
 - Constants that the data do not determine. Planar tests alone, for instance, determine only
   c10 + c01 of Mooney-Rivlin.
-- AICc and BIC. `--law all` ranks by BIC, laws that are unstable or undetermined last.
+- With `--relative`, residuals are parts of the law's own stress, found by weighing anew until the
+  constants stay: parts of the measured stress would count points that noise makes small more than
+  others, and 3 % of scatter would make a modulus 0.18 % too small. Where the stress is below 2 % of
+  the largest of its test, the residual is a part of these 2 %, or a few points near zero load would
+  outweigh the curve.
+- AICc and BIC, which are small for a law that follows the points and has few constants.
+- `--law all` looks further: at the error over the tests, at the error over what was held out of the
+  fit (each mode in turn; of one mode each quarter of the stretch), and at the constants. The law
+  with the smallest √(error · error held out) · n^(c/2n) is first. c counts the constants, those
+  that are poorly determined twice, and n the independent residuals: n (1 − ρ)/(1 + ρ) of n points
+  whose neighbours correlate by ρ. The last factor is Bayes' criterion written as an error. Laws
+  that are unstable within the tests, or that the tests do not determine, come last. One sentence
+  says why the first is first.
 
 Ogden's moduli are kept positive (Abaqus's convention), which makes the law stable at any stretch.
-Nothing is smoothed, trimmed or shifted unless an option asks for it, and then it is said.
+Nothing is smoothed, trimmed or shifted unless an option asks for it, but a break and a hold at the
+end, and whatever is done is said.
 """
 
 
@@ -135,7 +177,9 @@ def cards() -> list[str]:
 
 def page() -> str:
     """The whole page."""
-    return "\n".join([INTRODUCTION.rstrip(), *laws(), *cards(), FITTING.rstrip(), ""])
+    return "\n".join(
+        [INTRODUCTION.rstrip(), *laws(), *cards(), READING.rstrip(), FITTING.rstrip(), ""]
+    )
 
 
 if __name__ == "__main__":

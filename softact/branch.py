@@ -10,6 +10,7 @@ import numpy as np
 from softact.drive import ArcDrive, LoadDrive, Point, VolumeDrive, extrapolate
 from softact.increments import CUT, growth
 from softact.newton import NewtonOutcome
+from softact.passed import Passed
 
 # A traced branch ends after so many increments or Newton iterations of one kind of control, when it
 # has come down to this part of the limit, or when volume control itself makes no way.
@@ -38,19 +39,22 @@ class Found:
     snap: str | None = None
 
 
-def trace(stepper, step, ramp, path: list[Point], size: float, largest: float) -> Found:
+def trace(
+    stepper, step, ramp, path: list[Point], size: float, largest: float, passed: Passed
+) -> Found:
     """Follow a step's equilibria under volume control from the last point of its path.
 
     path, size: points and increment of the ``LoadDrive``. largest: change of the fraction in one
-    increment. Returns to it when the step's end is reached or the equilibria are stable again
-    under rising pressure.
+    increment. passed: equilibria that are none of the branch ahead. Load control goes on when the
+    step's end is reached or the equilibria are stable again under rising pressure.
     """
-    return _Trace(stepper, step, ramp, largest).run(path, size)
+    return _Trace(stepper, step, ramp, largest, passed).run(path, size)
 
 
 class _Trace:
-    def __init__(self, stepper, step, ramp, largest):
+    def __init__(self, stepper, step, ramp, largest, passed):
         self.stepper, self.step, self.ramp, self.largest = stepper, step, ramp, largest
+        self.passed = passed
         self.drive, self.load = VolumeDrive(stepper.model, ramp), LoadDrive(ramp)
         self.arc = ArcDrive(stepper.model, ramp)
         self._beyond = False  # whether an unstable equilibrium has been seen
@@ -101,15 +105,16 @@ class _Trace:
         return outcome
 
     def _lies_back(self, last: Point, target: float, unstable_modes: int) -> bool:
-        """Whether an equilibrium is none of the branch ahead: far aside of the way to it, or on
-        the way to the limit again.
+        """Whether an equilibrium is none of the branch ahead: far from the place that was
+        predicted, or on the way to the limit again.
 
         Along a path the determinant of the tangent and the rate of the load change their signs
         together: no stable equilibria follow each other under falling loads.
         """
         state, told = self.stepper.state, self.stepper.model.contacts.symmetric  # by the inertia
-        falls = float(self.drive.loads(state)[0]) < last.q[0]
-        returned = told and self._beyond and falls and unstable_modes == 0
+        fraction = float(self.drive.loads(state)[0])
+        returned = told and self._beyond and fraction < last.q[0] and unstable_modes == 0
+        returned = returned or self.passed.returned(last.x, state.x, fraction)
         way = target - last.s
         return returned or (
             self.drive is self.arc and self.arc.length(state.x - last.x) > ASIDE * way

@@ -56,9 +56,7 @@ def causes(
 
 
 def _flat_cavities(model: Model, state: State) -> Iterator[str]:
-    rest = model.initial_state()
-    for name in model.cavities:
-        first = model.cavity_volume(rest, name)
+    for name, first in model.cavity_volumes_at_rest.items():
         part = model.cavity_volume(state, name) / first if first > 0 else np.inf  # sheets lie flat
         if part < FLAT:
             yield (

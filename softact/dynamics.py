@@ -10,8 +10,11 @@ reported. Mass alone holds back what moves as a whole, and not what snaps locall
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from softact.acceptance import state_fault, way_fault
 from softact.drive import Point
 
 MOST_TIME_STEPS, MOST_ITERATIONS = 300, 600
@@ -36,10 +39,11 @@ def settle(stepper, step, drive, path: list[Point], further: float) -> tuple[lis
 
     Returns the path from there and whether an equilibrium was found; the state is at its end.
     """
-    motion = _Motion(stepper, drive, path[-1], min(1.0, path[-1].s + further))
+    motion = _Motion(stepper, drive, path[-1], _reachable(stepper, drive, path[-1], further))
     outcome = motion.run()
     if outcome is None or not outcome.converged:
         stepper.go_to(drive, path[-1])
+        stepper.model.contacts.resume(stepper.state)
         return path, False
     ratio = motion.kinetic_ratio
     told = {"control": "dynamics", "kinetic_ratio": ratio}
@@ -51,6 +55,17 @@ def settle(stepper, step, drive, path: list[Point], further: float) -> tuple[lis
         f"most {ratio:.2%} of the internal energy{verdict})"
     )
     return path, True
+
+
+def _reachable(stepper, drive, start: Point, further: float) -> float:
+    """Place to which a motion may load: obstacles, which go there at once, must not come too far
+    into the body."""
+    while True:
+        goal = min(1.0, start.s + further)
+        drive.set(stepper.state, goal, start.q)
+        if stepper.model.contacts.overrun(stepper.rest, stepper.state) is None:
+            return goal
+        further /= 2
 
 
 class _Motion:
@@ -105,16 +120,26 @@ class _Motion:
             inertia.time_step, inertia.away_from = time_step, now.x + time_step * self._velocity
         for solid in model.solids.values():
             solid.resist(now.x, resistance)
-        outcome = self._solve(now, ROUGHLY, MOST_AT_ONCE)
+        outcome = self._arrived(now, self._solve(now, ROUGHLY, MOST_AT_ONCE))
         if outcome.converged:
+            model.contacts.resume(state)
             self.path = [now, Point(now.s + time_step, state.x.copy(), self.drive.loads(state))]
         return outcome
+
+    def _arrived(self, now: Point, outcome):
+        """The outcome; failed where something was passed through since ``now``."""
+        model, state = self.stepper.model, self.stepper.state
+        fault = outcome.converged and way_fault(model, replace(state, x=now.x), state)
+        return replace(outcome, converged=False, reason=fault) if fault else outcome
 
     def _rest(self):
         """Solve without inertia from the last state of the motion, which stands where it fails."""
         now = self.path[-1]
         self._stop_motion()
-        outcome = self._solve(now)
+        outcome = self._arrived(now, self._solve(now))
+        fault = outcome.converged and state_fault(self.stepper.model, self.stepper.state)
+        if fault:
+            outcome = replace(outcome, converged=False, reason=fault)
         if not outcome.converged:
             self.stepper.state.x = now.x.copy()
         return outcome

@@ -19,8 +19,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from softact.acceptance import state_fault, way_fault
 from softact.balance import EnergyBalance
-from softact.contact.contacts import OUT_OF_SIGHT
 from softact.drive import Point
 
 QUASI_STATIC = 0.05  # kinetic by internal energy; damping by the pressure's force
@@ -117,8 +117,8 @@ class _Inflation:
             self._move_from(x, velocity, time_step)
             state.x = x.copy()
             outcome = self._next(x, s, q)
+            outcome = self._arrived(x, outcome)
             strayed = model.contacts.strayed(state)
-            outcome = _seen(outcome, strayed)
             if time_step > FINEST * self.duration:
                 outcome = self._at_minimum(outcome)
             if not outcome.converged:
@@ -234,9 +234,12 @@ class _Inflation:
         while outcome.converged and contacts.stiffen(state):
             again = self._solve(s, q, tolerance=0.0, search=True)
             outcome = replace(again, iterations=outcome.iterations + again.iterations)
-        outcome = _seen(outcome, contacts.strayed(state))
+        outcome = self._arrived(begun, outcome)
         if not outcome.converged:
             return outcome.reason
+        fault = state_fault(self.model, state)
+        if fault:
+            return fault
         if self._falls(outcome):
             return UNSTABLE
         if np.abs(state.x - begun).max() > reach:
@@ -244,6 +247,13 @@ class _Inflation:
         self.balance.move(s, q)
         self.path = self.stepper.accept(self.step, self.drive, self.path[-1:], s, outcome)[-1:]
         return None
+
+    def _arrived(self, x: np.ndarray, outcome):
+        """The outcome; failed where something was passed through on the way from ``x``."""
+        state = self.stepper.state
+        before = replace(self.stepper.rest, x=x)
+        fault = outcome.converged and way_fault(self.model, before, state)
+        return replace(outcome, converged=False, reason=fault) if fault else outcome
 
     def _without_inertia(self):
         for inertia in self.model.inertia:
@@ -279,10 +289,3 @@ class _Inflation:
             f"damping took {damped} and the time steps {lost}; {balance.unexplained:.2%} are "
             "unexplained"
         )
-
-
-def _seen(outcome, strayed: float):
-    """The outcome; failed where sheets went farther than contact looked, see ``Contacts``."""
-    if outcome.converged and strayed > 1.0:
-        return replace(outcome, converged=False, reason=OUT_OF_SIGHT)
-    return outcome

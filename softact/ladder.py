@@ -20,6 +20,7 @@ from softact.diagnosis import causes
 from softact.drive import LoadDrive, Point
 from softact.increments import CUT, next_size
 from softact.newton import NewtonOutcome
+from softact.passed import Passed
 from softact.ramp import LoadStep, Ramp
 from softact.terms import State
 
@@ -39,12 +40,15 @@ RUNS_AHEAD, TOWARDS_LIMIT = 1.3, 0.5
 # goes where nothing was gained since the last.
 REACH, FARTHER = 0.2, 2.5
 
+RETURNED = "that equilibrium was passed before the limit"
+
 
 class Ladder:
     """A ``softact.stepping.Stepper`` on its way through one step.
 
     path: the last equilibria under load control. size: next increment. searched_at, traced_at:
-    where line search and volume control were tried last. vain_before: see ``_in_vain``.
+    where line search and volume control were tried last. passed: see ``Passed``. vain_before: see
+    ``_in_vain``.
     """
 
     def __init__(self, stepper, number: int, step: LoadStep):
@@ -61,12 +65,16 @@ class Ladder:
         held_still = not model.sum(int(self.ramp.moves_supports))
         self.may_trace = self.ramp.only_pressures and held_still
         self.searched_at = self.traced_at = None
+        self.passed = Passed(model)
+        self.passed.add(0.0, state.x)
         self.vain_before = self._in_vain()
 
     def resume(self, inside: Checkpoint) -> None:
         """Go on from a checkpoint inside the step."""
         stepper = self.stepper
         self.path, self.size, self.traced_at = inside.path, inside.size, inside.traced_at
+        for point in self.path:
+            self.passed.add(point.s, point.x)
         stepper.go_to(self.drive, self.path[-1])
         stepper.state.memory = inside.state.memory
         stepper.model.contacts.resume(stepper.state)
@@ -93,14 +101,22 @@ class Ladder:
         self.size = min(self.size, max(TOWARDS_LIMIT * (self._limit_ahead() - done), least))
         # Two halves rather than one whole and a sliver.
         target = 1.0 if done + 1.01 * self.size >= 1.0 else done + self.size
-        outcome = stepper.attempt(self.drive, self.path, target)
+        outcome = self._onward(stepper.attempt(self.drive, self.path, target), target)
         if outcome.converged:
             self.path = stepper.accept(self.step, self.drive, self.path, target, outcome)
+            self.passed.add(target, stepper.state.x)
             own = 0 if stepper.model.contacts.symmetric else FOR_FRICTION
             self.size = next_size(self.size, outcome.iterations - own, self.largest)
             return None
         stepper.reject(self.step, self.drive, self.path, target, outcome)
         return self._help(outcome)
+
+    def _onward(self, outcome: NewtonOutcome, s: float) -> NewtonOutcome:
+        """The outcome; failed where its state is one of a branch that was left."""
+        x = self.stepper.state.x
+        if outcome.converged and self.passed.returned(self.path[-1].x, x, s):
+            return replace(outcome, converged=False, reason=RETURNED)
+        return outcome
 
     def _help(self, outcome: NewtonOutcome) -> str | None:
         """Go on after an attempt that failed; returns why that is not possible."""
@@ -126,21 +142,27 @@ class Ladder:
         stepper, s = self.stepper, self.path[-1].s + self.size
         stepper.newton.line_search = True
         try:
-            outcome = stepper.attempt(self.drive, self.path, s)
+            outcome = self._onward(stepper.attempt(self.drive, self.path, s), s)
         finally:
             stepper.newton.line_search = False
         if outcome.converged:
             told = {"control": "search"}
             self.path = stepper.accept(self.step, self.drive, self.path, s, outcome, **told)
+            self.passed.add(s, stepper.state.x)
         else:
             stepper.reject(self.step, self.drive, self.path, s, outcome)
 
     def _trace(self) -> str | None:
         """Control by volume, and a motion beyond a limit that does not come back."""
         self.traced_at = self.path[-1].s
-        found = branch.trace(self.stepper, self.step, self.ramp, self.path, self.size, self.largest)
+        self.passed.leave()
+        found = branch.trace(
+            self.stepper, self.step, self.ramp, self.path, self.size, self.largest, self.passed
+        )
         if not found.limit:
             self.path, self.size = found.path, max(found.size, self.size)
+            for point in self.path:
+                self.passed.add(point.s, point.x)
             return None
         # Far from here there may be equilibria again.
         self.stepper.go_to(self.drive, self.path[-1])
@@ -159,6 +181,8 @@ class Ladder:
         self.size = min(settings.initial_increment, reach)
         if not reached:
             return why()
+        self.passed.leave()
+        self.passed.add(self.path[-1].s, self.path[-1].x)
         self.vain_before = self._in_vain()
         return None
 

@@ -120,6 +120,7 @@ class Model:
         ]
         self.weights += self.layers.weights()
         self.weights += [part.weight(self.unknowns.local) for part in self.sheets.values()]
+        self.supports: tuple[Support, ...] = ()
         self.inertia: list[Inertia] = []
         self.surface_loads: dict[tuple[type, str], SurfaceForce | SurfacePressure] = {}
         self.contacts = Contacts(
@@ -129,6 +130,22 @@ class Model:
         self.assembler.symmetric = self.contacts.symmetric
         self.pressure_weights = self._pressure_weights()
         self.force_floor = self._force_floor()
+        self.cavity_volumes_at_rest = self._volumes_at_rest()
+
+    def _volumes_at_rest(self) -> dict[str, float]:
+        """Volume of each cavity of the meshed part, mm³; sheets may lie flat.
+
+        Raises SpecError where walls of solids enclose none.
+        """
+        rest = self.initial_state()
+        volumes = {name: self.cavity_volume(rest, name) for name in self.cavities}
+        for name, walls in self.mesh.layout.cavities.items():
+            if volumes[name] <= 0.0 and not set(walls) & set(self.sheets):
+                raise SpecError(
+                    f"cavities.{name}: its walls ({', '.join(walls)}) enclose a volume of "
+                    f"{volumes[name]:.4g} mm³; name the surfaces around the air, not the outside"
+                )
+        return volumes
 
     def _number(self, pressure_degree: int | None, sheets: Mapping[str, Sheet]) -> None:
         """Nodes and unknowns of the solids, then of the sheets."""
@@ -340,6 +357,7 @@ class Model:
                         f"{clash} points where another support prescribes a different value"
                     )
                 values[dofs] = value
+        self.supports = tuple(supports)
         dofs = np.flatnonzero(~np.isnan(values))
         self.assembler.fixed[:] = 0
         self.assembler.fixed[dofs] = 1

@@ -54,6 +54,7 @@ class Snapshot:
     previous: dict[str, float] = field(default_factory=dict)
     safety_factor: float = 1.0
     _cauchy: dict[str, np.ndarray] = field(default_factory=dict)
+    _covers: dict[tuple[str, str], bool] = field(default_factory=dict)
 
     @property
     def layout(self):
@@ -221,13 +222,17 @@ class Snapshot:
         return self.reaction_at(self.layout.clamp, np.asarray(self.layout.origin))
 
     def reaction_at(self, surface: str, about: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Force (3,) N and moment (3,) N·mm about a point that a held surface exerts on the whole
-        actuator; both are zero where it is free."""
-        force, _ = self.model.force(self.state)
+        """Force (3,) N and moment (3,) N·mm about a point that what holds a surface exerts on the
+        whole actuator; both are zero where it is free.
+
+        Where supports of other surfaces hold the same points too, as along a common edge, each has
+        an equal share of the force there.
+        """
         owned = self.model.nodes.owned
         nodes = self.model.surfaces.nodes(surface)
         nodes = nodes[nodes < owned]
-        forces = force[self.model.displacement_dofs[nodes]]
+        dofs = self.model.displacement_dofs[nodes]
+        forces = self._support_forces(surface)[dofs]
         arms = self.positions[nodes] + self.displacement[nodes] - about
         total = (
             self.model.sum(forces.sum(axis=0)),
@@ -239,12 +244,35 @@ class Snapshot:
             total = (np.where(normal, 0, 2) * total[0], np.where(normal, 2, 0) * total[1])
         return total
 
+    def _support_forces(self, surface: str) -> np.ndarray:
+        """Forces (local,) N on a surface's points by the supports that hold it."""
+        holders = np.zeros((2, self.model.unknowns.local))  # all of them, and those of the surface
+        for support in self.model.supports:
+            dofs = self.model.displacement_dofs[self.model.surfaces.nodes(support.surface)]
+            for component in support.values:
+                holders[0, dofs[:, component]] += 1
+                holders[1, dofs[:, component]] += self._holds(support.surface, surface)
+        return self._forces * holders[1] / np.maximum(holders[0], 1)
+
+    @functools.cached_property
+    def _forces(self) -> np.ndarray:
+        """Forces (local,) N that the body needs at its nodes: those of supports at equilibrium."""
+        return self.model.force(self.state)[0]
+
     def held(self, surface: str) -> bool:
         """Whether a support holds a surface in some direction (symmetry planes do not count)."""
-        nodes = self.model.surfaces.nodes(surface)
-        fixed = self.model.assembler.fixed[self.model.displacement_dofs[nodes]].astype(bool)
-        fixed[:, list(self.layout.symmetry.values())] = False
-        return bool(self.model.sum(int(fixed.any())))
+        return any(self._holds(support.surface, surface) for support in self.model.supports)
+
+    def _holds(self, support: str, surface: str) -> bool:
+        """Whether the support of a surface holds another one: itself, or one that is part of it;
+        a common edge is not enough."""
+        if support == surface:
+            return True
+        if (support, surface) not in self._covers:
+            nodes = self.model.surfaces.nodes
+            outside = int(np.setdiff1d(nodes(surface), nodes(support)).size)
+            self._covers[support, surface] = self.model.sum(outside) == 0
+        return self._covers[support, surface]
 
 
 def best_rotation(motion: Motion) -> np.ndarray:

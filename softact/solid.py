@@ -36,7 +36,7 @@ class Solid:
         self.material = material
         self._mixed = pressure_degree is not None
         self._size = assembler.unknowns.cell_dofs.shape[1]
-        self._functions = FUNCTIONS[degree]
+        self.degree, self._functions = degree, FUNCTIONS[degree]
         points, self.weights = compat.quadrature_rule(forms.QUADRATURE_DEGREE)
         self._gradients = compat.tabulate_gradients(degree, points)
         self.pressure_values = (
@@ -49,33 +49,37 @@ class Solid:
         self.fibres = None if fibres is None else fibres(self._places(points))
         self._viscosity: tuple[float, np.ndarray, np.ndarray] | None = None
 
-    def _corners(self) -> np.ndarray:
-        """Undeformed corners of the tetrahedra: (cells, 4, 3) mm."""
-        return self.assembler.points[self.assembler.geometry_nodes[self.cells]]
+    def corners(self, chosen: slice | np.ndarray | int = slice(None)) -> np.ndarray:
+        """Undeformed corners (..., 4, 3) mm of the region's tetrahedra, or of chosen ones."""
+        return self.assembler.points[self.assembler.geometry_nodes[self.cells[chosen]]]
 
     def _places(self, points: np.ndarray) -> np.ndarray:
         """Undeformed places of the quadrature points, cell after cell: (cells · points, 3) mm."""
         shares = np.column_stack([1 - points.sum(axis=1), points])
-        return (shares @ self._corners()).reshape(-1, 3)
+        return (shares @ self.corners()).reshape(-1, 3)
 
     def centres(self) -> np.ndarray:
         """Undeformed centres of the elements (cells, 3) mm."""
-        return self._corners().mean(axis=1)
+        return self.corners().mean(axis=1)
 
     def _reference_volumes(self) -> np.ndarray:
         """Undeformed volume that belongs to each quadrature point: (cells, points) mm³."""
-        x = self._corners()
+        x = self.corners()
         return np.abs(determinant(x[:, 1:] - x[:, :1]))[:, None] * self.weights
 
-    def deformation_gradient(self, x: np.ndarray, gradients=None) -> np.ndarray:
-        """F (cells, points, 3, 3) at the quadrature points, or where ``gradients`` were taken."""
+    def deformation_gradient(
+        self, x: np.ndarray, gradients: np.ndarray | None = None, chosen: np.ndarray | None = None
+    ) -> np.ndarray:
+        """F (cells, points, 3, 3) at the quadrature points, or where ``gradients`` were taken; of
+        all the region's cells, or of chosen ones."""
         gradients = self._gradients if gradients is None else gradients
-        out = np.empty((len(self.cells), len(gradients), 3, 3))
+        cells = self.cells if chosen is None else np.ascontiguousarray(self.cells[chosen])
+        out = np.empty((len(cells), len(gradients), 3, 3))
         a = self.assembler
         dofs = a.unknowns.cell_dofs
         a.library.deformation_gradient(
-            ctypes.c_int64(len(self.cells)),
-            pointer(self.cells),
+            ctypes.c_int64(len(cells)),
+            pointer(cells),
             pointer(a.geometry_nodes),
             pointer(a.points),
             len(gradients),

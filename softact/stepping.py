@@ -10,8 +10,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from softact import acceptance
 from softact.checkpoint import Checkpoint
-from softact.contact.contacts import OUT_OF_SIGHT
 from softact.drive import Drive, Point, extrapolate
 from softact.ladder import Ladder
 from softact.model import Model, Support
@@ -68,7 +68,8 @@ class Stepper:
 
     on_accept is called with (state, attempt, increment number) at each new equilibrium, and once
     with the unloaded state before the first; on_reject with each attempt that failed; on_checkpoint
-    after each increment from which the run could go on. accepted: number of states so far.
+    after each increment from which the run could go on. accepted: number of states so far. rest:
+    the last of them, with its loads; nothing may pass through anything on the way from it.
     """
 
     def __init__(
@@ -85,6 +86,7 @@ class Stepper:
         self.newton = Newton(model, settings.tolerance, settings.max_iterations)
         self.progress = Progress()
         self.state = model.initial_state()
+        self.rest = self._copy()
         self.accepted = 0
 
     def run(
@@ -128,6 +130,7 @@ class Stepper:
 
     def _restore(self, start: Checkpoint, state: State) -> None:
         self.state = replace(state, x=state.x.copy())
+        self.rest = self._copy()
         self.model.contacts.resume(self.state)
         self.progress.attempts = [Attempt(**attempt) for attempt in start.attempts]
         self.progress.remarks = list(start.remarks)
@@ -149,7 +152,13 @@ class Stepper:
     ) -> NewtonOutcome:
         """Seek the equilibrium at the place ``s``, from a prediction or from the last point, in at
         most so many iterations where fewer are allowed than otherwise."""
-        outcome, contacts, start = None, self.model.contacts, path[-1]
+        contacts, start = self.model.contacts, path[-1]
+        drive.set(self.state, s, start.q)
+        self.state.x = start.x.copy()
+        overrun = contacts.overrun(self.rest, self.state)
+        if overrun:
+            return NewtonOutcome(False, 0, [], overrun, 0)
+        outcome = None
         for guess in self._guesses(drive, path, s):
             held, control = drive.set(self.state, s, guess.q)
             if guess is not start and not contacts.admissible(self.state, start.x, guess.x):
@@ -180,9 +189,14 @@ class Stepper:
         while outcome.converged and self.model.contacts.stiffen(self.state):
             again = self.newton.solve(self.state, held, control)
             outcome = replace(again, iterations=outcome.iterations + again.iterations)
-        if outcome.converged and self.model.contacts.strayed(self.state) > 1.0:
-            return replace(outcome, converged=False, reason=OUT_OF_SIGHT)
-        return outcome
+        return self.checked(outcome)
+
+    def checked(self, outcome: NewtonOutcome) -> NewtonOutcome:
+        """The outcome; failed where its state is none that follows the last one."""
+        if not outcome.converged:
+            return outcome
+        fault = acceptance.fault(self.model, self.rest, self.state)
+        return replace(outcome, converged=False, reason=fault) if fault else outcome
 
     def accept(self, step, drive, path, s, outcome, **motion) -> list[Point]:
         """Take the state as the next point of the path; returns the last points.
@@ -190,6 +204,7 @@ class Stepper:
         motion: ``control`` and ``kinetic_ratio`` of the attempt, where there was one.
         """
         self.model.contacts.remember(self.state)
+        self.rest = self._copy()
         point = Point(s, self.state.x.copy(), drive.loads(self.state), self._rate(drive, s))
         told = self._told(step, drive, point, outcome)
         self.record(replace(told, speed=self._speed(point), **motion))
@@ -226,6 +241,10 @@ class Stepper:
         """Put the state at a point of a path."""
         drive.set(self.state, point.s, point.q)
         self.state.x = point.x.copy()
+        self.rest = self._copy()
+
+    def _copy(self) -> State:
+        return replace(self.state, x=self.state.x.copy())
 
     @staticmethod
     def _told(step, drive, point, outcome) -> Attempt:

@@ -98,3 +98,24 @@ def test_run_reads_the_file_before_it_solves(tmp_path):
     assert isinstance(done.exception, SpecError)
     assert "nope.csv: there is no such file" in str(done.exception)
     assert not (tmp_path / "r").exists()
+
+
+def test_run_says_how_it_would_read_a_file_with_other_headings(tmp_path):
+    path = tmp_path / "angle.csv"
+    path.write_text("p (kPa),phi\n10,42\n40,158\n")
+    spec = "configs/pneunet_small.yaml"
+    done = CliRunner().invoke(run, [spec, "-o", str(tmp_path / "r"), "--measured", str(path)])
+    assert isinstance(done.exception, SpecError)
+    assert (
+        f"read it with: softact run {spec} --measured {path} --columns "
+        "'pressure_kPa, bending_angle_deg'" in str(done.exception)
+    )
+    assert not (tmp_path / "r").exists()
+
+
+def test_what_was_left_out_of_a_measured_file_is_told(folder, tmp_path):
+    path, _, _ = measured(tmp_path, "pressure_kPa;bending_angle_deg\n10;42\n20;N/A\n40;158,0\n")
+    done = CliRunner().invoke(report, [str(folder), "--measured", str(path)])
+    assert done.exit_code == 0, done.output
+    assert "1 of 3 rows lack a value and are left out, first line 3" in done.output
+    assert "RMSE 2°" in done.output

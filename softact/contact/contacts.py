@@ -10,7 +10,10 @@ from softact.errors import SpecError
 LIMIT = 0.02
 ENOUGH = 0.75
 STIFFER, STIFFEST = 4.0, 1e4
-OUT_OF_SIGHT = "sheets moved farther than contact looks ahead"
+OUT_OF_SIGHT = "surfaces moved farther than contact looks ahead"
+PASSED = "a point went through '{}' on its way"
+OVERLAP = "'{}' overlaps by {:.1%} of an element; {:.0%} is the limit"
+OVERRUN = "'{}' moved too far into the body in one increment"
 
 
 class Contacts:
@@ -55,7 +58,7 @@ class Contacts:
         return raised
 
     def strayed(self, state) -> float:
-        """How far sheets have moved since contact looked about, by how far they may; above 1 they
+        """How far surfaces have moved since contact looked about, by how far they may; above 1 they
         may have passed something unseen."""
         return max((contact.strayed(state) for contact in self._all), default=0.0)
 
@@ -75,6 +78,28 @@ class Contacts:
         """Whether Newton may go from ``x`` to ``to`` (local unknowns) at the loads of ``state``."""
         fine = all([contact.admissible(state, x, to) for contact in self._all])
         return bool(self._comm.allreduce(fine, op=MPI.LAND)) if self._all else True
+
+    def passed(self, before, after) -> str | None:
+        """What was passed through between two states, as a reason to give the second one up."""
+        return self._first(PASSED, [c.passed(before, after) for c in self._all])
+
+    def overlap_fault(self, state) -> str | None:
+        """Which contact overlaps beyond the limit, as such a reason."""
+        for contact in self._all:
+            overlap = -self.smallest_gap(contact, state)[1]
+            if overlap > LIMIT:
+                return OVERLAP.format(contact.name, overlap, LIMIT)
+        return None
+
+    def overrun(self, before, after) -> str | None:
+        """Which obstacle moved too far into a body that had not moved, as such a reason."""
+        return self._first(OVERRUN, [c.rigid and c.overrun(before, after) for c in self._all])
+
+    def _first(self, reason: str, faults: list[bool]) -> str | None:
+        for contact, fault in zip(self._all, faults, strict=True):
+            if self._comm.allreduce(bool(fault), op=MPI.LOR):
+                return reason.format(contact.name)
+        return None
 
     def check_clear(self, state, names=None) -> None:
         """Raise SpecError where an obstacle (one of ``names``) that is there overlaps the body."""

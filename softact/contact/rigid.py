@@ -13,12 +13,16 @@ import numpy as np
 from softact.contact.facets import ContactFacets
 from softact.contact.friction import ELASTIC_SLIP, friction
 from softact.contact.pressure import pressure
+from softact.contact.way import goes_deeper
 
 # What a step of Newton's method may press in on its way, of the element size and of the
 # obstacle's room.
 DEEPEST, ROOM = 0.05, 0.5
 # ... and by how much what overlaps may overlap more.
 DEEPER = 1.5
+# How deep the straight way of a point may lead through the obstacle, of its room, where the point
+# touches at both ends: it slides around (the chord of a right angle of a ball is 0.3 deep).
+CHORD = 0.25
 
 
 @dataclass(frozen=True)
@@ -150,12 +154,49 @@ class RigidContact:
         """See ``Contacts.resume``: nothing is kept outside the state."""
 
     def admissible(self, state, x, to) -> bool:
-        """Whether Newton may go from ``x`` to ``to``: no point so deep that it is lost."""
+        """Whether Newton may go from ``x`` to ``to``: no point so deep that it is lost, nor on the
+        other side."""
         if self.presence(state) != 1.0 or not len(self.facets):
             return True
-        deepest = np.minimum(DEEPEST * self.facets.size, ROOM * self.obstacle.shape.room)[:, None]
-        now, then = self.gaps(state, x)[0], self.gaps(state, to)[0]
-        return bool((then >= np.minimum(DEEPER * now, -deepest)).all())
+        now, then = (self._places(state, u).reshape(-1, 3) for u in (x, to))
+        return not self._went_through(now, then)
+
+    def passed(self, before, after) -> bool:
+        """Whether a point went through the obstacle on its way between two equilibria."""
+        if not self._there(before, after):
+            return False
+        start, end = (self._places(s, s.x).reshape(-1, 3) for s in (before, after))
+        return self._went_through(start, end)
+
+    def overrun(self, before, after) -> bool:
+        """Whether the obstacle, moved as between two states, has come so far over a body that
+        stayed where it was that points would leave it on another side."""
+        room = ROOM * self.obstacle.shape.room
+        if not self._there(before, after) or not np.isfinite(room):
+            return False
+        start, end = (self._places(s, after.x).reshape(-1, 3) for s in (before, after))
+        return bool(goes_deeper(self._gap, start, end, np.full(len(start), room)).any())
+
+    def _there(self, before, after) -> bool:
+        present = self.presence(before) == 1.0 == self.presence(after)
+        return present and len(self.facets) > 0
+
+    def _gap(self, places: np.ndarray) -> np.ndarray:
+        return self.obstacle.shape.distance(places)[0]
+
+    def _went_through(self, start: np.ndarray, end: np.ndarray) -> bool:
+        """Whether a point is lost on its straight way (n, 3), as seen from the obstacle."""
+        size = np.repeat(self.facets.size, self.facets.areas.shape[1])
+        room = self.obstacle.shape.room
+        deepest = np.minimum(DEEPEST * size, ROOM * room)
+        now, then = self._gap(start), self._gap(end)
+        allowed = np.maximum(deepest, -DEEPER * now)
+        if (then < -allowed).any():
+            return True
+        touches = (now < 0) & (then < 0)
+        if np.isfinite(room):
+            allowed = np.where(touches, np.maximum(allowed, CHORD * room), allowed)
+        return bool(goes_deeper(self._gap, start, end, allowed).any())
 
     def strayed(self, state) -> float:
         """See ``SurfaceContact.strayed``: an obstacle is always seen."""

@@ -15,6 +15,7 @@ import numpy as np
 from softact.contact.backs import Backs
 from softact.contact.closest import Closest, candidates, derivatives
 from softact.contact.coupling import Coupling
+from softact.contact.crossing import crossed
 from softact.contact.facets import ContactFacets
 from softact.contact.gap_hessian import gap_hessian
 from softact.contact.pressure import pressure
@@ -214,11 +215,17 @@ class SurfaceContact:
         lowest = np.minimum(DEEPER * now[facet, point], -DEEPEST * self.facets.size[facet])
         return bool((then - self.touching.distance >= lowest).all())
 
+    def passed(self, before, after) -> bool:
+        """Whether a point went through a surface on its way between two equilibria, of which the
+        first one is that of the last search."""
+        start, end = (self.facets.node_places(s.x) for s in (before, after))
+        return crossed(start, end, self.facets.values, *self._candidates, self.facets.size)
+
     def strayed(self, state) -> float:
-        """How far sheets have moved since they looked for what they may touch, by how far they may
+        """How far facets have moved since they looked for what they may touch, by how far they may
         without passing it unseen."""
-        now, thin = self.facets.node_places(state.x), self.facets.of_sheet
-        return strayed(self._looked_from, now, self._reach, thin, self._side)
+        now = self.facets.node_places(state.x)
+        return strayed(self._looked_from, now, self._reach, self._side)
 
     def smallest_gap(self, state) -> tuple[float, float]:
         """Smallest gap, and its smallest ratio to the element size (both below zero: overlap)."""

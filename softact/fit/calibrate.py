@@ -4,6 +4,7 @@ Bounded Gauss-Newton (scipy's trust region) on few runs: sensitivities are forwa
 whole runs, taken anew after each accepted step. Intervals are linearised, with Student's t.
 """
 
+import shlex
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -31,14 +32,18 @@ ALIKE = 1e-3  # smallest over largest singular value at which constants are not 
 
 @dataclass(frozen=True)
 class Request:
-    """What to calibrate. vary: see ``read_knobs``. x: abscissa or None. max_runs: then it ends.
-    force: write into the folder whatever it holds."""
+    """What to calibrate.
+
+    vary: see ``read_knobs``. x: abscissa or None. columns: headings in place of the data's own, or
+    None. max_runs: then it ends. force: write into the folder whatever it holds.
+    """
 
     spec: Path
     data: Path
     vary: Sequence[str]
     overrides: Sequence[str] = ()
     x: str | None = None
+    columns: str | None = None
     processes: int = 1
     max_runs: int = 30
     force: bool = False
@@ -186,7 +191,7 @@ class _Search:
 def given(request: Request, spec: Spec) -> tuple[Measured, list[Knob]]:
     """The measured curve, and the values to adjust. Raises SpecError where they do not go with the
     spec or with each other."""
-    measured = read_measured(request.data, run_columns(spec), request.x)
+    measured = _measured(request, spec)
     knobs = read_knobs(request.vary, spec)
     if not knobs:
         raise SpecError("nothing to adjust; name a value with --vary, such as materials.body.c10")
@@ -233,6 +238,17 @@ def calibrate(
     return Calibration(found, knobs, measured, first, best, interval, runs, remarks)
 
 
+def _measured(request: Request, spec: Spec) -> Measured:
+    given = ["softact", "calibrate", str(request.spec), "--data", str(request.data)]
+    for option, values in (("--vary", request.vary), ("--set", request.overrides)):
+        given += [word for value in values for word in (option, value)]
+    given += ["--x", request.x] if request.x else []
+    headings = [name.strip() for name in request.columns.split(",")] if request.columns else None
+    return read_measured(
+        request.data, run_columns(spec), request.x, headings, command=shlex.join(given)
+    )
+
+
 def _interval(search: _Search, remarks: list[str]) -> np.ndarray:
     """Half widths of the 95 % intervals, in the knobs' units."""
     best = search.best
@@ -272,6 +288,8 @@ def run_request(
     reads, kept = (request.spec, request.data), "the runs are kept in the cache"
     output = Output(directory, "calibrate", request.force, reads, kept)
     measured, knobs = given(request, spec)
+    for message in measured.messages:
+        say(f"{request.data}: {message}")
     with output.opened(files(spec)):
         outcome = calibrate(request, spec, measured, knobs, say, cache)
         for line in tell(outcome):

@@ -1,6 +1,8 @@
 """The laws that can be fitted, with their free constants, bounds and where starts are drawn."""
 
+import math
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import SimpleNamespace
@@ -13,11 +15,16 @@ from softact.materials.base import VOLUMETRIC
 from softact.nearest import nearest
 
 INFINITY = float("inf")
+SMALLEST_EXPONENT = 1e-4  # of Ogden's law, which divides by it; its limit at 0 is met to 1e-8
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """A free constant. linear: the stress is proportional to it. seek: where starts are drawn."""
+    """A free constant.
+
+    linear: the stress is proportional to it. seek: where starts are drawn. apart: how far it stays
+    from 0. seek_at: gives ``seek`` from the larger of Ī1 and Ī2 that the data reach, in its place.
+    """
 
     name: str
     lower: float = -INFINITY
@@ -25,6 +32,19 @@ class Parameter:
     linear: bool = True
     seek: tuple[float, float] = (0.0, 1.0)
     logarithmic: bool = False
+    apart: float = 0.0
+    seek_at: Callable[[float], tuple[float, float]] | None = None
+
+    def range_at(self, invariant: float) -> tuple[float, float]:
+        """Where starts are drawn for data that reach an invariant, within the bounds."""
+        low, high = self.seek_at(invariant) if self.seek_at else self.seek
+        return tuple(min(max(end, self.lower), self.upper) for end in (low, high))
+
+    def settled(self, value: float) -> float:
+        """The value, moved away from 0 where the law has none there."""
+        if abs(value) >= self.apart:
+            return float(value)
+        return -self.apart if value < 0 else self.apart
 
 
 @dataclass(frozen=True)
@@ -40,8 +60,12 @@ class Candidate:
         """Return the constants by name (MPa), for the law's energy."""
         values = dict(self._held)
         for parameter, value in zip(self.parameters, vector, strict=True):
-            values[parameter.name] = float(value)
+            values[parameter.name] = parameter.settled(value)
         return SimpleNamespace(**values)
+
+    def settled(self, vector: np.ndarray) -> np.ndarray:
+        """The constants as ``constants`` takes them."""
+        return np.array([p.settled(v) for p, v in zip(self.parameters, vector, strict=True)])
 
     @cached_property
     def _held(self) -> dict[str, object]:
@@ -53,6 +77,12 @@ class Candidate:
         """Return the law with these constants; ``fields`` are of the card, in internal units."""
         values = {p.name: float(v) for p, v in zip(self.parameters, vector, strict=True)}
         return self.law.of(**self.fixed, **values, **fields)
+
+    @property
+    def held_names(self) -> set[str]:
+        """Own fields of the law that are no free constants, such as the number of families."""
+        numbered = {name.rstrip("0123456789") for name in self.names}
+        return {name for name in self._held if name.rstrip("0123456789") not in numbered}
 
     @property
     def names(self) -> list[str]:
@@ -106,11 +136,36 @@ def _ogden(order: int) -> Candidate:
     # Positive moduli in Abaqus's convention make every term, and so the law, stable at any stretch.
     moduli = [Parameter(f"mu{i}", lower=0.0) for i in range(1, order + 1)]
     exponents = [
-        Parameter(f"alpha{i}", lower=-25.0, upper=25.0, linear=False, seek=(-6.0, 8.0))
+        Parameter(
+            f"alpha{i}",
+            lower=-25.0,
+            upper=25.0,
+            linear=False,
+            seek=(-6.0, 8.0),
+            apart=SMALLEST_EXPONENT,
+        )
         for i in range(1, order + 1)
     ]
     pairs = [p for pair in zip(moduli, exponents, strict=True) for p in pair]
     return Candidate(f"ogden_{order}", LAWS["ogden"], tuple(pairs))
+
+
+def _beyond_locking(invariant: float) -> tuple[float, float]:
+    """Gent's Jm: the law has no stress where Ī1 − 3 is larger."""
+    least = 1.02 * (invariant - 3.0)
+    return max(0.5, least), max(200.0, 10.0 * least)
+
+
+def _chain(invariant: float) -> tuple[float, float]:
+    """The van der Waals law's λm: no stress where Ī1, or Ī2, is larger than its square."""
+    least = 1.02 * math.sqrt(invariant)
+    return max(2.0, least), max(20.0, 10.0 * least)
+
+
+def _bounded_growth(invariant: float) -> tuple[float, float]:
+    """Fung's b: the exponential grows by 5 % to e^10 over the data."""
+    reached = max(invariant - 3.0, 1e-6)
+    return 0.05 / reached, 10.0 / reached
 
 
 def _candidates() -> dict[str, Candidate]:
@@ -138,9 +193,7 @@ def _candidates() -> dict[str, Candidate]:
             LAWS["van_der_waals"],
             (
                 modulus,
-                Parameter(
-                    "lambda_m", 1.75, 100.0, linear=False, seek=(2.0, 20.0), logarithmic=True
-                ),
+                Parameter("lambda_m", 1.75, 100.0, linear=False, logarithmic=True, seek_at=_chain),
                 Parameter("a", -2.0, 5.0, linear=False, seek=(0.0, 1.0)),
                 Parameter("beta", 0.0, 1.0, linear=False, seek=(0.0, 1.0)),
             ),
@@ -150,7 +203,15 @@ def _candidates() -> dict[str, Candidate]:
             LAWS["gent"],
             (
                 modulus,
-                Parameter("jm", 0.05, 1e4, linear=False, seek=(0.5, 200.0), logarithmic=True),
+                Parameter("jm", 0.05, 1e6, linear=False, logarithmic=True, seek_at=_beyond_locking),
+            ),
+        ),
+        Candidate(
+            "fung",
+            LAWS["fung"],
+            (
+                modulus,
+                Parameter("b", 1e-6, 1e4, linear=False, logarithmic=True, seek_at=_bounded_growth),
             ),
         ),
         Candidate(
@@ -181,7 +242,7 @@ ALL_ISOTROPIC = (
     "neo_hookean", "mooney_rivlin_2", "mooney_rivlin_3", "mooney_rivlin_5", "mooney_rivlin_9",
     "yeoh", "reduced_polynomial_2", "reduced_polynomial_4", "reduced_polynomial_5",
     "reduced_polynomial_6", "ogden_1", "ogden_2", "ogden_3", "ogden_4", "arruda_boyce",
-    "van_der_waals", "gent",
+    "van_der_waals", "gent", "fung",
 )  # fmt: skip
 
 

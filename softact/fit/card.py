@@ -7,6 +7,7 @@ import numpy as np
 import yaml
 
 from softact.fit.fit import Fit
+from softact.fit.reason import reason
 
 DIGITS = 9
 
@@ -51,7 +52,9 @@ def _described(fit: Fit) -> list[str]:
 
 def numbers(fits: list[Fit]) -> str:
     """Return everything that is known about the fits as JSON, best first; MPa."""
-    return json.dumps([_numbers(fit) for fit in fits], indent=2, allow_nan=False) + "\n"
+    first = {"reason": reason(fits)} if len(fits) > 1 else {}
+    found = [_numbers(fit) | (first if i == 0 else {}) for i, fit in enumerate(fits)]
+    return json.dumps(found, indent=2, allow_nan=False) + "\n"
 
 
 def _numbers(fit: Fit) -> dict:
@@ -68,6 +71,7 @@ def _numbers(fit: Fit) -> dict:
         "tests": [vars(q) | {"r2": _finite(q.r2)} for q in fit.qualities],
         "aicc": _finite(fit.information.aicc),
         "bic": _finite(fit.information.bic),
+        "merit": None if fit.merit is None else vars(fit.merit),
         "reduced_chi_square": fit.chi_square,
         "normalised_error": fit.error,
         "stable_between": {s.mode: [s.below, s.above] for s in fit.stability},

@@ -1,15 +1,16 @@
 """One law fitted to tests, with everything that is known about the fit; many laws ranked."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 
 from softact.fit.candidates import Candidate
 from softact.fit.data import Test
+from softact.fit.merit import Merit, merits
 from softact.fit.modes import MODES, first_invariant, stretch_reaching
 from softact.fit.optimise import Solution, solve
-from softact.fit.problem import Problem, make_problem, model_stress
+from softact.fit.problem import Problem, make_problem, model_stress, reweighted
 from softact.fit.stability import Stability, drucker
 from softact.fit.statistics import (
     Certainty,
@@ -25,6 +26,8 @@ from softact.fit.statistics import (
     spreads,
 )
 
+POOR = 0.95  # R² below which a law does not follow the data
+REWEIGHTINGS = 12  # at most; two or three do where the law suits the data
 # Laws that are not functions of Ī1 alone: one mode does not fix what they do in the others.
 TWO_INVARIANTS = ("mooney_rivlin", "ogden", "van_der_waals")
 
@@ -54,7 +57,8 @@ class Fit:
     """A fitted law: the constants ``vector`` (MPa) of ``candidate`` and how good they are.
 
     chi_square: reduced, None without a known scatter. error: ε of ``normalised_error``.
-    stability: empty for fibre laws, whose range depends on the direction.
+    stability: empty for fibre laws, whose range depends on the direction. merit: beside other laws,
+    see ``ranked``.
     """
 
     candidate: Candidate
@@ -69,6 +73,7 @@ class Fit:
     stability: tuple[Stability, ...]
     spreads: tuple[Spread, ...]
     specimens: tuple[Specimen, ...]
+    merit: Merit | None = None
 
     @property
     def name(self) -> str:
@@ -116,6 +121,12 @@ class Fit:
         """Whether the law is stable over the tested range and its constants are determined."""
         return not self.failures and self.certainty.identifiable
 
+    @property
+    def loose(self) -> list[str]:
+        """Constants whose interval is wider than their value."""
+        triples = zip(self.candidate.names, self.vector, self.certainty.interval, strict=True)
+        return [name for name, v, half in triples if np.isfinite(half) and half > abs(v)]
+
     def stress(self, test: Test) -> np.ndarray:
         """Return the law's nominal stress in MPa at the stretches of ``test``."""
         return model_stress(self.candidate, self.vector, test)
@@ -134,7 +145,11 @@ class Fit:
 
     def remarks(self) -> list[str]:
         """Return what a user must know before using the constants."""
-        lines = []
+        lines = [
+            f"R² {q.r2:.3f} on {q.name}: the law does not follow these data"
+            for q in self.qualities
+            if q.r2 < POOR
+        ]
         for mode, stretch in self.failures:
             low, high = self.range_of(mode)
             where = "below" if stretch < 1 else "above"
@@ -153,15 +168,9 @@ class Fit:
             lines.append(
                 f"only {modes.pop()} tests: what the law predicts in other modes rests on no data"
             )
-        loose = [
-            p.name
-            for p, value, half in zip(
-                self.candidate.parameters, self.vector, self.certainty.interval, strict=True
-            )
-            if np.isfinite(half) and half > abs(value)
-        ]
-        if loose:
-            lines.append(f"poorly determined (interval wider than the value): {', '.join(loose)}")
+        if self.loose:
+            said = ", ".join(self.loose)
+            lines.append(f"poorly determined (interval wider than the value): {said}")
         bound = [
             p.name
             for p, half in zip(self.candidate.parameters, self.certainty.interval, strict=True)
@@ -177,6 +186,8 @@ def fit(tests: list[Test], candidate: Candidate, options: Options | None = None)
     options = options or Options()
     problem = make_problem(tests, options.relative, options.balance)
     solution = solve(problem, candidate, options.method, options.starts, options.seed)
+    if options.relative:
+        problem, solution = _with_own_weights(problem, candidate, solution, options.method)
     vector = solution.vector
     isotropic = not candidate.law.anisotropic
     return Fit(
@@ -195,6 +206,17 @@ def fit(tests: list[Test], candidate: Candidate, options: Options | None = None)
     )
 
 
+def _with_own_weights(problem: Problem, candidate: Candidate, solution: Solution, method: str):
+    """Weigh by the law's stress and solve again until the constants stay."""
+    for _ in range(REWEIGHTINGS):
+        before = solution.vector
+        problem = reweighted(problem, candidate, before)
+        solution = solve(problem, candidate, method, starts=1, first=before)
+        if np.allclose(solution.vector, before, rtol=1e-8, atol=0.0):
+            break
+    return problem, solution
+
+
 def _each_specimen(tests, candidate, vector, options) -> tuple[Specimen, ...]:
     """Fit every specimen alone, from the joint solution, where several were tested in one mode."""
     modes = [(t.mode, t.direction) for t in tests]
@@ -211,5 +233,13 @@ def _each_specimen(tests, candidate, vector, options) -> tuple[Specimen, ...]:
 
 
 def ranked(fits: list[Fit]) -> list[Fit]:
-    """Return the fits by Bayes' criterion; those that are not sound come after the sound ones."""
-    return sorted(fits, key=lambda f: (not f.sound, f.information.bic))
+    """Return the fits with their merits, the best first, those that are not sound at the end.
+
+    The order is that of ``Merit.error``.
+    """
+    laws = [(f.candidate, f.vector, len(f.loose)) for f in fits]
+    found = merits(fits[0].problem, laws)
+    return sorted(
+        (replace(f, merit=m) for f, m in zip(fits, found, strict=True)),
+        key=lambda f: (not f.sound, f.merit.error),
+    )

@@ -10,16 +10,11 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from softact.errors import SpecError
-from softact.fit.table import cell_fault, read_rows
+from softact.fit.measured_table import meaning as meaning
+from softact.fit.measured_table import read_columns, split_unit
 from softact.measures import MEASURES
 from softact.measures.base import per_cavity
-from softact.nearest import nearest
-from softact.units import conversion, show
-
-# How the endings of a run's columns, and shorthands of people, are written for the unit registry.
-UNITS = {"mm3": "mm^3", "Nmm": "N*mm", "deg": "degree", "%": "percent", "ml": "mL"}
-ENDINGS = ("kPa", "MPa", "deg", "mm3", "mm", "mJ", "Nmm", "N")
-SKIPPED = "-"
+from softact.units import show
 
 
 @dataclass(frozen=True)
@@ -27,11 +22,13 @@ class Measured:
     """Columns of a measured table in the units of the run's columns of the same name.
 
     x: name of the column that the others are drawn over. values: column -> (n,), x included.
+    messages: what was left out of the file.
     """
 
     source: str
     x: str
     values: Mapping[str, np.ndarray]
+    messages: tuple[str, ...] = ()
 
     @property
     def names(self) -> list[str]:
@@ -47,7 +44,11 @@ class Measured:
 def run_columns(spec) -> list[str]:
     """Names of the columns that a run of ``spec`` can have."""
     layout = spec.geometry.layout()
+    steps = (step.supports or () for step in spec.steps)
     parts = {
+        "<support>": dict.fromkeys(
+            s.surface for supports in (spec.supports, *steps) for s in supports
+        ),
         "<region>": layout.regions,
         "<obstacle>": list(spec.obstacles),
         "<contact>": [*spec.obstacles, *(c.name for c in spec.contact)],
@@ -70,88 +71,25 @@ def read_measured(
     columns: Sequence[str],
     x: str | None = None,
     headings: Sequence[str] | None = None,
+    command: str = "softact run SPEC --measured FILE",
 ) -> Measured:
     """Read a table whose headings name columns of a run, with units of the user's choice.
 
     columns: what a run has. x: heading of the abscissa; default: the first. headings: in place of
-    the file's own, for a file that has none or others. A heading '-' skips its column. Raises
+    the file's own, for a file that has none or others. A heading '-' skips its column. command:
+    what the user called, for saying how a file is read that cannot be read as it is. Raises
     SpecError with one line per fault.
     """
-    rows = read_rows(path)
-    line, first = rows[0]
-    if headings is None or cell_fault(first[0]):
-        rows = rows[1:]
-    if headings is None:
-        if not cell_fault(first[0]):
-            raise SpecError(
-                f"{path}:{line}: the table has no headings; name its columns in a line above it, "
-                "such as 'pressure_kPa, bending_angle_deg'"
-            )
-        headings = first
-    used, faults = {}, []
-    for place, heading in enumerate(headings):
-        if heading == SKIPPED:
-            continue
-        try:
-            name, factor = meaning(heading, columns)
-        except ValueError as error:
-            faults.append(f"{path}:{line}: {error}")
-            continue
-        if name in [entry[0] for entry in used.values()]:
-            faults.append(f"{path}:{line}: two columns are {name}; keep one")
-        used[place] = name, factor
-    if faults:
-        raise SpecError(*faults)
-    names = [name for name, _ in used.values()]
-    if len(names) < 2:
-        raise SpecError(
-            f"{path}:{line}: two columns or more are wanted, such as 'pressure_kPa, "
-            f"bending_angle_deg'; found {', '.join(names) or 'none'}"
-        )
-    values = _numbers(path, rows, headings, used)
+    found = read_columns(path, columns, headings, command)
+    values, names = found.values, list(found.values)
     abscissa = names[0] if x is None else meaning_of_option(x, names)
-    measured = Measured(str(path), abscissa, values)
+    measured = Measured(str(path), abscissa, values, found.messages)
     for name in measured.names:
         if not np.any(values[name]):
             raise SpecError(f"{path}: {name} is zero throughout; there is nothing to meet")
     if np.ptp(values[abscissa]) == 0.0:
         raise SpecError(f"{path}: {abscissa} is the same in all rows; a curve is wanted")
     return measured
-
-
-def meaning(heading: str, columns: Sequence[str]) -> tuple[str, float]:
-    """Return the run's column that a heading means and the factor to that column's unit.
-
-    'bending_angle_deg', 'bending angle (rad)' and 'Pressure [bar]' are understood. Raises
-    ValueError with what would be right.
-    """
-    if heading in columns:
-        return heading, 1.0
-    words = re.sub(r"[_,;:()\[\]]+", " ", heading).split()
-    lower = [word.lower() for word in words]
-    for name in sorted(columns, key=len, reverse=True):
-        stem, unit = split_unit(name)
-        known = stem.lower().split("_")
-        if lower[: len(known)] != known:
-            continue
-        written = " ".join(words[len(known) :])
-        if not unit and written in ("", "-", "1"):
-            return name, 1.0
-        if not unit:
-            continue
-        if not written:
-            raise ValueError(f"{show(heading)} names no unit; write for example '{name}'")
-        try:
-            return name, conversion(_unit(written), _unit(unit))
-        except ValueError as error:
-            raise ValueError(f"{show(heading)}: {error}") from None
-    raise ValueError(f"{show(heading)} is no column of a run; {nearest(heading, columns)}")
-
-
-def _unit(text: str) -> str:
-    """A unit as the registry writes it: '/ kPa' and 'N/mm2' are understood too."""
-    text = re.sub(r"^(/|in)\s+", "", text)
-    return UNITS.get(text) or re.sub(r"(?<=[A-Za-z])([23])\b", r"^\1", text)
 
 
 def meaning_of_option(text: str, names: Sequence[str]) -> str:
@@ -163,31 +101,6 @@ def meaning_of_option(text: str, names: Sequence[str]) -> str:
     if key in stems:
         return stems[key]
     raise SpecError(f"--x: {show(text)} is none of the measured columns: {', '.join(names)}")
-
-
-def split_unit(name: str) -> tuple[str, str]:
-    """'pressure_kPa' -> ('pressure', 'kPa'); no unit: ('max_principal_stretch', '')."""
-    stem, _, ending = name.rpartition("_")
-    return (stem, ending) if stem and ending in ENDINGS else (name, "")
-
-
-def _numbers(path: Path, rows, headings, used) -> dict[str, np.ndarray]:
-    values: dict[str, list[float]] = {name: [] for name, _ in used.values()}
-    faults = []
-    for line, row in rows:
-        for place, (name, factor) in used.items():
-            cell = row[place] if place < len(row) else ""
-            if fault := cell_fault(cell):
-                faults.append(f"{path}:{line}: column '{headings[place]}': {fault}")
-            else:
-                values[name].append(factor * float(cell))
-    if len(faults) > 5:
-        faults = [*faults[:5], f"{path}: and {len(faults) - 5} more faults of this kind"]
-    if not rows:
-        faults = [f"{path}: there are headings but no values under them"]
-    if faults:
-        raise SpecError(*faults)
-    return {name: np.array(column) for name, column in values.items()}
 
 
 def predicted(curve: Mapping[str, np.ndarray], measured: Measured) -> dict[str, np.ndarray] | None:

@@ -11,6 +11,7 @@ from softact.fit.candidates import Candidate, Parameter
 from softact.fit.problem import Problem, all_stress, modulus, parameter_scale, residuals, thinned
 
 METHODS = ("least-squares", "L-BFGS-B", "Nelder-Mead", "Powell", "CG", "COBYLA", "SLSQP")
+APART = 0.1  # of the range in which starts are drawn: nearer ones are in one valley
 ROUGH, FINE = 1e-8, 1e-14  # relative, of the descents from all starts and of the best one
 
 
@@ -71,7 +72,7 @@ def _from_many(problem, candidate, method, starts, seed, first) -> Solution:
     cost = float(np.sum(residuals(problem, candidate, vector) ** 2))
     if cost < best_cost:
         best, best_cost = vector, cost
-    return Solution(best, best_cost, evaluations + count, len(points))
+    return Solution(candidate.settled(best), best_cost, evaluations + count, len(points))
 
 
 def _starts(problem: Problem, candidate: Candidate, count: int, seed: int) -> list[np.ndarray]:
@@ -81,22 +82,37 @@ def _starts(problem: Problem, candidate: Candidate, count: int, seed: int) -> li
         return [_with_linear(problem, candidate, np.zeros(len(candidate.parameters)))]
     rng = np.random.default_rng(seed)
     coarse = thinned(problem)
+    reached = problem.largest_invariant
+    ranges = [candidate.parameters[i].range_at(reached) for i in curved]
     drawn = []
     for _ in range(12 * count):
         vector = np.zeros(len(candidate.parameters))
-        vector[curved] = [_draw(rng, candidate.parameters[i]) for i in curved]
+        pairs = zip(curved, ranges, strict=True)
+        vector[curved] = [_draw(rng, candidate.parameters[i], ends) for i, ends in pairs]
         vector = _with_linear(coarse, candidate, vector)
         cost = float(np.sum(residuals(coarse, candidate, vector) ** 2))
         drawn.append((cost, tuple(vector)))
     drawn.sort()
-    return [np.array(vector) for _, vector in drawn[:count]]
+    span = np.array([high - low for low, high in ranges])
+    return _apart([np.array(vector) for _, vector in drawn], curved, span, count)
 
 
-def _draw(rng: np.random.Generator, parameter: Parameter) -> float:
-    low, high = parameter.seek
-    if parameter.logarithmic:
+def _apart(points: list[np.ndarray], curved, span: np.ndarray, count: int) -> list[np.ndarray]:
+    """The first ``count`` of the points, best first, that are not all in one valley."""
+    chosen, left = [], []
+    for point in points:
+        near = any(np.max(np.abs((point - other)[curved] / span)) < APART for other in chosen)
+        (left if near else chosen).append(point)
+        if len(chosen) == count:
+            return chosen
+    return chosen + left[: count - len(chosen)]
+
+
+def _draw(rng: np.random.Generator, parameter: Parameter, ends: tuple[float, float]) -> float:
+    low, high = ends
+    if parameter.logarithmic and low < high:
         return float(np.exp(rng.uniform(np.log(low), np.log(high))))
-    value = float(rng.uniform(low, high))
+    value = float(rng.uniform(low, high)) if low < high else high
     return value if value else high
 
 

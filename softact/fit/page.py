@@ -9,7 +9,8 @@ from softact.fit.candidates import as_candidate
 from softact.fit.fit import Fit
 from softact.fit.plot import drawn_modes, path_of
 from softact.fit.problem import model_stress
-from softact.fit.tell import stability_lines
+from softact.fit.reason import reason
+from softact.fit.tell import percent, remark_of, stability_lines
 from softact.materials import Law
 from softact.report import base
 from softact.report.base import Plot, Section
@@ -33,6 +34,8 @@ def html(name: str, fits: Sequence[Fit], others: Mapping[str, Law], card: str) -
     kind = "good" if best.sound else "warn"
     head = "Fit:" if len(fits) == 1 else "Best of the fits:"
     said = f"{escape(best.name)}, smallest R² {best.r2:.5f}."
+    if len(fits) > 1:
+        said += f" {escape(reason(fits))}"
     lead = base.banner(kind, head, said, best.remarks())
     lead += f"<p class='note'>{escape(best.candidate.law.formula)}</p>"
     return base.page(name, sections, kicker="Fit of a material law", kind="fit", lead=lead)
@@ -61,16 +64,33 @@ def _constants(fit: Fit) -> str:
 
 
 def _ranking(fits: Sequence[Fit]) -> str:
-    rows = []
-    for f in fits:
-        remark = "" if f.certainty.identifiable else "not determined by these tests"
-        if f.failures:
-            mode, stretch = f.failures[0]
-            remark = f"unstable in {mode} at {stretch:.3g}"
-        aicc, bic = float(f.information.aicc), float(f.information.bic)
-        rows.append([f.name, len(f.vector), f"{f.r2:.5f}", aicc, bic, remark])
-    heads = ["Law", "Constants", "Smallest R²", "AICc", "BIC", "Remark"]
-    return base.table(heads, rows, file="ranking.csv")
+    rows = [
+        [
+            f.name,
+            remark_of(f),
+            len(f.vector),
+            f.merit.loose,
+            f"{f.r2:.4f}",
+            _unbroken(f.merit.fitted),
+            _unbroken(f.merit.predicted),
+            _unbroken(f.merit.error),
+            round(float(f.information.bic), 1),
+        ]
+        for f in fits
+    ]
+    heads = ["Law", "Remark", "Constants", "Poor", "R²", "Error", "Held out", "In all", "BIC"]
+    held = "modes" if fits[0].merit.modes else "quarters of the stretch"
+    note = (
+        "<p class='note'>Poor: constants whose interval is wider than their value. R²: the "
+        "smallest of the tests. Error: root mean square, in parts of that of the stress. Held out: "
+        f"the same over {held} that the law was not fitted to, each in turn. In all: both, raised "
+        "by what the constants cost, which makes the order.</p>"
+    )
+    return f"<p>{escape(reason(fits))}</p>" + base.table(heads, rows, file="ranking.csv") + note
+
+
+def _unbroken(part: float | None) -> str:
+    return percent(part).replace(" ", "\N{NO-BREAK SPACE}")
 
 
 def _curves(fits: Sequence[Fit], others: Mapping[str, Law]) -> list[Plot]:

@@ -4,12 +4,15 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from pydantic import ValidationError
+
 from softact.errors import SpecError
 from softact.files import write_atomic
 from softact.fit.candidates import Candidate, chosen
 from softact.fit.card import card_text, numbers
 from softact.fit.data import Test, read_tests
 from softact.fit.fit import Fit, Options, fit, ranked
+from softact.fit.held import first_fault, hold
 from softact.fit.page import html
 from softact.fit.plausible import warnings
 from softact.fit.plot import write_plot
@@ -18,7 +21,6 @@ from softact.fit.tell import tell_comparison, tell_fit, tell_ranking, tell_tests
 from softact.materials import Law, load_card, parse_material
 from softact.output import Output
 from softact.spec.card_files import is_file, read_card
-from softact.units import dimension_of
 
 SUFFIXES = (".yaml", ".png", ".json", ".html")  # of card, plot, numbers and page
 
@@ -45,14 +47,14 @@ def run(request: Request, say: Callable[[str], None]) -> list[Fit]:
 
     say: gets one line at a time. Raises SpecError with one line per fault, and writes nothing then.
     """
+    others = {name: _card(name) for name in request.compare}
     tests = _read_all(request.sheets)
+    candidates, output = _candidates(request, tests), _output(request)
     for line in tell_tests(tests):
         say(line)
     for test in tests:
         for warning in warnings(test):
             say(f"warning: {warning}")
-    others = {name: _card(name) for name in request.compare}
-    candidates, output = _candidates(request, tests), _output(request)
     fits = _fit_all(tests, candidates, request.options, say)
     say("")
     if len(fits) > 1:
@@ -94,23 +96,7 @@ def _candidates(request: Request, tests: list[Test]) -> list[Candidate]:
         return candidates
     if len(candidates) > 1:
         raise SpecError("--fix holds constants of one law; it does not go with --law all")
-    return [candidates[0].fix({k: _held(candidates[0], k, v) for k, v in request.held.items()})]
-
-
-def _held(candidate: Candidate, name: str, text: str) -> object:
-    """Return the value of a held constant: with a unit where it has a dimension."""
-    entry = candidate.law.model_fields.get(name)
-    if entry is None:
-        return text  # ``fix`` names the nearest constant
-    dimension = dimension_of(entry)
-    try:
-        if dimension is not None:
-            return dimension.parse(text)
-        return int(text) if text.lstrip("-").isdigit() else float(text)
-    except ValueError as error:
-        if dimension is None and name in ("convention",):
-            return text
-        raise SpecError(f"--fix {name}: {error}") from None
+    return [hold(candidates[0], request.held)]
 
 
 def _fit_all(tests, candidates: list[Candidate], options: Options, say) -> list[Fit]:
@@ -126,6 +112,9 @@ def _fit_all(tests, candidates: list[Candidate], options: Options, say) -> list[
         raise SpecError(*refused)
     for line in refused:
         say(f"left out: {line}")
+    if len(fits) == 1:
+        return fits
+    say("trying what each law says of what it was not fitted to")
     return ranked(fits)
 
 
@@ -142,9 +131,9 @@ def _write(request: Request, output: Output, fits: list[Fit], others: dict[str, 
     card, plot, values, page = (f"{request.name}{suffix}" for suffix in SUFFIXES)
     try:
         text = card_text(fits[0], request.density, request.strength)
-    except ValueError as error:
+    except ValidationError as error:
         text = ""
-        say(f"no card: {' '.join(str(error).split())}")
+        say(f"no card: {first_fault(error)}")
     else:
         write_atomic(output.file(card), text)
         say(f"card:    {request.directory / card}")

@@ -1,5 +1,6 @@
 """What the user says about a test: file, mode, columns, specimen, what to trim."""
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -23,6 +24,12 @@ from softact.units import Dimension, Dimensionless, Length, Pressure
 AREA = Dimension("area", "mm^2", shown=("mm^2",), other=("cm^2", "m^2"), example="18 mm^2")
 _AREA_SCHEMA = {"type": "string", "description": f"area with unit, such as '{AREA.example}'"}
 Area = Annotated[float, BeforeValidator(AREA.parse), WithJsonSchema(_AREA_SCHEMA)]
+# What a file's name says of the mode of its test, where nobody says it.
+_NAMED = (
+    ("compression", re.compile(r"compress|druck|squish")),
+    ("planar", re.compile(r"planar|shear")),
+    ("equibiaxial", re.compile(r"equi|biax")),
+)
 MODE_NAMES = ("uniaxial", "compression", "equibiaxial", "planar", "biaxial")
 
 
@@ -80,6 +87,7 @@ class TestSheet(BaseModel):
     )
     stretch_from: Dimensionless | None = Field(default=None, gt=0)
     stretch_to: Dimensionless | None = Field(default=None, gt=0)
+    whole: bool = Field(default=False, description="keep the break and a hold at the end")
     smooth: int | None = Field(
         default=None, ge=5, description="Savitzky-Golay window in points, second order"
     )
@@ -99,6 +107,14 @@ class TestSheet(BaseModel):
         if self.area:
             return self.area
         return self.width * self.thickness if self.width and self.thickness else None
+
+    @property
+    def named_mode(self) -> str | None:
+        """The mode that the file's name speaks of, where none is given; None where it does not."""
+        if "mode" in self.model_fields_set:
+            return None
+        name = self.file.stem.lower()
+        return next((mode for mode, words in _NAMED if words.search(name)), None)
 
     @property
     def name(self) -> str:

@@ -95,10 +95,10 @@ def certainty(problem: Problem, candidate: Candidate, vector: np.ndarray) -> Cer
 def _jacobian(problem, candidate, vector) -> np.ndarray:
     """Derivatives of the residuals in the constants, central differences."""
     columns = []
-    for i, value in enumerate(vector):
-        usual = parameter_scale(problem, candidate, vector)[i]
+    # In parts of the constant's size: one that is nearly 0 would give a step of no effect, or of 0.
+    for i, size in enumerate(parameter_scale(problem, candidate, vector)):
         step = np.zeros(len(vector))
-        step[i] = 1e-5 * (abs(value) or usual)
+        step[i] = 1e-5 * size
         up = residuals(problem, candidate, vector + step)
         down = residuals(problem, candidate, vector - step)
         columns.append((up - down) / (2.0 * step[i]))

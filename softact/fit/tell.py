@@ -6,6 +6,7 @@ from softact.fit.candidates import as_candidate
 from softact.fit.data import Test
 from softact.fit.fit import Fit
 from softact.fit.problem import model_stress
+from softact.fit.reason import reason
 from softact.materials import Law
 
 
@@ -88,21 +89,39 @@ def _tell_scatter(fit: Fit) -> list[str]:
 
 
 def tell_ranking(fits: list[Fit]) -> list[str]:
-    """Return a table of the fits, best first."""
+    """Return a table of the fits, best first, and why the first is first."""
     width = max(len(f.name) for f in fits)
-    lines = [f"{'law':{width}s}  constants  smallest R²       AICc        BIC  remark"]
+    held = "modes" if fits[0].merit.modes else "quarters of the stretch"
+    heads = ("smallest R²", "error", "held out", "AICc", "BIC")
+    lines = [f"{'law':{width}s}  constants  {'  '.join(f'{h:>10s}' for h in heads)}  remark"]
     for f in fits:
-        remark = ""
-        if f.failures:
-            mode, stretch = f.failures[0]
-            remark = f"unstable in {mode} at {stretch:.3g}"
-        elif not f.certainty.identifiable:
-            remark = "not determined by these tests"
-        lines.append(
-            f"{f.name:{width}s}  {len(f.vector):9d}  {f.r2:11.5f}  {f.information.aicc:9.1f}  "
-            f"{f.information.bic:9.1f}  {remark}".rstrip()
+        loose = f"{f.merit.loose} poorly determined" if f.merit.loose else ""
+        figures = (
+            f"{f.r2:.5f}", percent(f.merit.fitted), percent(f.merit.predicted),
+            f"{f.information.aicc:.1f}", f"{f.information.bic:.1f}",
+        )  # fmt: skip
+        row = "  ".join(
+            f"{text:>{max(len(h), 10)}s}" for text, h in zip(figures, heads, strict=True)
         )
-    return lines
+        said = "; ".join(filter(None, (remark_of(f), loose)))
+        lines.append(f"{f.name:{width}s}  {f.merit.constants:9d}  {row}  {said}".rstrip())
+    lines.append(f"(held out: error over {held} that the law was not fitted to, each in turn)")
+    return [*lines, reason(fits)]
+
+
+def percent(part: float | None) -> str:
+    """An error as people write it; one that is beyond use has no figure."""
+    if part is None:
+        return "-"
+    return f"{100 * part:.3g} %" if part < 5 else "> 500 %"
+
+
+def remark_of(fit: Fit) -> str:
+    """Why a law is not sound, in a few words; empty where it is."""
+    if fit.failures:
+        mode, stretch = fit.failures[0]
+        return f"unstable in {mode} at {stretch:.3g}"
+    return "" if fit.certainty.identifiable else "not determined by these tests"
 
 
 def tell_comparison(fit: Fit, law: Law, name: str) -> list[str]:

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from softact.errors import SpecError
+from softact.fit.rupture import break_at, hold_from
 from softact.fit.sheet import TestSheet
 
 if TYPE_CHECKING:
@@ -19,8 +20,42 @@ MIN_POINTS = 5
 NOISE = 0.01  # of the range: smaller steps back are the extensometer's, not unloading
 
 
-def branch(sheet: TestSheet, x: np.ndarray, messages: list[str]) -> slice | np.ndarray:
-    """Rows to keep: all of a monotonic test, or the loading that the user chose."""
+class CyclesError(Exception):
+    """The stretch turns back; the message says where, without the name of the file."""
+
+
+def without_break(sheet: TestSheet, x: np.ndarray, y: np.ndarray, messages: list[str]) -> slice:
+    """Rows up to the break of the specimen; all where it holds or the user wants the whole."""
+    last = None if sheet.whole else break_at(x, y)
+    if last is None:
+        return slice(None)
+    messages.append(
+        f"the specimen breaks at a stretch of {x[last]:.4g}: the last {len(x) - 1 - last} of "
+        f"{len(x)} points, where the stress falls from {y[last] * 1e3:.4g} to {y[-1] * 1e3:.4g} "
+        "kPa, are left out (--whole keeps them)"
+    )
+    return slice(0, last + 1)
+
+
+def without_hold(sheet: TestSheet, x: np.ndarray, y: np.ndarray, messages: list[str]) -> slice:
+    """Rows up to where the machine stands still at the end, and the material relaxes."""
+    first = None if sheet.whole else hold_from(x)
+    if first is None:
+        return slice(None)
+    messages.append(
+        f"the stretch stands still at {x[-1]:.4g} over the last {len(x) - first} of {len(x)} "
+        f"points, while the stress goes from {y[first] * 1e3:.4g} to {y[-1] * 1e3:.4g} kPa: the "
+        "hold is left out (--whole keeps it)"
+    )
+    return slice(0, first + 1)
+
+
+def branch(sheet: TestSheet, x: np.ndarray, messages: list[str]) -> slice:
+    """Rows to keep: all of a monotonic test, or the loading that the user chose.
+
+    Raises SpecError where the user chose a cycle that is not there, and ``CyclesError`` where the
+    stretch turns back and nothing was chosen.
+    """
     turns = turning_points(x)
     if sheet.loading or sheet.cycle is not None:
         loadings = [
@@ -36,10 +71,10 @@ def branch(sheet: TestSheet, x: np.ndarray, messages: list[str]) -> slice | np.n
         return kept
     if len(turns) > 2:
         turn, after = turns[1], turns[2]
-        raise SpecError(
-            f"{sheet.file}: the stretch turns back at point {turn + 1}, from {x[turn]:.4g} to "
-            f"{x[after]:.4g}: this looks like unloading or cycles. Give --loading for the first "
-            "loading or --cycle last"
+        raise CyclesError(
+            f"the stretch turns back at point {turn + 1}, from {x[turn]:.4g} to {x[after]:.4g}: "
+            "this looks like unloading or cycles. Give --loading for the first loading or "
+            "--cycle last"
         )
     return slice(None)
 

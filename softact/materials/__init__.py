@@ -8,6 +8,7 @@ the solver evaluates. A new law is one file in ``laws/`` and one line here.
 from softact.materials.base import CardInfo, Constant, Law, Material
 from softact.materials.cards import card_data, card_names, load_card, parse_material
 from softact.materials.laws.arruda_boyce import ArrudaBoyce
+from softact.materials.laws.fung import Fung
 from softact.materials.laws.gent import Gent
 from softact.materials.laws.holzapfel import Holzapfel
 from softact.materials.laws.linear import Linear
@@ -29,6 +30,7 @@ LAWS: dict[str, type[Law]] = {
         ArrudaBoyce,
         VanDerWaals,
         Gent,
+        Fung,
         Holzapfel,
         Linear,
     )

@@ -20,6 +20,12 @@ MAX_VOLUMETRIC_ORDER = 6
 VOLUMETRIC = ("bulk_modulus", "poissons_ratio", "d1")
 
 
+def bulk_modulus(shear_modulus: float, poissons_ratio: float) -> float:
+    """K in MPa of the undeformed state."""
+    nu = poissons_ratio
+    return shear_modulus * 2.0 * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu))
+
+
 @dataclass(frozen=True)
 class CardInfo:
     """Where a material comes from and how far it was tested.
@@ -140,8 +146,7 @@ class Law(BaseModel):
             return self.bulk_modulus
         if self.d1 is not None:
             return 2.0 / self.d1
-        nu = self.poissons_ratio
-        return self.shear_modulus * 2.0 * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu))
+        return bulk_modulus(self.shear_modulus, self.poissons_ratio)
 
     def material(self) -> "Material":
         """Return what the solver evaluates."""

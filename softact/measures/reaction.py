@@ -1,24 +1,38 @@
-"""What the clamp exerts on the actuator."""
+"""What supports exert on the actuator."""
+
+import numpy as np
 
 from softact.measures.base import Measure, vector_columns
 
 
 def _evaluate(snapshot):
-    if not snapshot.layout.clamp:
-        return {}
-    force, moment = snapshot.reaction
-    return vector_columns("reaction_<xyz>_N", force) | vector_columns(
-        "reaction_moment_<xyz>_Nmm", moment
-    )
+    layout, columns = snapshot.layout, {}
+    origin = np.asarray(layout.origin)
+    if layout.clamp and snapshot.held(layout.clamp):
+        columns = _columns("reaction", *snapshot.reaction)
+    surfaces = dict.fromkeys(support.surface for support in snapshot.model.supports)
+    for surface in surfaces:
+        if surface not in (layout.clamp, layout.tip):  # the tip's are ``held_tip``
+            columns |= _columns(f"reaction_{surface}", *snapshot.reaction_at(surface, origin))
+    return columns
+
+
+def _columns(name, force, moment):
+    moments = vector_columns(f"{name}_moment_<xyz>_Nmm", moment)
+    return vector_columns(f"{name}_<xyz>_N", force) | moments
+
+
+def _titles(name, what):
+    return {f"{name}_{c}_N": f"force of {what} along {c}" for c in "xyz"} | {
+        f"{name}_moment_{c}_Nmm": f"moment of {what} about {c}, taken at the origin" for c in "xyz"
+    }
 
 
 REACTION = Measure(
     "reaction",
-    "force and moment that the clamp exerts on the whole actuator",
-    {f"reaction_{c}_N": f"force of the clamp along {c}" for c in "xyz"}
-    | {
-        f"reaction_moment_{c}_Nmm": f"moment of the clamp about {c}, taken at the origin"
-        for c in "xyz"
-    },
+    "force and moment that each support exerts on the whole actuator, the clamp's first; where two "
+    "hold the same edge, each has one half of the force there",
+    _titles("reaction", "the clamp")
+    | _titles("reaction_<support>", "what holds another surface than clamp and tip"),
     _evaluate,
 )

@@ -1,6 +1,7 @@
 """Rigid obstacles and contact of surfaces, as a spec writes them."""
 
 import math
+from collections.abc import Sequence
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
@@ -14,6 +15,7 @@ from pydantic import (
     model_validator,
 )
 
+from softact.geometry import Layout
 from softact.nearest import nearest
 from softact.spec.choice import Choice, fault, fault_at, given
 from softact.spec.fields import NAMES_SCHEMA, Name, one_or_more, three
@@ -235,3 +237,35 @@ class SurfaceContact(_Part):
         """One group of surfaces that touch themselves, or two that touch each other."""
         own = here.__dict__["self"]
         return here.between if own is None else (own,)
+
+
+def _contacts(value: Any) -> Any:
+    if isinstance(value, str) and value != "none":
+        raise fault(f"{given(value)}; write none, or a list such as [{{self: outer}}]")
+    return () if value == "none" else value
+
+
+Contacts = Annotated[tuple[SurfaceContact, ...], BeforeValidator(_contacts)]
+
+
+def resolved_contact(
+    written: tuple[SurfaceContact, ...] | None, steps: Sequence[Any], layout: Layout
+) -> tuple[SurfaceContact, ...]:
+    """The contacts of a spec: those written (None: nothing was) and, unless it says none, those of
+    the walls of cavities that a step evacuates, which would pass through each other.
+
+    Sheets have an outer side only, so that their walls never meet from inside.
+    """
+    if written == ():
+        return ()
+    contacts = written or ()
+    for cavity, walls in layout.cavities.items():
+        evacuated = any(
+            (change or {}).get(cavity, 0.0) < 0.0
+            for step in steps
+            for change in (step.pressure, step.inject)
+        )
+        known = any(set(walls) <= set(group) for c in contacts for group in c.groups[:1])
+        if evacuated and not known and not set(walls) & set(layout.sheets):
+            contacts = (*contacts, SurfaceContact(name=f"{cavity}_walls", self=tuple(walls)))
+    return contacts

@@ -20,7 +20,7 @@ from softact.imported import Imported
 from softact.settings import Predictor, Settings
 from softact.spec.checks import cross_faults, fibre_faults
 from softact.spec.choice import MaterialChoice, fault
-from softact.spec.contact import AnyObstacle, ObstacleChange, SurfaceContact
+from softact.spec.contact import AnyObstacle, Contacts, ObstacleChange, resolved_contact
 from softact.spec.fields import (
     ALL_CAVITIES,
     GEOMETRY,
@@ -287,8 +287,11 @@ class Spec(Model):
     obstacles: dict[Name, AnyObstacle] = Field(
         {}, description="rigid bodies: name -> plane, block, cylinder or sphere"
     )
-    contact: tuple[SurfaceContact, ...] = Field(
-        (), strict=False, description="surfaces that may touch themselves or each other"
+    contact: Contacts | None = Field(
+        None,
+        strict=False,
+        description="surfaces that may touch themselves or each other; walls of cavities under "
+        "vacuum do in any case, unless it is none",
     )
     steps: tuple[Step, ...] = Field(
         strict=False, description="in order; each starts from the last state"
@@ -326,8 +329,9 @@ class Spec(Model):
             clamp = Support(surface=layout.clamp, fix=("x", "y", "z")) if layout.clamp else None
             supports = (clamp,) if clamp else ()
         steps = [step.for_cavities(layout.cavities) for step in self.steps]
+        contact = resolved_contact(self.contact, steps, layout)
         # Only here, before anybody else sees the new spec, a frozen model gets its defaults.
-        self.__dict__.update(supports=supports, steps=tuple(steps))
+        self.__dict__.update(supports=supports, steps=tuple(steps), contact=contact)
         return self
 
     def to_yaml(self) -> str:

@@ -38,6 +38,7 @@ INVARIANT_LAWS = {
     "arruda_boyce": _arruda_boyce,
     "van_der_waals": _van_der_waals,
     "gent": lambda k, i1, i2: (k.mu / 2 / (1 - (i1 - 3) / k.jm), 0.0),
+    "fung": lambda k, i1, i2: (k.mu / 2 * np.exp(k.b * (i1 - 3)), 0.0),
 }
 # law -> λ f'(λ) in MPa of W = Σ f(λi)
 STRETCH_LAWS = {

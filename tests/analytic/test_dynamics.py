@@ -7,6 +7,7 @@ equilibrium only, far beyond the maximum; quadrature gives its stretch.
 
 import re
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -24,7 +25,8 @@ from softact.materials import LAWS
 from softact.mesh import distribute, read_msh
 from softact.model import Model
 from softact.newton import Newton
-from softact.stepping import LoadStep
+from softact.passed import Passed
+from softact.stepping import LoadStep, Stepper
 
 GENT = {"mu": 0.28, "jm": 30.0}
 WANTED = 0.04  # MPa
@@ -70,6 +72,60 @@ def test_volume_leads_past_a_snap(mesh_of, caught):
     assert sum(a.control == "volume" and a.unstable_modes == 1 for a in attempts) > 3
     assert attempts[-1].unstable_modes == 0
     assert attempts[-1].control == "load"
+
+
+def test_the_branch_that_was_left_is_not_the_way_on(mesh_of, caught, monkeypatch):
+    """Newton's method falls back to the stable branch under a load that is higher than the last:
+    such a state is no "stable again", and the run goes on to where the sphere holds its load."""
+    attempt, fallen = Stepper.attempt, []
+
+    def falls_back(stepper, drive, path, s, at_most=None):
+        outcome = attempt(stepper, drive, path, s, at_most)
+        seen = [a for a in stepper.progress.attempts if a.converged]
+        beyond = sum(a.unstable_modes > 0 for a in seen)
+        if drive.control == "volume" and beyond == 3 and not fallen and outcome.converged:
+            ends = [(p, q) for p, q in zip(states, seen, strict=True) if q.control == "load"]
+            state, known = max(
+                (e for e in ends if e[1].fraction > path[-1].q[0]), key=lambda e: e[1].fraction
+            )
+            stepper.state.x, stepper.state.pressure = state.x.copy(), dict(state.pressure)
+            fallen.append(known.fraction)
+            return replace(outcome, unstable_modes=0)
+        return outcome
+
+    states = []
+    monkeypatch.setattr(Stepper, "attempt", falls_back)
+    record = Stepper.record
+
+    def keep(stepper, tried):
+        if tried.converged:
+            states.append(replace(stepper.state, x=stepper.state.x.copy()))
+        record(stepper, tried)
+
+    monkeypatch.setattr(Stepper, "record", keep)
+    solution, stretch = inflate(mesh_of())
+    assert fallen
+    assert stretch == pytest.approx(caught, rel=0.005)
+    volumes = [solution.model.cavity_volume(state, "cavity") for state in solution.path]
+    assert np.all(np.diff(volumes) > 0)
+    reasons = [a.reason for a in solution.stepper.progress.attempts if not a.converged]
+    assert "that equilibrium lies back" in reasons
+
+
+def test_states_that_a_step_has_passed(mesh_of):
+    """Under each load between its ends the stable branch is known again, the far one is not it."""
+    solution, _ = inflate(mesh_of())
+    attempts = [a for a in solution.stepper.progress.attempts if a.converged]
+    passed = Passed(solution.model)
+    kinds = [a.control for a in attempts]
+    first = kinds.index("volume")
+    for state, attempt in zip(solution.path[:first], attempts[:first], strict=True):
+        passed.add(attempt.fraction, state.x)
+    passed.leave()
+    beyond = list(zip(solution.path, attempts, strict=True))[first:]
+    for (before, _), (state, attempt) in pairwise(beyond):
+        assert not passed.returned(before.x, state.x, attempt.fraction)
+        assert passed.returned(state.x, solution.path[first - 3].x, attempts[first - 3].fraction)
 
 
 def test_motion_leads_past_a_snap(mesh_of, caught):

@@ -191,6 +191,28 @@ def test_thick_tube_with_two_helices(angle):
     assert 4 * solution.reaction("z_max")[0] == pytest.approx(force, rel=0.005)
 
 
+def test_stiff_fibres_decide_the_default_bulk_modulus(tmp_path):
+    """Tube of 5 and 5.4 mm, ends held along x, 0.1 MPa inside, fibres of 5000 MPa at 25°: by hand
+    σ = p (a + b)/2/t = 8 k1 (λ − 1) sin⁴ 25°; with K = 500 μ of the matrix it grew by 9 %."""
+    law = LAWS["holzapfel"].of(c10=0.05, k1=5000.0, angle=25.0)
+    assert law.bulk_modulus == pytest.approx(50_000.0)
+    geometry = Tube.model_validate({"outer_radius": "5.4 mm", "mesh_size": "1.5 mm"})
+    layout, file = geometry.layout(), tmp_path / "tube.msh"
+    make_mesh(geometry, file)
+    mesh = distribute(MPI.COMM_SELF, lambda: read_msh(file, layout), layout)
+    model = Model(mesh, {"body": law.material()}, wall_normal=geometry.wall_normal)
+    held = [Support("clamp", {0: 0.0}), Support("tip", {0: 0.0})]
+    solution = solve(model, LoadStep("p", surface_pressure={"bore": 0.1}), held)
+    nodes = model.surfaces.nodes("bore")
+    before = model.nodes.places[nodes]
+    after = before + solution.state.x[model.displacement_dofs[nodes]]
+    grown = np.hypot(*after[:, 1:].T).mean() / np.hypot(*before[:, 1:].T).mean() - 1
+    by_hand = 0.1 * 5.2 / 0.4 / (8 * 5000.0 * np.sin(np.radians(25.0)) ** 4)
+    assert grown == pytest.approx(by_hand, rel=0.25)  # thin wall by hand
+    plain = LAWS["holzapfel"].of(c10=0.14, k1=0.5)
+    assert plain.initial_bulk_modulus == pytest.approx(500 * 0.28, rel=0.01)
+
+
 def test_neutral_angle_of_helices(tmp_path):
     """A closed tube wound with stiff fibres neither lengthens nor shortens at 54.7°.
 

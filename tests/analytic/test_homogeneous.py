@@ -37,6 +37,7 @@ CONSTANTS = {  # in MPa
     "arruda_boyce": dict(mu=0.2, lambda_m=3.0),
     "van_der_waals": dict(mu=0.3, lambda_m=8.0, a=0.2, beta=0.1),
     "gent": dict(mu=0.3, jm=60.0),
+    "fung": dict(mu=0.3, b=0.2),
     "ogden": dict(mu=[0.3, 0.02, 0.05], alpha=[1.3, 5.0, -2.0]),
     "linear": dict(youngs_modulus=0.9),
 }

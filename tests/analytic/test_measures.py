@@ -170,6 +170,33 @@ def test_reaction_to_weight():
     assert abs(moment[1]) > 0.4 * weight * LENGTH
 
 
+def test_reactions_of_what_is_held_and_of_nothing_else():
+    """A block pressed between its bottom and its top: the free end face, whose edges both hold, has
+    no reaction, and the two supports press on each other alone."""
+    model = bar()
+    held = [
+        Support("z_min", {0: None, 1: None, 2: None}),
+        Support("z_max", {0: None, 1: None, 2: -0.3}),
+    ]
+    row = rows_along(solve(model, LoadStep("press"), held), ["reaction", "held_tip"])[-1]
+    assert not [name for name in row if name.startswith(("reaction_x", "reaction_moment", "tip_"))]
+    below, above = ([row[f"reaction_z_{end}_{c}_N"] for c in "xyz"] for end in ("min", "max"))
+    np.testing.assert_allclose(np.add(below, above), 0, atol=1e-7 * below[2])
+    # Stiffer than in uniaxial compression, for both faces are held across.
+    assert below[2] > 3 * 0.06 * 0.15 * LENGTH * 2
+
+
+def test_supports_share_the_force_at_their_common_edge():
+    """The clamp and the bottom hold one edge: together they carry the weight, and no less."""
+    model = bar()
+    load = LoadStep("gravity", gravity=(0.0, 0.0, -GRAVITY))
+    bottom = Support("z_min", {0: 0.0, 1: 0.0, 2: 0.0})
+    row = rows_along(solve(model, load, [CLAMP, bottom], 0.5), ["reaction"])[-1]
+    weight = SOFT.density * GRAVITY * LENGTH * 4
+    assert row["reaction_z_N"] + row["reaction_z_min_z_N"] == pytest.approx(weight, rel=1e-7)
+    assert 0 < row["reaction_z_N"] < row["reaction_z_min_z_N"]
+
+
 def hollow(**layout):
     """6 × 3 × 3 mm with a cavity of 2 × 1 × 1 mm that lies above the middle."""
 

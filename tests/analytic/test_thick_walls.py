@@ -34,6 +34,7 @@ SPHERES = {
     "arruda_boyce": (dict(mu=0.2, lambda_m=1.3), 1.4),
     "van_der_waals": (dict(mu=0.3, lambda_m=3.0, a=0.2, beta=0.1), 1.5),
     "gent": (dict(mu=0.3, jm=3.0), 1.5),
+    "fung": (dict(mu=0.3, b=0.5), 1.5),
     "linear": (dict(youngs_modulus=0.9), 1.25),
     # Fibres in the sphere's wall at ± 45° to its x axis: where two families cross at right angles,
     # their stress is alike in all directions of the wall, so the sphere stays a sphere.

@@ -174,7 +174,8 @@ WRONG_DATA = {
         "pressure_kPa,bending_angle_deg\n1,x\n",
         "bad.csv:2: column 'bending_angle_deg': 'x'",
     ),
-    "not a number": ("pressure_kPa,bending_angle_deg\n1,nan\n", "'nan' is not a finite number"),
+    "not a number": ("pressure_kPa,bending_angle_deg\n1,inf\n", "'inf' is not a finite number"),
+    "no value": ("pressure_kPa,bending_angle_deg\n1,nan\n", "no row has a value in every column"),
     "no rows": ("pressure_kPa,bending_angle_deg\n", "headings but no values"),
     "zeros": ("pressure_kPa,bending_angle_deg\n1,0\n2,0\n", "zero throughout"),
     "no curve": ("pressure_kPa,bending_angle_deg\n1,3\n1,4\n", "the same in all rows"),
@@ -266,3 +267,20 @@ def test_a_real_block_is_calibrated_within_one_percent(folder, capsys):
     assert load(folder / "out" / "bar.yaml").materials["body"].c10 == pytest.approx(0.15, rel=0.01)
     assert json.loads((folder / "out" / "run" / "run.json").read_text())["status"] == "complete"
     assert not (folder / "out" / "run" / "report.html").exists()
+
+
+def test_columns_are_named_where_the_data_have_other_headings(folder, formula, capsys):
+    write_data(folder / "angle.csv", 0.14, 0.03)
+    text = (folder / "angle.csv").read_text().replace("pressure (bar),Bending angle [rad]", "p,phi")
+    (folder / "angle.csv").write_text(text)
+    code, _, err = softact(capsys, "finger.yaml", "--data", "angle.csv", *VARY)
+    assert code == 2 and formula.solved == []
+    assert "read it with: softact calibrate finger.yaml --data angle.csv --vary materials" in err
+    assert "--columns 'pressure_kPa, bending_angle_deg'" in err
+    names = "pressure bar, bending angle rad"
+    code, _, _ = softact(
+        capsys, "finger.yaml", "--data", "angle.csv", "--columns", names, *VARY, "-o", "out"
+    )
+    assert code == 0
+    numbers = json.loads((folder / "out" / "calibration.json").read_text())
+    assert numbers["constants"]["materials.body.c10"]["value"] == pytest.approx(140, rel=2e-3)

@@ -39,6 +39,7 @@ def test_invariant_laws_give_rivlins_formulas(mode):
         "mooney_rivlin_2": (0.11, 0.03),
         "yeoh": (0.11 + 2 * 0.02 * (i1 - 3) + 3 * 0.003 * (i1 - 3) ** 2, 0.0),
         "gent": (0.15 / (1 - (i1 - 3) / 60), 0.0),
+        "fung": (0.15 * np.exp(0.4 * (i1 - 3)), 0.0),
     }
     for name, (w1, w2) in cases.items():
         law = SAMPLES[name]
@@ -62,6 +63,17 @@ CONSTANTS = {
     "mooney_rivlin": {"c10": 0.11, "c01": 0.03},
     "yeoh": {"c10": 0.11, "c20": 0.02},
 }
+
+
+def test_fung_by_numbers():
+    """Uniaxial, μ = 0.3, b = 0.4, λ = 2: Ī1 − 3 = 2, P = 0.3 e^0.8 (2 − 1/4) = 1.168409 MPa."""
+    law = LAWS["fung"].of(mu=0.3, b=0.4)
+    assert nominal_stress(law, law, "uniaxial", np.array([2.0]))[0] == pytest.approx(
+        1.168409, abs=5e-7
+    )
+    # Equibiaxial, λ = 1.5: Ī1 − 3 = 4.5 + 1.5⁻⁴ − 3 = 1.697531, P = μ e^(0.4 · 1.697531) (λ − λ⁻⁵).
+    expected = 0.3 * np.exp(0.4 * 1.697530864) * (1.5 - 1.5**-5)
+    assert nominal_stress(law, law, "equibiaxial", np.array([1.5]))[0] == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(("name", "mode"), TABLE)

@@ -25,6 +25,7 @@ SAMPLES: dict[str, Law] = {
     "arruda_boyce": LAWS["arruda_boyce"].of(mu=0.2, lambda_m=3.0),
     "van_der_waals": LAWS["van_der_waals"].of(mu=0.3, lambda_m=8.0, a=0.2, beta=0.1),
     "gent": LAWS["gent"].of(mu=0.3, jm=60.0),
+    "fung": LAWS["fung"].of(mu=0.3, b=0.4),
     "linear": load_card("pet"),
     "holzapfel": LAWS["holzapfel"].of(c10=0.3, k1=0.6, k2=0.4, kappa=0.1, angle=30.0),
     "holzapfel_one": LAWS["holzapfel"].of(c10=0.3, k1=0.6, k2=0.0, angle=20.0, families=1),

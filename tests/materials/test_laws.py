@@ -201,6 +201,7 @@ def test_laws_that_contain_one_another_agree():
         LAWS["reduced_polynomial"].of(c10=0.14),
         LAWS["ogden"].of(mu=[0.28], alpha=[2.0]),
         LAWS["gent"].of(mu=0.28, jm=1e9),
+        LAWS["fung"].of(mu=0.28, b=1e-9),
         LAWS["arruda_boyce"].of(mu=0.28, lambda_m=1e5),
         LAWS["van_der_waals"].of(mu=0.28, lambda_m=1e6),
     ]

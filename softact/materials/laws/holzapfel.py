@@ -1,13 +1,17 @@
 """Holzapfel-Gasser-Ogden law with dispersion, for fabrics and fibre-reinforced walls."""
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
+from softact.materials.base import DEFAULT_POISSONS_RATIO, VOLUMETRIC, bulk_modulus
 from softact.materials.invariants import InvariantLaw
 from softact.materials.jets import positive
 from softact.units import Angle, Dimensionless, Pressure
+
+# Default K by k1, see ``Holzapfel._fill_bulk_modulus``.
+BULK_BY_FIBRES = 10.0
 
 
 class Holzapfel(InvariantLaw):
@@ -40,6 +44,27 @@ class Holzapfel(InvariantLaw):
     normal: tuple[Dimensionless, Dimensionless, Dimensionless] | None = Field(
         default=None, description="of the plane of the fibres; default: of the region's wall"
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fill_volumetric(cls, data: Any) -> Any:
+        """The default follows what the fibres ask for, once their stiffness is known."""
+        given = [k for k in VOLUMETRIC if isinstance(data, dict) and data.get(k) is not None]
+        return data if not given else super()._fill_volumetric(data)
+
+    @model_validator(mode="after")
+    def _fill_bulk_modulus(self) -> Self:
+        """Where nothing else is said, K of usual elastomers or of the fibres, whichever is more.
+
+        The invariants of the fibres are isochoric, as in Abaqus: where K is small beside the
+        fibres' stiffness, volume grows instead of fibres (Helfenstein et al. 2010, Int. J. Solids
+        Struct. 47:2056; Nolan et al. 2014, J. Mech. Behav. Biomed. Mater. 39:48).
+        """
+        if all(getattr(self, key) is None for key in VOLUMETRIC):
+            usual = bulk_modulus(self.shear_modulus, DEFAULT_POISSONS_RATIO)
+            self.__dict__["bulk_modulus"] = max(usual, BULK_BY_FIBRES * self.k1)
+            self.__pydantic_fields_set__.add("bulk_modulus")
+        return self
 
     @field_validator("normal", mode="before")
     @classmethod
