@@ -27,8 +27,8 @@ class FromStep(Imported):
 
     @property
     def self_contained(self) -> bool:
-        """Solids of other files, to which an assembly may refer, are refused by their number."""
-        return True
+        """An assembly may refer to other files, by DOCUMENT_FILE (ISO 10303-41)."""
+        return b"DOCUMENT_FILE" not in Path(self.file).read_bytes().upper()
 
     def build(self, gmsh) -> None:
         bodies = StepFile(Path(self.file).read_text(encoding="utf-8", errors="replace")).bodies()

@@ -5,6 +5,7 @@ import csv
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import bent_beam
 import meshio
@@ -14,6 +15,8 @@ from softact import imported
 from softact import spec as specs
 from softact.cli import main as cli
 from softact.files import digest
+from softact.geometries.from_script import FromScript
+from softact.geometries.from_step import FromStep
 from softact.geometry import make_mesh
 from softact.sweep import compute as computing
 from softact.sweep.cache import Cache
@@ -216,3 +219,20 @@ def test_a_finished_run_of_a_script_is_no_longer_finished_when_its_helper_was_ed
     code, err = run()
     assert code == 2 and err.startswith("out: holds the run of another mesh: what block.py reads")
     assert len(err.splitlines()) == 1
+
+
+def test_what_follows_from_a_file_alone_is_not_meshed_for_its_key(tmp_path):
+    """A mesh, and a STEP file that refers to no other; a script and an assembly are."""
+    texts = {
+        "a.msh": "$MeshFormat",
+        "a.step": "ISO-10303-21;",
+        "b.step": "#1 = DOCUMENT_FILE('wheel.step', '', '', #2, '', $);",
+        "a.py": "",
+    }
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text)
+    kinds = {".msh": FromScript, ".py": FromScript, ".step": FromStep}
+    found = {
+        name: kinds[Path(name).suffix](file=str(tmp_path / name)).self_contained for name in texts
+    }
+    assert found == {"a.msh": True, "a.step": True, "b.step": False, "a.py": False}
