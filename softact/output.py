@@ -80,12 +80,18 @@ class Output:
 
     def file(self, name: str) -> Path:
         """The path of a file that is to be written now; the marker names it from here on."""
-        return self._claimed(name)
+        path = self.directory / name
+        check_file(path, self.force or name in self._own, self.reads, "-o DIR")
+        if name not in self._own:
+            self._own.add(name)
+            story = {"softact": self.command, "files": sorted(self._own)}
+            write_atomic(self.directory / MARKER, json_text(story))
+        return path
 
     def results(self, name: str, source: Path) -> Path:
         """Put a copy of a result folder there, in place of the one that softact put there before;
         other files in it stay. Returns its path."""
-        target = self._claimed(name)
+        target = self.file(name)
         target.mkdir(exist_ok=True)
         own = (*OWN_FILES, *(path.name for path in source.iterdir()))
         # First it says incomplete, and last what it is: a kill leaves no half that looks whole.
@@ -96,15 +102,6 @@ class Output:
             with replacing(target / path.name) as temporary:
                 shutil.copyfile(path, temporary)
         return target
-
-    def _claimed(self, name: str) -> Path:
-        path = self.directory / name
-        check_file(path, self.force or name in self._own, self.reads, "-o DIR")
-        if name not in self._own:
-            self._own.add(name)
-            story = {"softact": self.command, "files": sorted(self._own)}
-            write_atomic(self.directory / MARKER, json_text(story))
-        return path
 
     def _marker(self) -> list[str] | None:
         """The files that this command has put there; None where the folder is not its own."""
