@@ -67,7 +67,8 @@ def table(path: Path, without: set[str]) -> list[tuple]:
 
 
 def studies(jobs: int, count: int) -> dict[str, Study]:
-    """Sweep of twice ``count`` points, optimisation of so many trials, calibration."""
+    """Sweep of twice ``count`` points, optimisation of so many trials, calibration of so many
+    runs."""
     each = ("-j", str(jobs))
     return {
         "sweep": Study(
@@ -85,7 +86,16 @@ def studies(jobs: int, count: int) -> dict[str, Study]:
         ),
         "calibrate": Study(
             {"cube.yaml": SPEC, "data.csv": DATA},
-            ("calibrate", "cube.yaml", "--data", "data.csv", "--vary", "materials.body.c10"),
+            (
+                "calibrate",
+                "cube.yaml",
+                "--data",
+                "data.csv",
+                "--vary",
+                "materials.body.c10",
+                "--max-runs",
+                str(2 * count),
+            ),
             "results/cube-calibrated",
             lambda folder: json.loads((folder / "calibration.json").read_text()),
         ),
