@@ -7,6 +7,8 @@ from pathlib import Path
 
 import click
 
+from softact.cli._force import force_option
+
 
 @click.command(short_help="Refine the mesh until the measures stay; error bars.")
 @click.argument("spec")
@@ -53,6 +55,7 @@ import click
 @click.option("--cache", "cache_folder", envvar="SOFTACT_CACHE", metavar="DIR",
               help="Folder of the finished runs.  [default: results/.runs]")  # fmt: skip
 @click.option("--set", "overrides", multiple=True, metavar="PATH=VALUE", help="As 'softact run'.")
+@force_option
 def converge(
     spec: str,
     measures: tuple[str, ...],
@@ -64,6 +67,7 @@ def converge(
     jobs: int,
     cache_folder: str | None,
     overrides: tuple[str, ...],
+    force: bool,
 ) -> None:
     """Refine all mesh sizes of a spec until the measures change by less than the tolerance.
 
@@ -80,26 +84,27 @@ def converge(
     from softact.converge.study import converge as study_of
     from softact.converge.study import refined
     from softact.folder_lock import held
+    from softact.output import Output
     from softact.spec import load
     from softact.sweep.cache import DEFAULT, Cache
-    from softact.sweep.output import written_alone
 
     loaded = load(spec, overrides)
     for line in loaded.geometry.notes():
         click.echo(line, err=True)
     wanted = measures or ("bending_angle_deg", "max_principal_stress_MPa")
     cache = Cache(Path(cache_folder or DEFAULT), warn=lambda line: click.echo(line, err=True))
+    directory = Path(output) if output else Path("results") / f"{loaded.name}-converge"
+    folder = Output(directory, "converge", force, [Path(spec)], "the runs are kept in the cache")
     with ExitStack() as stack:
         if into:  # before hours of computing, not after
             sizes = (refined(loaded, factor**n) for n in range(most))
             carry.check_folder(Path(into), (spec.hash for spec in sizes))
             stack.enter_context(held(Path(into), "converge"))
+        stack.enter_context(folder.opened(files.FILES))
         study = study_of(
             loaded, wanted, cache, _part(tolerance), factor, most, jobs, told=_told(wanted)
         )
-        directory = Path(output) if output else Path("results") / f"{loaded.name}-converge"
-        with written_alone(directory):
-            page = files.write(study, loaded.name, directory)
+        page = files.write(study, loaded.name, folder)
         for line in [*files.told(study), files.advice(study)]:
             click.echo(line)
         if into:

@@ -1,14 +1,13 @@
 """`softact run`: solve one spec."""
 
-import os
 import shlex
 import sys
 from pathlib import Path
 
 import click
 
+from softact.cli._force import force_option
 from softact.cli._measured import measured_options, read_all, tell
-from softact.errors import SpecError
 
 
 @click.command(short_help="Solve a spec; the results and a report go into a folder.")
@@ -33,9 +32,7 @@ from softact.errors import SpecError
     metavar="PATH=VALUE",
     help="Replace a value of the spec, such as steps.1.pressure='30 kPa'. May be repeated.",
 )
-@click.option(
-    "--force", is_flag=True, help="Write into DIR even if it holds files that are no results."
-)
+@force_option
 @click.option(
     "--resume",
     is_flag=True,
@@ -67,16 +64,18 @@ def run(
       softact run finger.yaml --resume --set steps.1.pressure='60 kPa'
     """
     from softact.cli._progress import Progress
+    from softact.output import check_results
+    from softact.run import run as solve
+    from softact.run import usual_processes
     from softact.spec import load
 
     loaded = load(spec, overrides)
     directory = Path(output) if output else Path("results") / loaded.name
     called = shlex.join(["softact", "run", spec])
     read_in = read_all(measured, _columns(loaded) if measured else (), columns, called)
-    check_folder(directory, force)
-
-    from softact.run import run as solve
-    from softact.run import usual_processes
+    # The spec that a run has stored is softact's own, as long as nobody has edited it.
+    stored = load(spec).to_yaml() == Path(spec).read_text(encoding="utf-8")
+    check_results(directory, force, reads=[*measured, *([] if stored else [Path(spec)])])
 
     with Progress([step.name for step in loaded.steps]) as progress:
         outcome = solve(
@@ -111,24 +110,3 @@ def _columns(spec) -> list[str]:
     from softact.fit.measured import run_columns
 
     return run_columns(spec)
-
-
-def check_folder(directory: Path, force: bool) -> None:
-    """Refuse a folder in which results would mix with something else.
-
-    A folder that is not there, is empty or holds results of softact will do. Raises SpecError.
-    """
-    there = next(path for path in (directory, *directory.absolute().parents) if path.exists())
-    if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
-        why = "may not be written" if there.is_dir() else "is a file"
-        raise SpecError(f"{directory}: {there} {why}; name another folder with -o DIR")
-    from softact.folder_lock import LOCK
-    from softact.results import holds_results
-
-    if force or not directory.is_dir() or not {path.name for path in directory.iterdir()} - {LOCK}:
-        return
-    if not holds_results(directory):
-        raise SpecError(
-            f"{directory}: the folder holds other files than results of softact; "
-            "name another with -o DIR, or add --force to write into it all the same"
-        )

@@ -2,6 +2,8 @@
 
 import click
 
+from softact.cli._force import force_file_option
+
 KINDS = ("spec", "sweep", "optimise", "case", "card", "tests")
 
 
@@ -17,7 +19,8 @@ KINDS = ("spec", "sweep", "optimise", "case", "card", "tests")
 @click.option(
     "-o", "--output", type=click.Path(dir_okay=False), metavar="FILE", help="Write it to a file."
 )
-def schema(kind: str, output: str | None) -> None:
+@force_file_option
+def schema(kind: str, output: str | None, force: bool) -> None:
     """Print a JSON schema, so that an editor completes and checks the YAML.
 
     In VS Code and other editors with the YAML language server, put the second line below at the
@@ -35,6 +38,7 @@ def schema(kind: str, output: str | None) -> None:
     from softact.errors import SpecError
     from softact.files import write_atomic
     from softact.inputs import schema as schema_of
+    from softact.output import check_file
 
     text = json.dumps(schema_of(kind), indent=2, ensure_ascii=False) + "\n"
     if output is None:
@@ -42,5 +46,6 @@ def schema(kind: str, output: str | None) -> None:
         return
     if not Path(output).parent.is_dir():
         raise SpecError(f"{output}: there is no folder '{Path(output).parent}'")
+    check_file(Path(output), force)
     write_atomic(Path(output), text)
     click.echo(f"wrote {output}")

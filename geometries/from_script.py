@@ -60,6 +60,11 @@ class FromScript(Imported):
         """See ``Imported.scale``."""
         return UNITS[self.unit or "mm"]
 
+    @property
+    def self_contained(self) -> bool:
+        """Only a mesh is; a script may read anything."""
+        return self.code is None
+
     def build(self, gmsh) -> None:
         """See ``Geometry.build``."""
         path = Path(self.file).absolute()

@@ -36,6 +36,11 @@ class FromStep(Imported):
     )
     suffixes: ClassVar[tuple[str, ...]] = (".step", ".stp")
 
+    @property
+    def self_contained(self) -> bool:
+        """It is: a file that refers to others is refused."""
+        return True
+
     def faults(self) -> Iterator[tuple[str, str]]:
         """See ``Geometry.faults``."""
         yield from super().faults()

@@ -20,6 +20,7 @@ from pathlib import Path
 from softact.errors import CannotWriteError, FolderBusyError, SpecError
 
 LOCK = ".lock"
+_SIGN = b"softact "  # how a lock file of softact begins
 
 # What a file system says that has no locks; then there is none.
 _NO_LOCKS = (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS)
@@ -112,7 +113,8 @@ def _born(directory: Path, first: Mapping[str, str]) -> tuple[int, list[Path]]:
         if error.errno == errno.ENOTEMPTY:
             raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), directory) from None
         raise
-    return handle, made
+    # Where it came and went meanwhile, it was there when that was looked at, and is ours now.
+    return handle, [directory, *(path for path in made if path != directory)]
 
 
 def _opened(path: Path) -> int | None:
@@ -120,6 +122,9 @@ def _opened(path: Path) -> int | None:
     handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o644)
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        # Of another program: not to be written, nor removed in the end.
+        if not os.pread(handle, len(_SIGN), 0).startswith(_SIGN[: os.fstat(handle).st_size]):
+            raise PermissionError(errno.EPERM, "its .lock is not of softact")
         # Who held it before may have removed it since it was opened here.
         if os.path.samestat(os.fstat(handle), os.stat(path, follow_symlinks=False)):
             return handle

@@ -21,6 +21,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, field_validator, mo
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from softact.errors import GmshKilledError, MeshError, SoftactError, SpecError
+from softact.files import replacing
 from softact.orphans import bound, environment, python
 from softact.scripts import as_code
 from softact.sheets.pattern import Pattern
@@ -279,19 +280,14 @@ def _write(
     notes: list[str] = []
     if not path.parent.is_dir():
         raise SpecError(f"{path}: there is no folder '{path.parent}'")
-    temporary = path.with_name(f".{path.name}.{os.getpid()}{suffix}")
-    try:
+    with replacing(path, suffix) as temporary:
         if suffix in PATTERNS:
             temporary.write_text(geometry.pattern().text(suffix), encoding="utf-8")
         elif not geometry.layout().regions:
             geometry.export_sheets(temporary, suffix)
         else:
-            temporary.touch()  # or gmsh would be the one to find that it may not
             _run_gmsh(geometry, temporary.resolve(), timeout, part, notes)
             _check_whole(temporary)
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
     return notes
 
 

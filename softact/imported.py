@@ -1,7 +1,7 @@
 """Base of the geometries that come out of a file of the user's: which names mean what."""
 
-import hashlib
 import os
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
@@ -13,8 +13,8 @@ from softact.components import components, gap, part_names
 from softact.discrete import add_mesh
 from softact.errors import NOT_UTF8, MeshError
 from softact.file_mesh import FileMesh, only_named, straight, without_inner_walls
-from softact.files import NAMES_A_FILE
-from softact.geometry import Geometry, Layout, tell
+from softact.files import NAMES_A_FILE, digest
+from softact.geometry import Geometry, Layout, make_mesh, tell
 from softact.joining import joined
 from softact.part_names import PartName, PartNameOrNone
 from softact.part_size import Drawn
@@ -88,7 +88,12 @@ class Imported(Geometry):
 
     def content(self) -> str:
         """A number that changes with the file's content, for what is kept by the spec's hash."""
-        return hashlib.sha256(Path(self.file).read_bytes()).hexdigest()[:16]
+        return digest(Path(self.file))
+
+    @property
+    def self_contained(self) -> bool:
+        """Whether the mesh follows from the file's content and the parameters alone."""
+        return False
 
     def drawn(self, gmsh) -> Drawn:
         """The size of the current model, which ``build`` has made."""
@@ -159,3 +164,20 @@ def tell_parts(mesh: FileMesh) -> None:
             f"part {label + 1} of {count}, {name}, {int(np.sum(labels == label))} tetrahedra, "
             f"{gap(mesh.points, cells, labels, label)}"
         )
+
+
+_digests: dict[str, str] = {}
+
+
+def mesh_digest(geometry: Imported) -> str:
+    """Digest of the mesh of a geometry, or why there is none; made once in a process."""
+    name = f"{type(geometry).__name__} {geometry.model_dump_json()}"
+    if name not in _digests:
+        with tempfile.TemporaryDirectory(prefix="softact-key-") as folder:
+            path = Path(folder) / "mesh.msh"
+            try:
+                make_mesh(geometry, path)
+                _digests[name] = digest(path)
+            except MeshError as error:
+                _digests[name] = "; ".join(error.lines)
+    return _digests[name]

@@ -16,7 +16,7 @@ import numpy as np
 from softact import fields_file
 from softact.errors import SpecError
 from softact.fields_file import sheets_of, write_array, write_text
-from softact.files import csv_cells, csv_text, write_atomic
+from softact.files import clear_temporaries, csv_cells, csv_text, write_atomic
 from softact.geometry import Layout
 from softact.journal import journal_of, recover
 from softact.restart import ANEW, RESTART
@@ -129,7 +129,7 @@ class ResultsWriter:
             write_atomic(directory / RUN, start)
             for name in OWN_FILES:
                 (directory / name).unlink(missing_ok=True)
-                (directory / f".{name}.tmp").unlink(missing_ok=True)
+            clear_temporaries(directory, OWN_FILES)
             journal_of(directory / FIELDS).unlink(missing_ok=True)
             return
         directory.parent.mkdir(parents=True, exist_ok=True)

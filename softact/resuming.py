@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from softact.errors import DamagedResultError, SpecError
+from softact.geometry import Geometry
+from softact.imported import Imported, mesh_digest
 from softact.restart import RESTART, of_another_version, unseal
 from softact.results import COMPLETE, INCOMPLETE, read_run
 from softact.verdict import Verdict, from_data
@@ -59,4 +62,17 @@ def to_resume(spec, directory: Path) -> Interrupted | None:
         run = read_run(directory)
     except (DamagedResultError, FileNotFoundError):
         run = {"status": INCOMPLETE}  # it is written anew
+    _check_mesh(spec.geometry, run, directory)
     return Interrupted(run["status"], old["steps"], from_data(run.get("verdict")))
+
+
+def _check_mesh(geometry: Geometry, run: Mapping, directory: Path) -> None:
+    """Raise SpecError where a script makes another mesh than that of the run: it may read anything,
+    and what it has read has changed."""
+    made = isinstance(geometry, Imported) and not geometry.self_contained
+    known = run.get("mesh_hash")
+    if made and known and mesh_digest(geometry) != known:
+        raise SpecError(
+            f"{directory}: holds the run of another mesh: what {Path(geometry.file).name} reads "
+            "has changed; start the run anew, without --resume"
+        )

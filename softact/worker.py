@@ -20,6 +20,7 @@ from typing import NoReturn
 import numpy as np
 
 from softact.errors import OUT_OF_MEMORY, SoftactError
+from softact.files import digest
 
 PETSC_OUT_OF_MEMORY = 55
 _BLAS_BUFFER = 1 << 27  # bytes that OpenBLAS asks for on x86-64
@@ -56,6 +57,7 @@ def solve(
     if start is not None:
         begin = checkpoint.first_to_solve(start, identity(spec)["steps"])
     known = {"mesh": {"cells": mesh.cell_count, "unknowns": unknowns}}
+    known["mesh_hash"] = digest(mesh_file)
     writer = _writer(comm, spec, directory, known, start)
     recorder = Recorder(spec, model, writer, tell, start)
     times["set_up"] = time.perf_counter() - started
@@ -131,8 +133,12 @@ def main(job_file: str, parent: str | None = None) -> int:
         print_event({"stage": "error", "exit_code": 70, "lines": [OUT_OF_MEMORY]})
         os._exit(70)
 
+    import petsc4py
     from mpi4py import MPI
 
+    # Options in .petscrc, of the home or of the folder that softact is called in, would change
+    # results without a word in the spec.
+    petsc4py.init(["softact", "-skip_petscrc"])
     # While the mesh is made: these take as long.
     from softact import jit, recorder, results_writer  # noqa: F401
     from softact import spec as specs

@@ -4,10 +4,10 @@
 
 - forces: reactions, weight, dead loads and obstacles add up to nothing, and what is free is in
   balance;
-- work: what pressures, weight and dead loads have done is in the strain energy, as far as increments
-  resolve it;
-- impossible states: cavities without air, bodies that overlap, elements inside out, points that went
-  through an obstacle;
+- work: what pressures, weight and dead loads have done is in the strain energy, as far as
+  increments resolve it;
+- impossible states: cavities without air, bodies that overlap, elements inside out, points that
+  went through an obstacle;
 - the way: a state after a limit is none that was passed before.
 """
 
@@ -159,7 +159,7 @@ class Watch:
                     return
 
     def _branch(self, state: State, attempt, place: str) -> None:
-        """A stable state under a load that was passed in the same step, on the same branch again."""
+        """A state under a load that was passed in the same step, on the same branch again."""
         known = self._branches.setdefault(attempt.step, [])
         top = max((fraction for fraction, _ in known), default=-1.0)
         if attempt.fraction <= top and self._last is not None:

@@ -153,7 +153,7 @@ def test_a_run_json_of_another_program_does_not_make_a_result_folder(folder, cap
 @pytest.mark.parametrize("name", ["finger.yaml", "finger.yaml/results"])
 def test_a_file_is_no_result_folder(folder, capsys, name):
     Path("finger.yaml").write_text(BASE)
-    words = "finger.yaml is a file; name another folder with -o DIR"
+    words = "is a file; name another folder with -o DIR"
     check(folder, capsys, ["run", "finger.yaml", "-o", name], [(f"{name}: ", words)])
 
 

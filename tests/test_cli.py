@@ -14,11 +14,11 @@ import step_files
 
 from softact.cli import main as cli
 from softact.cli._progress import Progress
-from softact.cli.run import check_folder
 from softact.errors import MeshError, NoEquilibriumError, SpecError
 from softact.geometries import GEOMETRIES
 from softact.materials import CARDS, LAWS
 from softact.measures import MEASURES
+from softact.output import check_results
 from softact.spec import load, loads
 
 SOFTACT = [sys.executable, "-m", "softact.cli.main"]
@@ -282,7 +282,7 @@ def test_run_fills_a_result_folder(folder):
     # E = 6 C10 = 0.6 MPa; clamped at one face, so a little stiffer than 10 kPa / E * 10 mm.
     assert 0.1 < float(rows[-1]["elongation_mm"]) < 0.1 / 0.6
     assert {path.name for path in folder.iterdir()} == {"cube.yaml", "results"}
-    check_folder(results, force=False)  # a second run may replace it
+    check_results(results, force=False)  # a second run may replace it
 
 
 def test_force_keeps_what_else_is_in_the_folder(folder, monkeypatch):

@@ -166,3 +166,10 @@ def test_command_on_a_folder_that_is_written(tmp_path, capsys, monkeypatch, comm
     assert code == 2 and line.startswith(f"{folder}: softact run (process ")
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
     assert not (tmp_path / "page").exists()
+
+
+def test_a_lock_of_another_program_is_left_alone(tmp_path):
+    (tmp_path / LOCK).write_text("pid 12")
+    with pytest.raises(CannotWriteError, match="lock is not of softact"), held(tmp_path, "run"):
+        pass
+    assert (tmp_path / LOCK).read_text() == "pid 12"

@@ -12,6 +12,7 @@ from softact import spec as specs
 from softact.converge import output
 from softact.converge.carry import carry_into
 from softact.converge.study import Convergence, Level, mesh_sizes, refined
+from softact.output import Output
 from softact.report import pictures, write_report
 from softact.report.base import Plot, Section, bars, figures, lines, page, table, xy
 from softact.report.compare import write_comparison
@@ -78,7 +79,7 @@ def files(tmp_path_factory):
         "base": top / "page.html",
         "comparison": write_comparison([folder, top / "b"], top / "out"),
         "report": report,
-        "convergence": output.write(study, "beam", top),
+        "convergence": output.write(study, "beam", Output(top, "converge")),
     }
 
 

@@ -10,6 +10,7 @@ from typing import Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from softact.errors import SpecError
+from softact.files import digest
 from softact.nearest import nearest
 from softact.spec import Spec, document, part, spec_at
 from softact.spec.choice import fault, fault_at
@@ -83,13 +84,14 @@ class CaseFile(BaseModel):
 
 @dataclass(frozen=True)
 class Case:
-    """A case as read. name: of its file."""
+    """A case as read. name: of its file. digest: of the file's content."""
 
     name: str
     path: Path
     content: CaseFile
     spec: Spec
     source: document.Document
+    digest: str
 
 
 def find(names: tuple[str, ...]) -> list[Path]:
@@ -112,9 +114,10 @@ def find(names: tuple[str, ...]) -> list[Path]:
 def read(path: Path) -> Case:
     """Read a case. Raises SpecError with one line per fault."""
     source = read_as(path, "case")
+    known = digest(path)
     content = validated(source, CaseFile)
     spec = spec_at(part(source, "spec", path.stem))
-    return Case(path.stem, path, content, spec, source)
+    return Case(path.stem, path, content, spec, source, known)
 
 
 def in_tolerance(value: Value, found: float) -> bool:

@@ -7,6 +7,7 @@ from pathlib import Path
 from softact.converge.richardson import SAFETY
 from softact.converge.study import Convergence
 from softact.files import csv_text, json_text, write_atomic
+from softact.output import Output
 from softact.report import base, labels, mesh_error
 from softact.report.base import Section
 
@@ -57,12 +58,15 @@ def summary(study: Convergence) -> dict:
     }
 
 
-def write(study: Convergence, name: str, directory: Path) -> Path:
-    """Write converge.csv, converge.json and converge.html; returns the page's path."""
+FILES = ("converge.csv", "converge.json", "converge.html")
+
+
+def write(study: Convergence, name: str, output: Output) -> Path:
+    """Write ``FILES``; returns the page's path."""
     table = rows(study)
-    write_atomic(directory / "converge.csv", csv_text(table))
-    write_atomic(directory / "converge.json", json_text(summary(study)))
-    page = directory / "converge.html"
+    csv, numbers, page = map(output.file, FILES)
+    write_atomic(csv, csv_text(table))
+    write_atomic(numbers, json_text(summary(study)))
     write_atomic(page, html(study, name, table))
     return page
 

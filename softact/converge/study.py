@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
+from softact.columns import column_fault
 from softact.converge.richardson import NOTHING, Estimate, estimate
-from softact.errors import NoEquilibriumError, SoftactError, SpecError
-from softact.fit.measured import run_columns
-from softact.measures import MEASURES
-from softact.nearest import nearest
-from softact.report.labels import BOOKKEEPING
+from softact.errors import NoEquilibriumError, SpecError
 from softact.results import COMPLETE
 from softact.spec import Spec
 from softact.spec.path import changed
@@ -117,7 +113,7 @@ def _levels(specs: Sequence[Spec], cache: Cache, jobs: int, told) -> list[Level]
     found: dict[str, Level] = {}
     for answer in run_all({key: lambda s=spec: s for key, spec in keys.items()}, cache, jobs):
         if answer.record is None:
-            raise SoftactError(answer.cause)
+            raise answer.error()
         spec = keys[answer.key]
         if answer.status != COMPLETE:
             sizes = ", ".join(f"{n} {v:g} mm" for n, v in mesh_sizes(spec).items())
@@ -137,19 +133,9 @@ def _edge(spec: Spec, record: Record) -> float:
 
 def _check(spec: Spec, measures: Sequence[str]) -> None:
     """Raise SpecError for what no run of the spec can have, before anything is computed."""
-    known = [name for name in run_columns(spec) if name not in BOOKKEEPING]
-    faults = []
-    for measure in measures:
-        if measure in MEASURES:
-            columns = ", ".join(MEASURES[measure].columns)
-            faults.append(f"--measure {measure}: is a group of columns; name one of: {columns}")
-        elif measure not in known:
-            shown = [name for name in known if not re.search(r"_[xyz]_mm$", name)]
-            faults.append(
-                f"--measure {measure}: the run has no such column; {nearest(measure, shown)}"
-            )
-    if faults:
-        raise SpecError(*faults)
+    faults = [(measure, column_fault(measure, spec)) for measure in measures]
+    if any(fault for _, fault in faults):
+        raise SpecError(*(f"--measure {name}: {fault}" for name, fault in faults if fault))
 
 
 def _check_reached(level: Level, measures: Sequence[str]) -> None:

@@ -5,7 +5,6 @@ whole runs, taken anew after each accepted step. Intervals are linearised, with 
 """
 
 import shlex
-import tempfile
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -15,12 +14,15 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import t as student
 
-from softact import results
 from softact.errors import NoEquilibriumError, SpecError
 from softact.fit.knobs import Knob, read_knobs, turned
 from softact.fit.measured import Measured, predicted, reached, read_measured, run_columns
-from softact.run import run
+from softact.output import Output
+from softact.results import COMPLETE, read
 from softact.spec import Spec, load
+from softact.sweep.cache import Cache
+from softact.sweep.compute import compute
+from softact.sweep.version import run_key
 
 STEP = 0.02  # relative change of a constant for its sensitivity: far above the solver's tolerance
 MET = 2e-5  # of the largest measured value: nobody measures better
@@ -33,7 +35,7 @@ class Request:
     """What to calibrate.
 
     vary: see ``read_knobs``. x: abscissa or None. columns: headings in place of the data's own, or
-    None. max_runs: then it ends.
+    None. max_runs: then it ends. force: write into the folder whatever it holds.
     """
 
     spec: Path
@@ -44,6 +46,7 @@ class Request:
     columns: str | None = None
     processes: int = 1
     max_runs: int = 30
+    force: bool = False
 
 
 @dataclass(frozen=True)
@@ -88,12 +91,13 @@ class _EnoughError(Exception):
 class _Search:
     """Runs trials, remembers them, and gives residuals and sensitivities to the optimiser.
 
-    Knobs are counted in their sizes, residuals in the largest measured value of their column.
+    Knobs are counted in their sizes, residuals in the largest measured value of their column. Runs
+    are kept in the cache: the same search, begun anew after a kill, comes to where it was at once.
     """
 
-    def __init__(self, request: Request, spec: Spec, knobs, measured, folder: Path, say):
+    def __init__(self, request: Request, spec: Spec, knobs, measured, cache: Cache, say):
         self.request, self.spec, self.knobs, self.measured = request, spec, knobs, measured
-        self.folder, self.say = folder, say
+        self.cache, self.say = cache, say
         self.sizes = np.array([knob.size for knob in knobs])
         self.low = np.array([knob.low for knob in knobs]) / self.sizes
         self.high = np.array([knob.high for knob in knobs]) / self.sizes
@@ -111,22 +115,26 @@ class _Search:
 
     def _run(self, values: tuple[float, ...]) -> Trial:
         started, number = time.perf_counter(), len(self.trials) + 1
-        folder = self.folder / f"run{number}"
         spec = turned(self.spec, self.knobs, values)
-        outcome = run(spec, folder, self.request.processes, report=False)
-        curve = results.read(folder).curve
+        speed = {"processes": self.request.processes, "threads": None}
+        key = run_key(spec, **speed)
+        answer = compute(spec, key, self.cache, **speed)
+        if answer.record is None:
+            raise answer.error()
+        folder = self.cache.folder(key)
+        curve = read(folder).curve
         columns = predicted(curve, self.measured)
         trial = Trial(values, columns, folder)
         words = ", ".join(
             f"{knob.path} {knob.text(float(f'{value:.5g}'))}"
             for knob, value in zip(self.knobs, values, strict=True)
         )
-        taken = f"({time.perf_counter() - started:.1f} s)"
+        taken = "(known)" if answer.cached else f"({time.perf_counter() - started:.1f} s)"
         if columns is None:
             self.say(f"run {number}: {words}: ended before the data do {taken}")
             if number == 1:
-                kind = NoEquilibriumError if outcome.exit_code else SpecError
-                raise kind(*filter(None, (outcome.message, reached(curve, self.measured))))
+                kind = SpecError if answer.status == COMPLETE else NoEquilibriumError
+                raise kind(*filter(None, (answer.cause, reached(curve, self.measured))))
         else:
             self.say(f"run {number}: {words}: RMSE {self._error(trial):.3%} of the largest {taken}")
         return trial
@@ -180,17 +188,10 @@ class _Search:
         )
 
 
-def calibrate(
-    request: Request, spec: Spec, say: Callable[[str], None], scratch: Path
-) -> Calibration:
-    """Search the constants; ``scratch`` receives a folder for each run. say: one line at a time.
-
-    Raises SpecError for wrong data or knobs before the first run, and where a run of the spec as
-    it is does not reach the data (NoEquilibriumError where it found no equilibrium).
-    """
+def given(request: Request, spec: Spec) -> tuple[Measured, list[Knob]]:
+    """The measured curve, and the values to adjust. Raises SpecError where they do not go with the
+    spec or with each other."""
     measured = _measured(request, spec)
-    for message in measured.messages:
-        say(f"{request.data}: {message}")
     knobs = read_knobs(request.vary, spec)
     if not knobs:
         raise SpecError("nothing to adjust; name a value with --vary, such as materials.body.c10")
@@ -198,7 +199,23 @@ def calibrate(
         raise SpecError(
             f"{measured.source}: {measured.count} values do not determine {len(knobs)} constants"
         )
-    search = _Search(request, spec, knobs, measured, scratch, say)
+    return measured, knobs
+
+
+def calibrate(
+    request: Request,
+    spec: Spec,
+    measured: Measured,
+    knobs: list[Knob],
+    say: Callable[[str], None],
+    cache: Cache,
+) -> Calibration:
+    """Search the constants. measured, knobs: as ``given`` finds them. say: one line at a time.
+
+    Raises SpecError where a run of the spec as it is does not reach the data (NoEquilibriumError
+    where it found no equilibrium).
+    """
+    search = _Search(request, spec, knobs, measured, cache, say)
     start = np.array([knob.value for knob in knobs]) / search.sizes
     remarks = []
     try:
@@ -261,19 +278,24 @@ def _interval(search: _Search, remarks: list[str]) -> np.ndarray:
 
 
 def run_request(
-    request: Request, directory: Path | None, say: Callable[[str], None]
+    request: Request, directory: Path | None, cache: Cache, say: Callable[[str], None]
 ) -> Calibration:
     """Calibrate, tell, and write the folder (default results/<name>-calibrated)."""
-    from softact.fit.calibration_files import tell, write
+    from softact.fit.calibration_files import files, tell, write
 
     spec = load(request.spec, request.overrides)
     for line in spec.geometry.notes():
         say(line)
     directory = directory or Path("results") / f"{spec.name}-calibrated"
-    with tempfile.TemporaryDirectory(prefix="softact-calibrate-") as scratch:
-        outcome = calibrate(request, spec, say, Path(scratch))
+    reads, kept = (request.spec, request.data), "the runs are kept in the cache"
+    output = Output(directory, "calibrate", request.force, reads, kept)
+    measured, knobs = given(request, spec)
+    for message in measured.messages:
+        say(f"{request.data}: {message}")
+    with output.opened(files(spec)):
+        outcome = calibrate(request, spec, measured, knobs, say, cache)
         for line in tell(outcome):
             say(line)
-        for line in write(request, outcome, directory):
+        for line in write(request, outcome, output):
             say(line)
     return outcome

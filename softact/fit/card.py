@@ -2,7 +2,6 @@
 
 import json
 import math
-from pathlib import Path
 
 import numpy as np
 import yaml
@@ -49,14 +48,6 @@ def _described(fit: Fit) -> list[str]:
         count = f", {len(group)} curves" if len(group) > 1 else ""
         lines.append(f"{mode}, stretch {low:.3g} to {high:.3g}{count}")
     return lines
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a file so that it is either whole or not there."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.part")
-    temporary.write_text(text, encoding="utf-8")
-    temporary.replace(path)
 
 
 def numbers(fits: list[Fit]) -> str:

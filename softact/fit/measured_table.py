@@ -22,7 +22,7 @@ from softact.fit.cells import Row, numbers, read_rows
 from softact.fit.columns import counts_only
 from softact.fit.spelling import registry_unit
 from softact.fit.table import MANY
-from softact.spec.choice import nearest
+from softact.nearest import nearest
 from softact.units import FORCE, LENGTH, PRESSURE, conversion, show
 
 # How the endings of a run's columns, and shorthands of people, are written for the unit registry.

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from softact.files import replacing
 from softact.fit.candidates import as_candidate
 from softact.fit.data import Test
 from softact.fit.fit import Fit
@@ -35,10 +36,8 @@ def write_plot(path: Path, fits: list[Fit], others: dict[str, Law]) -> None:
         axis.set_visible(False)
     kind = "fit of" if len(fits) == 1 else "best:"
     figure.suptitle(f"{kind} {best.name}, smallest R² {best.r2:.4f}")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.part")
-    figure.savefig(temporary, format="png", dpi=120)
-    temporary.replace(path)
+    with replacing(path) as temporary:
+        figure.savefig(temporary, format="png", dpi=120)
 
 
 def drawn_modes(fit: Fit) -> list[tuple[str, str | None]]:

@@ -2,59 +2,58 @@
 
 from __future__ import annotations
 
-import shutil
 from contextlib import suppress
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from softact.files import csv_text, write_atomic
+from softact.optimise.store import DATABASE
 from softact.optimise.study import Trials, feasible
+from softact.output import Output
 from softact.report import base, labels, write_report
 from softact.report.base import Section
 from softact.sweep import point, shape
 from softact.sweep.page import MOST_SHAPES, lead, packed, thinned
 from softact.sweep.record import DamagedError, load
 
-BEST = "best"
+TABLE, PAGE, BEST = "trials.csv", "optimise.html", "best"
+FILES = (DATABASE, TABLE, PAGE, BEST)
 
 
 def rows(trials: Trials) -> list[dict[str, Any]]:
     """A row for each trial: parameters, objectives, constraints, status and cause."""
-    parts = (*trials.wanted.objectives, *trials.wanted.constraints)
     found = []
     for trial in trials.done:
         values = trials.coordinates(trial)
         row = {"trial": trial.number, "status": trial.user_attrs["status"]}
         row |= {"feasible": feasible(trial), "cause": trial.user_attrs["cause"]}
         row |= {axis.column: axis.cell(values[title]) for title, axis in trials.axes.items()}
-        row |= {part.title: trial.user_attrs.get(part.title, "") for part in parts}
+        row |= {part.title: trial.user_attrs.get(part.title, "") for part in trials.parts}
         found.append(row | {"run": trial.user_attrs["run"]})
     return found
 
 
-def write(trials: Trials, directory: Path) -> Path:
+def write(trials: Trials, output: Output) -> Path:
     """Write trials.csv, the best design's folder and the page; returns the page's path."""
     table = rows(trials)
-    write_atomic(directory / "trials.csv", csv_text(table))
+    write_atomic(output.file(TABLE), csv_text(table))
     best = trials.best()
     if best:
-        _data_sheet(trials, best[-1], directory / BEST)
-    page = directory / "optimise.html"
+        _data_sheet(trials, best[-1], output)
+    page = output.file(PAGE)
     write_atomic(page, html(trials, table))
     return page
 
 
-def _data_sheet(trials: Trials, trial: Any, target: Path) -> None:
+def _data_sheet(trials: Trials, trial: Any, output: Output) -> None:
     """The result folder of a trial with its report; left alone where it is that run already, which
     may have got error bars of the mesh since."""
-    key = trial.user_attrs["run"]
+    target = output.directory / BEST
     with suppress(DamagedError):
-        if load(key, target) is not None:
+        if load(trial.user_attrs["run"], target) and (target / "report.html").is_file():
             return
-    shutil.rmtree(target, ignore_errors=True)
-    shutil.copytree(trials.cache.folder(key), target)
-    write_report(target)
+    write_report(output.results(BEST, trials.folder(trial)))
 
 
 def html(trials: Trials, table: list[dict]) -> str:
@@ -105,10 +104,9 @@ def _designs(trials: Trials) -> dict:
 def _design(trials: Trials, trial: Any, shown: dict | None) -> dict:
     """Arguments of ``showRun``."""
     values = trials.coordinates(trial)
-    parts = (*trials.wanted.objectives, *trials.wanted.constraints)
     rows = [("constraints", "all hold" if feasible(trial) else "one is broken")]
     rows += [(title, str(value)) for title, value in values.items()]
-    for part in parts:
+    for part in trials.parts:
         unit = labels.column(part.measure).unit
         text = labels.number(_shown(part, trial))
         rows.append((part.title, f"{text} {unit}".strip()))
@@ -133,12 +131,12 @@ def _banner(trials: Trials, table: list[dict]) -> str:
 
 
 def _best(trials: Trials, best: list[Any]) -> str:
-    wanted = trials.wanted
-    parts = (*wanted.objectives, *wanted.constraints)
+    parts = trials.parts
     heads = ["Trial", *(axis.column for axis in trials.axes.values()), *(p.title for p in parts)]
     chosen, marks = list(best), [""] * len(best)
-    if wanted.reference and trials.done and trials.done[0] not in chosen:
-        chosen.append(trials.done[0])
+    reference = trials.reference
+    if reference is not None and reference not in chosen:
+        chosen.append(reference)
         marks.append("soft")
     body = []
     for trial in chosen:
@@ -184,8 +182,7 @@ def _numbers(some: list[Any]) -> list[int]:
 
 def _front(trials: Trials) -> base.Plot | None:
     """Two objectives, or the objective over the first constraint."""
-    wanted = trials.wanted
-    parts = (*wanted.objectives, *wanted.constraints)
+    parts = trials.parts
     if len(parts) < 2:
         return None
     x, y = parts[1], parts[0]
@@ -203,8 +200,9 @@ def _front(trials: Trials) -> base.Plot | None:
         trace("holds all", [t for t in done if feasible(t)], colour="@c1"),
         trace("best", best, colour="@c2", marker={"size": 10}),
     ]
-    if wanted.reference and trials.done and trials.done[0].values is not None:
-        traces.append(trace("reference", trials.done[:1], colour="@c3", marker={"size": 10}))
+    reference = trials.reference
+    if reference is not None and reference.values is not None:
+        traces.append(trace("reference", [reference], colour="@c3", marker={"size": 10}))
     xs, ys = (str(labels.column(p.measure)) for p in (x, y))
     title = f"{y.title} and {x.title}"
     return base.lines(title, xs, ys, traces, wide=True, id="front")

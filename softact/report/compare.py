@@ -9,6 +9,7 @@ import numpy as np
 
 from softact.errors import SpecError
 from softact.files import csv_text, write_atomic
+from softact.output import Output
 from softact.reached import reached
 from softact.report import base, curves, labels, requirements, targets
 from softact.report.base import Plot, Section
@@ -39,16 +40,17 @@ class Row:
 
 def write_comparison(
     folders: Sequence[Path],
-    output: Path,
+    directory: Path,
     wanted: Sequence[str] = (),
+    force: bool = False,
     warn: Callable[[str], None] = lambda line: None,
 ) -> Path:
-    """Write compare.html, measures.csv and curves.csv into ``output``; returns the page's path.
+    """Write compare.html, measures.csv and curves.csv into a folder; returns the page's path.
 
     wanted: names of the applications whose requirements stand beside the runs, see ``targets``.
-    warn: called with each line on what is damaged in the folders.
-    Raises SpecError where a folder holds no results, or results without a single state, and for an
-    application that is not known.
+    force: write whatever the folder holds. warn: called with each line on what is damaged in the
+    folders. Raises SpecError where a folder holds no results, or results without a single state,
+    for an application that is not known, and where the outcome may not be written there.
     """
     targets.check(wanted)
     runs = _read_all(folders)
@@ -56,12 +58,16 @@ def write_comparison(
         warn(line)
     names = _names(folders)
     aim, rows = measures(runs)
-    output.mkdir(parents=True, exist_ok=True)
-    write_atomic(output / "measures.csv", _measures_csv(names, aim, rows))
-    write_atomic(output / "curves.csv", _curves_csv(names, runs))
-    path = output / "compare.html"
-    write_atomic(path, html(names, runs, wanted))
-    return path
+    texts = {
+        "measures.csv": lambda: _measures_csv(names, aim, rows),
+        "curves.csv": lambda: _curves_csv(names, runs),
+        "compare.html": lambda: html(names, runs, wanted),
+    }
+    output = Output(directory, "compare", force)
+    with output.opened(list(texts)):
+        for name, text in texts.items():
+            write_atomic(output.file(name), text())
+    return directory / "compare.html"
 
 
 def _read_all(folders: Sequence[Path]) -> list[Results]:

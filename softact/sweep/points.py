@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from softact.errors import SpecError
+from softact.files import digest, write_atomic
+from softact.imported import Imported
 from softact.spec import Spec, document, spec_at
 from softact.sweep.axes import Axis
 from softact.sweep.design import Coordinates
@@ -59,15 +61,18 @@ def first_right(
 
 class Plan:
     """Keys of points, remembered in a file: to make 10,000 specs takes a minute, to read their
-    keys a moment. What is remembered counts for one base spec and one version of softact only.
+    keys a moment. What is remembered counts for one base spec, one content of the files that it
+    names, and one version of softact. The key of a geometry that a script makes is never
+    remembered: nobody knows what the script reads.
 
-    path: the file, None to remember nothing.
+    path: the file, None where nothing is remembered.
     """
 
     def __init__(self, base: document.Document, path: Path | None = None):
-        self.base, self.path = base, path
-        text = json.dumps(base.data, sort_keys=True, default=str) + version()
-        self.fingerprint = hashlib.sha256(text.encode()).hexdigest()
+        self.base = base
+        self.folders = (base.folder, Path())
+        text = json.dumps([base.data, self._contents(base.data)], sort_keys=True, default=str)
+        self.fingerprint = hashlib.sha256((text + version()).encode()).hexdigest()
         self.known: dict[str, Any] = {}
         try:
             stored = json.loads(path.read_text(encoding="utf-8")) if path else {}
@@ -78,27 +83,51 @@ class Plan:
 
     def points(self, axes: Sequence[Axis], design: Sequence[Coordinates]) -> list[Point]:
         """The points of a design. Raises SpecError where no point at all has a right spec."""
-        points = list(self._points(axes, design))
+        points = [self._point(axes, coordinates) for coordinates in design]
         if all(point.key is None for point in points):
             raise SpecError(*points[0].faults)
-        if self.path is not None:
-            from softact.files import write_atomic
-
-            data = {"fingerprint": self.fingerprint, "points": self.known}
-            write_atomic(self.path, json.dumps(data))
         return points
 
-    def _points(self, axes, design) -> Iterator[Point]:
-        for coordinates in design:
-            changes = changes_of(axes, coordinates)
-            name = json.dumps(changes, default=str)
-            if name not in self.known:
-                try:
-                    self.known[name] = run_key(spec_at(self.base, changes))
-                except SpecError as error:
-                    self.known[name] = error.lines
-            found = self.known[name]
-            if isinstance(found, str):
-                yield Point(coordinates, changes, found)
-            else:
-                yield Point(coordinates, changes, None, tuple(found))
+    def remember(self, path: Path) -> None:
+        """Write the file, for the next call."""
+        data = {"fingerprint": self.fingerprint, "points": self.known}
+        write_atomic(path, json.dumps(data))
+
+    def _point(self, axes: Sequence[Axis], coordinates: Coordinates) -> Point:
+        changes = changes_of(axes, coordinates)
+        name = json.dumps([changes, self._contents(changes)], sort_keys=True, default=str)
+        found = self.known.get(name)
+        if found is None:
+            found, lasting = self._key(changes)
+            if lasting:
+                self.known[name] = found
+        if isinstance(found, str):
+            return Point(coordinates, changes, found)
+        return Point(coordinates, changes, None, tuple(found))
+
+    def _key(self, changes: Sequence[tuple[str, Any]]) -> tuple[str | list[str], bool]:
+        """The key of a point, or the faults of its spec, and whether it may be remembered."""
+        try:
+            spec = spec_at(self.base, changes)
+        except SpecError as error:
+            return error.lines, True
+        imported = isinstance(spec.geometry, Imported)
+        return run_key(spec), not imported or spec.geometry.self_contained
+
+    def _contents(self, value: Any) -> list[tuple[str, str]]:
+        """Every text in plain data that is the name of a file, and the digest of the file."""
+        if isinstance(value, str):
+            paths = [folder / value for folder in self.folders]
+            return [(value, digest(path)) for path in paths if _is_file(path)]
+        if isinstance(value, dict):
+            value = list(value.values())
+        if isinstance(value, list | tuple):
+            return [pair for item in value for pair in self._contents(item)]
+        return []
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # a text that is too long for a name, or holds a null
+        return False

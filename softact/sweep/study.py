@@ -24,14 +24,16 @@ Runner = Callable[[Jobs, Cache], Iterator[Answer]]
 class Study:
     """A sweep and what became of its points.
 
-    points: of the design; two may have one key. answers: key -> how its run ended. computed,
-    waited: number of runs computed here, and seconds of wall time spent on that.
+    points: of the design; two may have one key. plan: what made their keys. answers: key -> how
+    its run ended. computed, waited: number of runs computed here, and seconds of wall time spent
+    on that.
     """
 
     sweep: Sweep
     base: document.Document
     points: list[Point]
     cache: Cache
+    plan: Plan
     answers: dict[str, Answer] = field(default_factory=dict)
     computed: int = 0
     waited: float = 0.0
@@ -95,6 +97,6 @@ def open_study(
     """A study of a sweep, with what is kept of it already; ``design`` replaces the sweep's."""
     plan = Plan(base, plan_file)
     points = plan.points(sweep.axes, design or sweep.design.points(sweep.axes))
-    study = Study(sweep, base, points, cache)
+    study = Study(sweep, base, points, cache, plan)
     study.read_kept()
     return study

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import io
 import math
-import os
 from pathlib import Path
 
 import numpy as np
 
 from softact.errors import SpecError
-from softact.files import csv_text, write_atomic
+from softact.files import csv_text, replacing, write_atomic
+from softact.output import Output
 from softact.spec.path import single
 from softact.sweep.axes import Axis
 from softact.sweep.study import Study
 
+TABLE, PARQUET, CURVES = FILES = ("sweep.csv", "sweep.parquet", "curves.h5")
 Row = dict[str, float | str]
 FIRST = ("point", "run", "status", "cause", "verdict", "seconds")
 
@@ -63,12 +64,12 @@ def measure_columns(table: list[Row], study: Study) -> list[str]:
     return list(dict.fromkeys(name for row in table for name in row if name not in known))
 
 
-def write(study: Study, directory: Path) -> list[Row]:
+def write(study: Study, output: Output) -> list[Row]:
     """Write all files of the table; returns the rows."""
     table = rows(study)
-    write_atomic(directory / "sweep.csv", csv_text(table))
-    write_atomic(directory / "sweep.parquet", parquet(table))
-    curves(study, directory / "curves.h5")
+    write_atomic(output.file(TABLE), csv_text(table))
+    write_atomic(output.file(PARQUET), parquet(table))
+    curves(study, output.file(CURVES))
     return table
 
 
@@ -130,16 +131,11 @@ def curves(study: Study, path: Path) -> None:
     places = {r.columns: [names.index(name) for name in r.columns] for r in records}
     for record, start, count in zip(records, first, counts, strict=True):
         stacked[start : start + count, places[record.columns]] = record.table
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        with h5py.File(temporary, "w") as file:
-            text = h5py.string_dtype()
-            file.create_dataset("run", data=[r.key for r in records], dtype=text)
-            file["first"], file["count"] = first, counts
-            steps = [step for record in records for step in record.steps]
-            file.create_dataset("step", data=steps, dtype=text)
-            for name, values in zip(names, stacked.T, strict=True):
-                file.create_dataset(f"columns/{name}", data=values, compression="gzip")
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with replacing(path) as temporary, h5py.File(temporary, "w") as file:
+        text = h5py.string_dtype()
+        file.create_dataset("run", data=[r.key for r in records], dtype=text)
+        file["first"], file["count"] = first, counts
+        steps = [step for record in records for step in record.steps]
+        file.create_dataset("step", data=steps, dtype=text)
+        for name, values in zip(names, stacked.T, strict=True):
+            file.create_dataset(f"columns/{name}", data=values, compression="gzip")

@@ -16,6 +16,7 @@ from softact.converge.richardson import SAFETY, estimate
 from softact.converge.study import converge, mesh_sizes, refined
 from softact.errors import SpecError
 from softact.fit.measured import Measured
+from softact.output import Output
 from softact.report import pictures, write_report
 from softact.report.remembered import remember
 from softact.results import MESH_ERROR, read
@@ -102,7 +103,7 @@ def test_study_refines_until_the_measure_stays(studied):
 
 
 def test_files(studied, tmp_path):
-    output.write(studied, "beam", tmp_path)
+    output.write(studied, "beam", Output(tmp_path, "converge"))
     data = json.loads((tmp_path / "converge.json").read_text())
     assert data["measures"]["bending_angle_deg"]["values"] == studied.values("bending_angle_deg")
     with open(tmp_path / "converge.csv") as file:

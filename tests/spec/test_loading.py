@@ -119,7 +119,7 @@ def test_every_command_finds_what_a_base_spec_names(command, folder, monkeypatch
         raise MeshError("seen")
 
     for place in ("softact.run.run", "softact.sweep.compute.run", "softact.check.compare.run",
-                  "softact.fit.calibrate.run", "softact.geometry.export"):  # fmt: skip
+                  "softact.geometry.export"):  # fmt: skip
         monkeypatch.setattr(place, record)
     monkeypatch.setattr("softact.converge.study._check", lambda spec, measures: None)
     Path("data.csv").write_text("step_fraction,elongation_mm\n0.5,1\n1,2\n")

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from pyarrow import parquet
 
+from softact.output import Output
 from softact.sweep import compute as computing
 from softact.sweep import page, sensitivity, table
 from softact.sweep.cache import Cache
@@ -42,7 +43,7 @@ def without_solver(monkeypatch):
 
 def test_a_row_for_each_point_with_its_parameters_measures_and_cause(tmp_path):
     study = study_of(tmp_path, AXES)
-    table.write(study, tmp_path)
+    table.write(study, Output(tmp_path, "sweep"))
     with open(tmp_path / "sweep.csv") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 8
@@ -91,7 +92,7 @@ def test_a_table_does_not_wait_for_heavy_modules():
 
 def test_curves_of_all_runs_in_one_file(tmp_path):
     study = study_of(tmp_path, AXES)
-    table.write(study, tmp_path)
+    table.write(study, Output(tmp_path, "sweep"))
     with h5py.File(tmp_path / "curves.h5") as file:
         keys = file["run"].asstr()[()]
         for key, first, count in zip(keys, file["first"], file["count"], strict=True):
