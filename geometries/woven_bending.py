@@ -13,6 +13,7 @@ from softact.geometry import Layout
 from softact.sheets.geometry import Lines, SheetGeometry, divided, sides
 from softact.sheets.mesh import SheetMesh
 from softact.sheets.pattern import Pattern, rectangle
+from softact.steps import steps
 from softact.units import Length
 
 
@@ -100,7 +101,7 @@ class WovenBending(SheetGeometry):
             name = "clamp" if k == 0 else "tip" if k == self.n - 1 else "floors"
             add(name, _between(fore, aft))
             borders.append((aft, fore))
-        gap = max(1, int(np.ceil((self.pitch - self.seam) / self.mesh_size)))
+        gap = steps(self.pitch - self.seam, self.mesh_size)
         for (_, left), (right, _) in pairwise(borders):
             rows = [left]
             for share in np.arange(1, gap) / gap:

@@ -12,6 +12,7 @@ from softact.geometry import Layout
 from softact.sheets.geometry import Lines, SheetGeometry, sides
 from softact.sheets.mesh import SheetMesh
 from softact.sheets.pattern import Pattern, rectangle
+from softact.steps import steps
 from softact.units import Length
 
 
@@ -71,9 +72,7 @@ class WovenElongating(SheetGeometry):
     def _counts(self) -> tuple[int, int, int]:
         """Divisions of half the height, half the width, and from a passage to the rim."""
         across = max(self.w_a, self.h_a) - self.passage
-        return tuple(
-            max(1, int(np.ceil(s / 2 / self.mesh_size))) for s in (self.h_a, self.w_a, across)
-        )
+        return tuple(steps(s / 2, self.mesh_size) for s in (self.h_a, self.w_a, across))
 
     def _round(self, width: float, height: float) -> np.ndarray:
         """Points (m, 2) of a quarter of a rectangle's outline, from y to z."""

@@ -13,6 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from softact.discrete import add_mesh
+from softact.steps import steps
 
 # Two planes nearer than this (mm) are one plane.
 SAME_PLANE = 1e-7
@@ -75,7 +76,7 @@ class Boxes:
                 for box in self.boxes
             )
             longest = cavity_size if hollow else size
-            count = max(1, int(np.ceil((end - start) / longest - 1e-9)))
+            count = steps(end - start, longest)
             lines.append(np.linspace(start, end, count + 1)[1:])
         return np.concatenate(lines)
 

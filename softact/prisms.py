@@ -9,12 +9,13 @@ with prisms over those triangles that are solid there, each split into three tet
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import groupby, pairwise
-from math import ceil, pi
+from math import pi
 
 import numpy as np
 
 from softact.boxes import OUTSIDE, SAME_PLANE, Plane
 from softact.discrete import add_mesh, prism_sides, prism_tetrahedra
+from softact.steps import steps
 
 # The least number of edges of a full circle: its polygon lacks 2.6 % of the area.
 EDGES_OF_A_CIRCLE = 16
@@ -90,7 +91,7 @@ class Prisms:
             hollow = any(
                 p.name in self.cavities and p.start < (start + end) / 2 < p.end for p in self.prisms
             )
-            count = max(1, ceil((end - start) / (cavity_size if hollow else size) - 1e-9))
+            count = steps(end - start, cavity_size if hollow else size)
             lines.append(np.linspace(start, end, count + 1)[1:])
         return np.concatenate(lines)
 
@@ -161,8 +162,7 @@ def _divide_curves(gmsh, size: float, circle_edges: int) -> None:
         start, end = (values[0] for values in gmsh.model.getParametrizationBounds(1, tag))
         curvature = gmsh.model.getCurvature(1, tag, [(start + end) / 2])[0]
         longest = min(size, 2 * pi / circle_edges / max(curvature, 1e-9))
-        edges = max(1, ceil(length / longest - 1e-6))
-        gmsh.model.mesh.setTransfiniteCurve(tag, edges + 1)
+        gmsh.model.mesh.setTransfiniteCurve(tag, steps(length, longest) + 1)
 
 
 def _read_section(gmsh, faces: Mapping[str, set[int]]) -> Section:

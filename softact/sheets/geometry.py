@@ -12,6 +12,7 @@ from softact.errors import SpecError
 from softact.geometry import Geometry, Layout
 from softact.sheets.mesh import SheetMesh
 from softact.sheets.pattern import Pattern
+from softact.steps import steps
 
 SUFFIXES = (".msh", ".vtu", ".stl", ".dxf", ".svg")
 
@@ -97,7 +98,7 @@ class Lines:
 def divided(stops, size: float) -> np.ndarray:
     """Lines at the stops (ascending, mm) and between them, at most ``size`` apart."""
     parts = [
-        np.linspace(a, b, max(1, int(np.ceil((b - a) / size - 1e-9))) + 1)[:-1]
+        np.linspace(a, b, steps(b - a, size) + 1)[:-1]
         for a, b in pairwise(stops)
     ]
     return np.append(np.concatenate(parts), stops[-1])
