@@ -11,7 +11,7 @@ from pydantic import Field
 
 from softact.boxes import OUTSIDE
 from softact.corrugated import Corrugated
-from softact.geometry import THINNEST, main
+from softact.geometry import THINNEST, ThroughWall, main
 from softact.prisms import Prism, Prisms, Shapes, lacking
 from softact.units import Length
 
@@ -53,6 +53,7 @@ class Antagonistic(Corrugated):
         "of a",
     )
     mesh_size: Length = Field(5.0, description="longest edge")
+    through_wall: ThroughWall = None
 
     def faults(self):
         yield from super().faults()

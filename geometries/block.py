@@ -8,7 +8,7 @@ from typing import Literal
 from pydantic import Field
 
 from softact.boxes import Box, Boxes, Plane
-from softact.geometry import Geometry, Layout, main
+from softact.geometry import Geometry, Layout, ThroughWall, main
 from softact.units import Length
 
 
@@ -20,6 +20,7 @@ class Block(Geometry):
     width: Length = Field(10.0, description="extent along y")
     height: Length = Field(10.0, description="extent along z")
     mesh_size: Length = Field(5.0, description="longest edge along the axes")
+    through_wall: ThroughWall = None
 
     def layout(self) -> Layout:
         names = tuple(f"{axis}_{end}" for axis in "xyz" for end in ("min", "max"))
@@ -52,7 +53,8 @@ class Block(Geometry):
         self.solid().build(gmsh)
 
     def mesh(self, gmsh) -> None:
-        self.solid().mesh(self.mesh_size, self.mesh_size).add_to(gmsh)
+        size = self.mesh_size
+        self.solid().mesh(size, size, self.least_steps).add_to(gmsh)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import Field
 
 from softact.boxes import Plane
-from softact.geometry import THINNEST, Geometry, Layout, main
+from softact.geometry import THINNEST, Geometry, Layout, ThroughWall, main
 from softact.prisms import Prism, Prisms, Shapes, lacking
 from softact.units import Length
 
@@ -33,6 +33,7 @@ class FiberReinforced(Geometry):
     end: Length = Field(5.0, description="thickness of the solid ends")
     symmetry: bool = Field(True, description="model the half y >= 0 only")
     mesh_size: Length = Field(4.0, description="longest edge")
+    through_wall: ThroughWall = None
 
     def faults(self):
         if self.length - 2 * self.end < THINNEST:
@@ -137,7 +138,7 @@ class FiberReinforced(Geometry):
         self.solid().build(gmsh)
 
     def mesh(self, gmsh) -> None:
-        self.solid().mesh(gmsh, self.mesh_size)
+        self.solid().mesh(gmsh, self.mesh_size, self.least_steps)
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from softact.boxes import OUTSIDE
 from softact.corrugated import Corrugated
-from softact.geometry import THINNEST, main
+from softact.geometry import THINNEST, ThroughWall, main
 from softact.prisms import Prism, Prisms, Shapes, lacking
 from softact.units import Length
 
@@ -55,6 +55,7 @@ class Omnidirectional(Corrugated):
         "of their mirror images",
     )
     mesh_size: Length = Field(3.5, description="longest edge")
+    through_wall: ThroughWall = None
 
     def faults(self):
         yield from super().faults()

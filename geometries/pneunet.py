@@ -9,8 +9,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from softact.boxes import OUTSIDE, Box, Boxes, Plane
-from softact.geometry import THINNEST, Geometry, Layout, main
+from softact.boxes import OUTSIDE, Box, Boxes, Counts, Plane
+from softact.geometry import THINNEST, Geometry, Layout, ThroughWall, main
 from softact.units import Length
 
 # Two lengths that should be the same are taken to be so within this, relative.
@@ -67,6 +67,7 @@ class Pneunet(Geometry):
     cavity_mesh_size: Length | None = Field(
         None, description="the same between the walls of the chambers; by default mesh_size"
     )
+    through_wall: ThroughWall = None
 
     def faults(self):
         yield from self._row_faults()
@@ -210,12 +211,16 @@ class Pneunet(Geometry):
             planes.append(Plane("symmetry", 1, 0.0))
         return Boxes(tuple(boxes), ("body",), ("cavity",), (layer,), tuple(planes))
 
+    def _counts(self, solid: Boxes) -> Counts:
+        size = self.mesh_size
+        return solid.counts(size, self.cavity_mesh_size or size, self.least_steps)
+
     def build(self, gmsh) -> None:
         self.solid().build(gmsh)
 
     def mesh(self, gmsh) -> None:
-        size = self.mesh_size
-        self.solid().mesh(size, self.cavity_mesh_size or size).add_to(gmsh)
+        solid = self.solid()
+        solid.grid(self._counts(solid)).add_to(gmsh)
 
 
 if __name__ == "__main__":

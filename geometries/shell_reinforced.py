@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from softact.boxes import Plane
-from softact.geometry import THINNEST, Geometry, Layout, main
+from softact.geometry import THINNEST, Geometry, Layout, ThroughWall, main
 from softact.prisms import Prism, Prisms, Shapes, Skin, lacking
 from softact.sheets.pattern import Pattern
 from softact.units import Length
@@ -48,6 +48,7 @@ class ShellReinforced(Geometry):
     end: Length = Field(5.0, description="thickness of the solid ends")
     symmetry: bool = Field(True, description="model the half y >= 0 only")
     mesh_size: Length = Field(4.0, description="longest edge")
+    through_wall: ThroughWall = None
 
     def faults(self):
         if self.chamber_radius >= self.radius:
@@ -239,7 +240,7 @@ class ShellReinforced(Geometry):
         self.solid().build(gmsh)
 
     def mesh(self, gmsh) -> None:
-        self.solid().mesh(gmsh, self.mesh_size)
+        self.solid().mesh(gmsh, self.mesh_size, self.least_steps)
 
 
 if __name__ == "__main__":

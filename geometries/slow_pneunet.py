@@ -9,8 +9,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from softact.boxes import Box, Boxes, Plane
-from softact.geometry import Geometry, Layout, main
+from softact.boxes import Box, Boxes, Counts, Plane
+from softact.geometry import Geometry, Layout, ThroughWall, main
 from softact.units import Length
 
 FILM, FLOOR = 0.5, 7.0  # mm, where nothing is given
@@ -52,6 +52,7 @@ class SlowPneunet(Geometry):
     cavity_mesh_size: Length | None = Field(
         None, description="the same between the walls of the chambers; by default mesh_size"
     )
+    through_wall: ThroughWall = None
 
     def faults(self):
         if self.tunnel_height > self.chamber_height:
@@ -169,12 +170,16 @@ class SlowPneunet(Geometry):
         regions = self.layout().regions
         return Boxes(tuple(boxes), regions, ("cavity",), planes=tuple(planes))
 
+    def _counts(self, solid: Boxes) -> Counts:
+        size = self.mesh_size
+        return solid.counts(size, self.cavity_mesh_size or size, self.least_steps)
+
     def build(self, gmsh) -> None:
         self.solid().build(gmsh)
 
     def mesh(self, gmsh) -> None:
-        size = self.mesh_size
-        self.solid().mesh(size, self.cavity_mesh_size or size).add_to(gmsh)
+        solid = self.solid()
+        solid.grid(self._counts(solid)).add_to(gmsh)
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from softact.discrete import add_mesh, prism_sides, prism_tetrahedra
-from softact.geometry import Geometry, Layout, main
+from softact.geometry import Geometry, Layout, ThroughWall, main
 from softact.steps import steps
 from softact.units import Length
 
@@ -25,6 +25,7 @@ class ThickSphere(Geometry):
     inner_radius: Length = Field(10.0, description="radius of the cavity")
     outer_radius: Length = Field(11.0, description="radius of the outside")
     mesh_size: Length = Field(2.0, description="edge length of the tetrahedra")
+    through_wall: ThroughWall = None
 
     def layout(self) -> Layout:
         planes = {f"symmetry_{axis}": i for i, axis in enumerate("xyz")}
@@ -75,7 +76,8 @@ class ThickSphere(Geometry):
         """Layers of prisms over a triangle that is bulged to the sphere: similar at all mesh
         sizes, which makes orders of convergence plain."""
         n = self._divisions()
-        layers = steps(self.outer_radius - self.inner_radius, self.mesh_size)
+        thickness = self.outer_radius - self.inner_radius
+        layers = steps(thickness, self.mesh_size, self.least_steps)
         lattice = [(i, j, n - i - j) for i in range(n + 1) for j in range(n + 1 - i)]
         number = {step: k for k, step in enumerate(lattice)}
         directions = np.sin(np.array(lattice) * pi / 2 / n)

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from softact.geometry import Geometry, Layout, main
+from softact.geometry import Geometry, Layout, ThroughWall, main
 from softact.units import Length
 
 
@@ -24,6 +24,7 @@ class Tube(Geometry):
     outer_radius: Length = Field(7.0, description="radius of the outside")
     length: Length = Field(10.0, description="extent along x")
     mesh_size: Length = Field(1.5, description="edge length of the tetrahedra")
+    through_wall: ThroughWall = None
 
     def layout(self) -> Layout:
         return Layout(

@@ -14,10 +14,17 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, ValidationError, field_validator, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from softact.errors import GmshKilledError, MeshError, SoftactError, SpecError
@@ -35,6 +42,19 @@ PATTERNS = (".dxf", ".svg")  # of sheets
 CORE_SUFFIXES = (".stl", ".step")
 ENDS = {".msh": b"$End", ".step": b"END-"}  # how the last line of a whole file begins
 Part = Literal["solid", "core"]
+MOST_THROUGH = 12
+#: Parameters that say how many elements lie between two planes or lines at least, of solids and of
+#: sheets.
+STEPS = ("through_wall", "between_lines")
+ThroughWall = Annotated[
+    int | None,
+    Field(
+        ge=1,
+        le=MOST_THROUGH,
+        description="least number of elements through a wall, and between any two planes of the "
+        "mesh; by default 1. Two or more tell how a wall bends",
+    ),
+]
 
 
 @dataclass(frozen=True)
@@ -139,6 +159,13 @@ class Geometry(BaseModel):
         where nothing is."""
         return None
 
+    @property
+    def least_steps(self) -> int:
+        """Least number of elements between two planes or lines of the mesh: what the parameter
+        STEPS says, where the geometry has it."""
+        given = (getattr(self, name, None) for name in STEPS)
+        return next((number for number in given if number), 1)
+
     def build(self, gmsh) -> None:
         """Adds the solid as OCC entities to the current gmsh model, with named groups and mesh
         sizes unless ``mesh`` is written too."""
@@ -146,12 +173,11 @@ class Geometry(BaseModel):
 
     def mesh(self, gmsh) -> None:
         """Makes the current gmsh model hold a mesh of first-order tetrahedra in named groups."""
+        from softact.subdivide import cut_mesh, fill
+
         self.build(gmsh)
-        # Only mesh_size counts: gmsh's own defaults differ from version to version.
-        gmsh.option.setNumber("Mesh.MeshSizeFromPoints", 0)
-        gmsh.option.setNumber("Mesh.MeshSizeMax", self.mesh_size)
-        gmsh.model.mesh.generate(3)
-        gmsh.model.mesh.optimize("")
+        fill(gmsh, self.mesh_size, self.least_steps)
+        cut_mesh(gmsh, self.least_steps, MOST_TETRAHEDRA)
 
     @field_validator("*")
     @classmethod

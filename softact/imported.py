@@ -7,12 +7,12 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from softact.errors import MeshError
-from softact.geometry import Geometry, Layout
+from softact.geometry import MOST_TETRAHEDRA, Geometry, Layout, ThroughWall
+from softact.subdivide import TETRAHEDRON, cut_mesh, fill
 from softact.units import Length
 
 Names = Annotated[tuple[str, ...], Field(strict=False)]
 Axis = Literal["x", "y", "z"]
-TETRAHEDRON = 4  # gmsh's number
 
 
 class Imported(Geometry):
@@ -30,6 +30,7 @@ class Imported(Geometry):
         {}, description="coordinate that is zero in a symmetry plane -> surface in that plane"
     )
     mesh_size: Length = Field(2.0, description="longest edge")
+    through_wall: ThroughWall = None
 
     suffixes: ClassVar[tuple[str, ...]] = ()
 
@@ -77,10 +78,7 @@ class Imported(Geometry):
                 "the file holds no solid: its surfaces, if any, do not close one (not watertight)"
             )
         if not len(gmsh.model.mesh.getElementsByType(TETRAHEDRON)[0]):
-            gmsh.option.setNumber("Mesh.MeshSizeFromPoints", 0)
-            gmsh.option.setNumber("Mesh.MeshSizeMax", self.mesh_size)
-            gmsh.model.mesh.generate(3)
-            gmsh.model.mesh.optimize("")
+            fill(gmsh, self.mesh_size, self.least_steps)
         named = {
             entity
             for dimension, group in gmsh.model.getPhysicalGroups(3)
@@ -94,3 +92,4 @@ class Imported(Geometry):
                 f"{lost} tetrahedra are in no solid named under regions "
                 f"({', '.join(self.regions)}); name all solids"
             )
+        cut_mesh(gmsh, self.least_steps, MOST_TETRAHEDRA)
