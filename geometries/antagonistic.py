@@ -14,6 +14,7 @@ from softact.corrugated import Corrugated
 from softact.geometry import THINNEST, ThroughWall, main
 from softact.prisms import Prism, Prisms, Shapes, lacking
 from softact.units import Length
+from softact.walls import Wall
 
 CIRCLE_EDGES = 12
 PAIRS = ("upper", "lower")  # upper: at the clamp
@@ -124,6 +125,11 @@ class Antagonistic(Corrugated):
         volume += (n - 1) * between * self._segment(self.channel_radius)
         bore = pi * self.bore**2 / 4 * self._bore_length()
         return volume + (bore if pair == "lower" else 0.0)
+
+    def walls(self) -> tuple[Wall, ...]:
+        return self._through(
+            top_wall=self.top_wall, side_wall=self.side_wall, central_wall=self.central_wall
+        )
 
     def volumes(self) -> dict[str, float]:
         half = 0.5 if self.symmetry else 1.0

@@ -7,9 +7,10 @@ from typing import Literal
 
 from pydantic import Field
 
-from softact.boxes import Box, Boxes, Plane
+from softact.boxes import Box, Boxes, Counts, Plane
 from softact.geometry import Geometry, Layout, ThroughWall, main
 from softact.units import Length
+from softact.walls import Wall
 
 
 class Block(Geometry):
@@ -33,6 +34,10 @@ class Block(Geometry):
             length=self.length,
         )
 
+    def walls(self) -> tuple[Wall, ...]:
+        """None that bends."""
+        return ()
+
     def volumes(self) -> dict[str, float]:
         a, b, c = self.length, self.width, self.height
         faces = {"x": b * c, "y": a * c, "z": a * b}
@@ -49,12 +54,19 @@ class Block(Geometry):
         ]
         return Boxes((Box("body", (0.0, 0.0, 0.0), extent),), ("body",), planes=tuple(planes))
 
+    def _counts(self, solid: Boxes) -> Counts:
+        return solid.counts(self.mesh_size, self.mesh_size, self.least_steps)
+
+    def cells(self) -> int:
+        solid = self.solid()
+        return solid.cells(self._counts(solid))
+
     def build(self, gmsh) -> None:
         self.solid().build(gmsh)
 
     def mesh(self, gmsh) -> None:
-        size = self.mesh_size
-        self.solid().mesh(size, size, self.least_steps).add_to(gmsh)
+        solid = self.solid()
+        solid.grid(self._counts(solid)).add_to(gmsh)
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ from softact.boxes import Plane
 from softact.geometry import THINNEST, Geometry, Layout, ThroughWall, main
 from softact.prisms import Prism, Prisms, Shapes, lacking
 from softact.units import Length
+from softact.walls import Wall
 
 
 class FiberReinforced(Geometry):
@@ -70,6 +71,16 @@ class FiberReinforced(Geometry):
         round_part = points * [0.0, 1.0, 1.0]
         flat = points[:, 2] < self.sleeve
         return np.where(flat[:, None], [0.0, 0.0, -1.0], round_part)
+
+    def walls(self) -> tuple[Wall, ...]:
+        walls = self._through(sleeve=self.sleeve, wall=self.wall, base_wall=self.base_wall)
+        sleeve, *inside = walls
+        return tuple(
+            Wall(
+                f"{w.name} and sleeve", w.thickness + sleeve.thickness, w.elements + sleeve.elements
+            )
+            for w in inside
+        )
 
     def volumes(self) -> dict[str, float]:
         def above(radius, height):

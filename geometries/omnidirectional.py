@@ -14,6 +14,7 @@ from softact.corrugated import Corrugated
 from softact.geometry import THINNEST, ThroughWall, main
 from softact.prisms import Prism, Prisms, Shapes, lacking
 from softact.units import Length
+from softact.walls import Wall
 
 
 class Omnidirectional(Corrugated):
@@ -121,6 +122,11 @@ class Omnidirectional(Corrugated):
             return chambers
         between = (self.modules - 1) * (self.pitch - self.chamber_length)
         return chambers + between * self._sector(self.channel_radius)
+
+    def walls(self) -> tuple[Wall, ...]:
+        return self._through(
+            top_wall=self.top_wall, side_wall=self.side_wall, inner_wall=self.inner_wall
+        )
 
     def volumes(self) -> dict[str, float]:
         half = 0.5 if self.symmetry else 1.0

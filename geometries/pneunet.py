@@ -12,6 +12,7 @@ from pydantic import Field
 from softact.boxes import OUTSIDE, Box, Boxes, Counts, Plane
 from softact.geometry import THINNEST, Geometry, Layout, ThroughWall, main
 from softact.units import Length
+from softact.walls import Wall
 
 # Two lengths that should be the same are taken to be so within this, relative.
 SAME = 1e-6
@@ -164,6 +165,21 @@ class Pneunet(Geometry):
             length=self.row.length,
         )
 
+    def walls(self) -> tuple[Wall, ...]:
+        solid = self.solid()
+        counts, ceiling = self._counts(solid), self.base + self.chamber_height
+        places = {
+            "outer_wall": (1, self.chamber_width / 2, self.outer_wall),
+            "roof": (2, ceiling, self.roof),
+            "base": (2, 0.0, self.base),
+        }
+        if self.chambers > 1:
+            places["inner_wall"] = 0, self.clamp_plug + self.row.chamber_length, self.inner_wall
+        return tuple(
+            Wall(name, t, solid.through(counts, axis, start, start + t))
+            for name, (axis, start, t) in places.items()
+        )
+
     def volumes(self) -> dict[str, float]:
         n, row = self.chambers, self.row
         between = (n - 1) * (row.pitch - row.chamber_length)
@@ -214,6 +230,10 @@ class Pneunet(Geometry):
     def _counts(self, solid: Boxes) -> Counts:
         size = self.mesh_size
         return solid.counts(size, self.cavity_mesh_size or size, self.least_steps)
+
+    def cells(self) -> int:
+        solid = self.solid()
+        return solid.cells(self._counts(solid))
 
     def build(self, gmsh) -> None:
         self.solid().build(gmsh)

@@ -15,6 +15,7 @@ from softact.geometry import THINNEST, Geometry, Layout, ThroughWall, main
 from softact.prisms import Prism, Prisms, Shapes, Skin, lacking
 from softact.sheets.pattern import Pattern
 from softact.units import Length
+from softact.walls import Wall
 
 
 class ShellReinforced(Geometry):
@@ -112,6 +113,10 @@ class ShellReinforced(Geometry):
             covers=covers,
             bonded=("glued",) if sliding else (),
         )
+
+    def walls(self) -> tuple[Wall, ...]:
+        thickness = self.radius - self.chamber_radius
+        return self._through(**{"radius less chamber_radius": thickness})
 
     def volumes(self) -> dict[str, float]:
         half = 0.5 if self.symmetry else 1.0

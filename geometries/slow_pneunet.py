@@ -12,6 +12,7 @@ from pydantic import Field
 from softact.boxes import Box, Boxes, Counts, Plane
 from softact.geometry import Geometry, Layout, ThroughWall, main
 from softact.units import Length
+from softact.walls import Wall
 
 FILM, FLOOR = 0.5, 7.0  # mm, where nothing is given
 
@@ -119,6 +120,13 @@ class SlowPneunet(Geometry):
             length=self.length,
         )
 
+    def walls(self) -> tuple[Wall, ...]:
+        below = "film_thickness" if self.bends else "floor"
+        walls = {"outer_wall": self.outer_wall, "roof": self.roof, below: self.below}
+        if self.chambers > 1:
+            walls["inner_wall"] = self.inner_wall
+        return self._through(**walls)
+
     def volumes(self) -> dict[str, float]:
         n, width = self.chambers, self.width
         part = 0.5 if self.symmetry else 1.0
@@ -173,6 +181,10 @@ class SlowPneunet(Geometry):
     def _counts(self, solid: Boxes) -> Counts:
         size = self.mesh_size
         return solid.counts(size, self.cavity_mesh_size or size, self.least_steps)
+
+    def cells(self) -> int:
+        solid = self.solid()
+        return solid.cells(self._counts(solid))
 
     def build(self, gmsh) -> None:
         self.solid().build(gmsh)

@@ -13,6 +13,7 @@ from softact.discrete import add_mesh, prism_sides, prism_tetrahedra
 from softact.geometry import Geometry, Layout, ThroughWall, main
 from softact.steps import steps
 from softact.units import Length
+from softact.walls import Wall
 
 
 class ThickSphere(Geometry):
@@ -38,6 +39,10 @@ class ThickSphere(Geometry):
             symmetry=planes,
             length=self.outer_radius,
         )
+
+    def walls(self) -> tuple[Wall, ...]:
+        """None that bends."""
+        return ()
 
     def volumes(self) -> dict[str, float]:
         a, b = self.inner_radius, self.outer_radius

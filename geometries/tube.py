@@ -11,6 +11,7 @@ from pydantic import Field
 
 from softact.geometry import Geometry, Layout, ThroughWall, main
 from softact.units import Length
+from softact.walls import Wall
 
 
 class Tube(Geometry):
@@ -34,6 +35,10 @@ class Tube(Geometry):
             symmetry={"symmetry_y": 1, "symmetry_z": 2},
             length=self.length,
         )
+
+    def walls(self) -> tuple[Wall, ...]:
+        """None that bends."""
+        return ()
 
     def volumes(self) -> dict[str, float]:
         a, b, length = self.inner_radius, self.outer_radius, self.length

@@ -27,15 +27,17 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
+from softact.discrete import MOST_TETRAHEDRA
 from softact.errors import GmshKilledError, MeshError, SoftactError, SpecError
 from softact.orphans import bound
 from softact.sheets.pattern import Pattern
+from softact.steps import steps
 from softact.units import LENGTH, dimension_of
+from softact.walls import Wall
 
 # A child started by a process that runs under mpirun would join its MPI job and hang.
 MPI_PREFIXES = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "HYDRA_", "MPI_")
-FAULT = "softact-fault: "
-MOST_TETRAHEDRA = 3e6
+FAULT, REMARK = "softact-fault: ", "softact-remark: "
 THINNEST, LONGEST = 1e-4, 1e5  # mm
 SUFFIXES = (".msh", ".vtu", ".stl", ".step")
 PATTERNS = (".dxf", ".svg")  # of sheets
@@ -142,6 +144,11 @@ class Geometry(BaseModel):
         """
         return iter(())
 
+    def walls(self) -> tuple[Wall, ...] | None:
+        """The walls that bend under pressure, with how many elements lie through each; None where
+        that is not known before there is a mesh."""
+        return None
+
     def wall_normal(self, region: str, points: np.ndarray) -> np.ndarray:
         """Normal (n, 3) or (3,) of the wall at undeformed points (n, 3) of a region.
 
@@ -158,6 +165,17 @@ class Geometry(BaseModel):
         """What is cut out of flat sheets and where they are joined, of the whole actuator; None
         where nothing is."""
         return None
+
+    def cells(self) -> int | None:
+        """Number of tetrahedra, where it is known before there is a mesh."""
+        return None
+
+    def _through(self, **thickness: float) -> tuple[Wall, ...]:
+        """Walls between planes or curves that every mesh has, by the names of their thickness."""
+        return tuple(
+            Wall(name, t, steps(t, self.mesh_size, self.least_steps))
+            for name, t in thickness.items()
+        )
 
     @property
     def least_steps(self) -> int:
@@ -177,7 +195,7 @@ class Geometry(BaseModel):
 
         self.build(gmsh)
         fill(gmsh, self.mesh_size, self.least_steps)
-        cut_mesh(gmsh, self.least_steps, MOST_TETRAHEDRA)
+        cut_mesh(gmsh, self.least_steps)
 
     @field_validator("*")
     @classmethod
@@ -213,6 +231,14 @@ class Geometry(BaseModel):
                     f"{size:g} mm would make about {count:.0e} tetrahedra, and "
                     f"{MOST_TETRAHEDRA:.0e} are the most; write a larger length",
                 )
+                return
+        count = self.cells() or 0
+        if count > MOST_TETRAHEDRA:
+            yield (
+                "through_wall" if self.least_steps > 1 else "mesh_size",
+                f"the mesh would have {count:.0e} tetrahedra, and {MOST_TETRAHEDRA:.0e} are the "
+                "most; write a larger mesh_size or a smaller through_wall",
+            )
 
 
 def _line_error(geometry: Geometry, name: str, fault: str) -> InitErrorDetails:
@@ -230,26 +256,29 @@ def __getattr__(name: str):
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
-def make_mesh(geometry: Geometry, path: Path, timeout: float = 300.0) -> None:
+def make_mesh(geometry: Geometry, path: Path, timeout: float = 300.0) -> list[str]:
     """Writes the mesh of a geometry to ``path`` (.msh 4.1, mm), meshed in a process of its own.
 
     timeout: seconds after which gmsh is killed. The file appears whole or not at all, and the
-    same parameters give the same mesh. Raises MeshError where gmsh fails, crashes or runs out of
+    same parameters give the same mesh. Returns remarks on the mesh, such as which walls are too
+    thin for it. Raises MeshError where gmsh fails, crashes or runs out of
     time, or where the mesh does not have the parts and volumes that the geometry promises; OSError
     where the folder cannot be written or the disk is full.
     """
-    _write(geometry, Path(path), timeout, ".msh")
+    return _write(geometry, Path(path), timeout, ".msh")
 
 
-def export(geometry: Geometry, path: Path, timeout: float = 300.0, part: Part = "solid") -> None:
+def export(
+    geometry: Geometry, path: Path, timeout: float = 300.0, part: Part = "solid"
+) -> list[str]:
     """Writes a geometry to ``path`` in the format of its suffix.
 
     part: "solid" is what is printed; "core" is the air of its cavities, what is put into a mould,
     in .stl and .step only.
 
     .msh: gmsh 4.1 with named groups; .vtu: the same mesh for ParaView; .stl: the closed skin of the
-    whole solid, outside and cavities; .step: the whole solid for CAD. Raises SpecError for another
-    suffix or a missing folder, MeshError as ``make_mesh``.
+    whole solid, outside and cavities; .step: the whole solid for CAD. Returns and raises as
+    ``make_mesh``, SpecError for another suffix or a missing folder.
     """
     path = Path(path)
     if path.suffix.lower() not in (*SUFFIXES, *PATTERNS):
@@ -263,15 +292,16 @@ def export(geometry: Geometry, path: Path, timeout: float = 300.0, part: Part = 
             raise SpecError(f"{path}: a core is written to {' or '.join(CORE_SUFFIXES)} only")
         if not geometry.layout().cavities:
             raise SpecError(f"{path}: {_name(geometry)} has no closed cavity, so there is no core")
-    _write(geometry, path, timeout, path.suffix.lower(), part)
+    return _write(geometry, path, timeout, path.suffix.lower(), part)
 
 
 def _write(
     geometry: Geometry, path: Path, timeout: float, suffix: str, part: Part = "solid"
-) -> None:
+) -> list[str]:
     if not path.parent.is_dir():
         raise SpecError(f"{path}: there is no folder '{path.parent}'")
     temporary = path.with_name(f".{path.name}.{os.getpid()}{suffix}")
+    remarks: list[str] = []
     try:
         if suffix in PATTERNS:
             temporary.write_text(geometry.pattern().text(suffix), encoding="utf-8")
@@ -279,11 +309,12 @@ def _write(
             geometry.export_sheets(temporary, suffix)
         else:
             temporary.touch()  # or gmsh would be the one to find that it may not
-            _run_gmsh(geometry, temporary.resolve(), timeout, part)
+            remarks = _run_gmsh(geometry, temporary.resolve(), timeout, part)
             _check_whole(temporary)
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
+    return remarks
 
 
 def _check_whole(path: Path) -> None:
@@ -295,7 +326,7 @@ def _check_whole(path: Path) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
 
 
-def _run_gmsh(geometry: Geometry, path: Path, timeout: float, part: Part) -> None:
+def _run_gmsh(geometry: Geometry, path: Path, timeout: float, part: Part) -> list[str]:
     kind = type(geometry)
     job = {
         "module": kind.__module__,
@@ -330,7 +361,7 @@ def _run_gmsh(geometry: Geometry, path: Path, timeout: float, part: Part) -> Non
         _kill(process)
         raise
     if process.returncode == 0:
-        return
+        return [line[len(REMARK) :] for line in log.splitlines() if line.startswith(REMARK)]
     faults = [line[len(FAULT) :] for line in log.splitlines() if line.startswith(FAULT)]
     if faults:
         raise MeshError(*(f"{_name(geometry)}: {fault}" for fault in faults))

@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from softact.errors import MeshError
-from softact.geometry import MOST_TETRAHEDRA, Geometry, Layout, ThroughWall
+from softact.geometry import Geometry, Layout, ThroughWall
 from softact.subdivide import TETRAHEDRON, cut_mesh, fill
 from softact.units import Length
 
@@ -92,4 +92,4 @@ class Imported(Geometry):
                 f"{lost} tetrahedra are in no solid named under regions "
                 f"({', '.join(self.regions)}); name all solids"
             )
-        cut_mesh(gmsh, self.least_steps, MOST_TETRAHEDRA)
+        cut_mesh(gmsh, self.least_steps)

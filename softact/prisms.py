@@ -14,7 +14,7 @@ from math import pi
 import numpy as np
 
 from softact.boxes import OUTSIDE, SAME_PLANE, Plane
-from softact.discrete import add_mesh, prism_sides, prism_tetrahedra
+from softact.discrete import add_mesh, check_number, prism_sides, prism_tetrahedra
 from softact.steps import steps
 from softact.subdivide import TRIANGLE, Pieces
 
@@ -122,7 +122,9 @@ class Prisms:
         """Puts the mesh and its named groups into a new, discrete gmsh model; see ``lines`` and
         ``section``."""
         section = self.section(gmsh, size, least)
-        PrismMesh(self, section, self.lines(size, least)).add_to(gmsh)
+        made = PrismMesh(self, section, self.lines(size, least))
+        check_number(made.cells())
+        made.add_to(gmsh)
 
     def build(self, gmsh) -> dict[str, list[tuple[int, int]]]:
         """Adds the solid to the current gmsh model as OCC volumes; returns them by region."""
@@ -198,6 +200,10 @@ class PrismMesh:
     def _layers(self, start: float, end: float) -> slice:
         first, last = np.searchsorted(self.lines, np.array([start, end]) - SAME_PLANE)
         return slice(int(first), int(last))
+
+    def cells(self) -> int:
+        """Number of tetrahedra of all regions."""
+        return 3 * int(((0 < self.label) & (self.label <= len(self.solid.regions))).sum())
 
     def points(self) -> np.ndarray:
         """All points (n, 3), mm, plane by plane, also those that no cell uses."""

@@ -15,8 +15,7 @@ from itertools import permutations, product
 import numpy as np
 from scipy import sparse
 
-from softact.discrete import add_mesh
-from softact.errors import MeshError
+from softact.discrete import add_mesh, check_number
 
 #: Sides of a gmsh circle in a mesh that is going to be cut, at least: or a side of a thin round
 #: wall would cross the other one.
@@ -152,34 +151,39 @@ def fill(gmsh, size: float, k: int) -> None:
     gmsh.model.mesh.optimize("")
 
 
-def cut_mesh(gmsh, k: int, most: float) -> None:
+def cut_mesh(gmsh, k: int) -> None:
     """Put the tetrahedra of the current gmsh model, cut into ``k`` along each edge, and its named
-    groups into a new, discrete model; nothing where k is 1.
+    groups into a new, discrete model; nothing where k is 1 or there are none.
 
-    Raises MeshError where there would be more than ``most``.
+    Raises MeshError where there would be too many.
     """
-    if k == 1:
+    count = len(gmsh.model.mesh.getElementsByType(TETRAHEDRON)[0])
+    if k == 1 or not count:
         return
-    groups: dict[tuple[int, str], list[int]] = {}
+    check_number(count * k**3)
+    regions, names = _groups(gmsh)
+    cut = Pieces(gmsh, 3, k)
+    parts = {
+        name: [cut.of[3, tag] for tag in tags if (3, tag) in cut.of]
+        for name, tags in regions.items()
+    }
+    solids = {name: np.vstack(found) for name, found in parts.items() if found}
+    surfaces = [
+        (frozenset(of), cut.of[2, tag]) for tag, of in sorted(names.items()) if (2, tag) in cut.of
+    ]
+    if solids:
+        add_mesh(gmsh, cut.points, solids, surfaces)
+
+
+def _groups(gmsh) -> tuple[dict[str, list[int]], dict[int, set[str]]]:
+    """Tags of the solids by name of their group, and names of each surface's groups."""
+    regions: dict[str, list[int]] = {}
+    names: dict[int, set[str]] = {}
     for dimension, group in gmsh.model.getPhysicalGroups():
         name = gmsh.model.getPhysicalName(dimension, group)
-        tags = gmsh.model.getEntitiesForPhysicalGroup(dimension, group)
-        groups.setdefault((dimension, name), []).extend(int(tag) for tag in tags)
-    count = len(gmsh.model.mesh.getElementsByType(TETRAHEDRON)[0]) * k**3
-    if count > most:
-        raise MeshError(
-            f"through_wall {k} would make {count:.0e} tetrahedra, and {most:.0e} are the most; "
-            "write a larger mesh_size or a smaller through_wall"
-        )
-    cut = Pieces(gmsh, 3, k)
-    regions = {name: _joined(cut, 3, tags) for (d, name), tags in groups.items() if d == 3}
-    names: dict[int, set[str]] = {}
-    for (d, name), tags in groups.items():
-        for tag in tags if d == 2 else ():
-            names.setdefault(tag, set()).add(name)
-    surfaces = [(frozenset(of), cut.of[2, tag]) for tag, of in sorted(names.items())]
-    add_mesh(gmsh, cut.points, regions, surfaces)
-
-
-def _joined(cut: Pieces, dimension: int, tags: Sequence[int]) -> np.ndarray:
-    return np.vstack([cut.of[dimension, tag] for tag in tags])
+        for tag in map(int, gmsh.model.getEntitiesForPhysicalGroup(dimension, group)):
+            if dimension == 3:
+                regions.setdefault(name, []).append(tag)
+            elif dimension == 2:
+                names.setdefault(tag, set()).add(name)
+    return regions, names
