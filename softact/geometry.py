@@ -44,7 +44,7 @@ PATTERNS = (".dxf", ".svg")  # of sheets
 CORE_SUFFIXES = (".stl", ".step")
 ENDS = {".msh": b"$End", ".step": b"END-"}  # how the last line of a whole file begins
 Part = Literal["solid", "core"]
-MOST_THROUGH = 12
+MOST_THROUGH = 100
 #: Parameters that say how many elements lie between two planes or lines at least, of solids and of
 #: sheets.
 STEPS = ("through_wall", "between_lines")
