@@ -44,7 +44,7 @@ def check_number(cells: float) -> None:
     """Raise MeshError where a mesh has more tetrahedra than can be solved."""
     if cells > MOST_TETRAHEDRA:
         raise MeshError(
-            f"there would be {cells:.0e} tetrahedra, and {MOST_TETRAHEDRA:.0e} are the most; write "
+            f"there would be {cells:.2e} tetrahedra, and {MOST_TETRAHEDRA:.0e} are the most; write "
             "a larger mesh_size or a smaller through_wall"
         )
 

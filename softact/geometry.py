@@ -236,7 +236,7 @@ class Geometry(BaseModel):
         if count > MOST_TETRAHEDRA:
             yield (
                 "through_wall" if self.least_steps > 1 else "mesh_size",
-                f"the mesh would have {count:.0e} tetrahedra, and {MOST_TETRAHEDRA:.0e} are the "
+                f"the mesh would have {count:.2e} tetrahedra, and {MOST_TETRAHEDRA:.0e} are the "
                 "most; write a larger mesh_size or a smaller through_wall",
             )
 
