@@ -52,7 +52,9 @@ class Progress:
         if event["stage"] == "increment":
             self._done = (self._steps.index(event["step"]) + event["fraction"]) / len(self._steps)
         text = log_line(event)
-        if self._bar is not None:
+        if self._bar is not None and event["stage"] == "note":
+            self._bar.console.print(text, markup=False)  # above the bar, which goes on
+        elif self._bar is not None:
             self._bar.update(self._task, completed=self._done, description=text)
         else:
             click.echo(f"{time.monotonic() - self._start:7.1f} s  {text}")

@@ -73,5 +73,7 @@ def mesh(
     path = Path(output or f"{loaded.name}.{suffix or 'msh'}")
     if path.is_dir():
         raise SpecError(f"{path}: this is a folder; give the name of a file")
-    export(loaded.geometry, path, timeout=timeout, part=part)
+    remarks = export(loaded.geometry, path, timeout=timeout, part=part)
     click.echo(f"wrote {path}")
+    for remark in remarks:
+        click.echo(f"note: {remark}")

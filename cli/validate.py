@@ -19,23 +19,28 @@ from softact.errors import SpecError
 def validate(specs: tuple[str, ...], overrides: tuple[str, ...]) -> None:
     """Check specs: every fault in a line of its own, with file, line and path.
 
-    Nothing is meshed or written. Exits with 2 when a spec has a fault.
+    Walls that the mesh is too coarse for are noted. Nothing is meshed or written. Exits with 2
+    when a spec has a fault.
 
     \b
     Example:
       softact validate configs/pneunet_glove.yaml
     """
     from softact.spec import load
+    from softact.walls import expected
 
     faults = 0
     for path in specs:
         try:
-            load(path, overrides)
+            loaded = load(path, overrides)
         except SpecError as error:
             faults += len(error.lines)
             for line in error.lines:
                 click.echo(line, err=True)
         else:
             click.echo(f"{path}: ok")
+            remark = expected(loaded.geometry.walls())
+            if remark:
+                click.echo(f"{path}: note: {remark}")
     if faults:
         sys.exit(SpecError.exit_code)

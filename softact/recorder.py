@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import resource
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 
 import numpy as np
@@ -18,9 +18,21 @@ from softact.stepping import Stepper
 
 
 class Recorder:
-    """Runs the steps of a spec and writes down each accepted state."""
+    """Runs the steps of a spec and writes down each accepted state.
 
-    def __init__(self, spec, model, writer, tell: Callable[[dict], None], start):
+    remarks: on the mesh, which stand with what the run itself has to say.
+    """
+
+    def __init__(
+        self,
+        spec,
+        model,
+        writer,
+        tell: Callable[[dict], None],
+        start,
+        remarks: Sequence[str] = (),
+    ):
+        self.remarks = remarks
         self.spec, self.model, self.writer, self.tell = spec, model, writer, tell
         wanted = MEASURES if spec.measures == "all" else dict.fromkeys(spec.measures)
         self.measures = [MEASURES[name] for name in wanted]
@@ -51,7 +63,7 @@ class Recorder:
         memory = self.model.comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
         status = "no_equilibrium" if progress.stopped else "complete"
         messages = [progress.stopped, *progress.remarks, self._unstable(), *self._beyond_test()]
-        messages = [message for message in messages if message]
+        messages = [message for message in (*messages, *self.remarks) if message]
         if self.writer is not None:
             summary = parameters(self.spec) | self.row
             counts = {

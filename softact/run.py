@@ -85,10 +85,10 @@ def run(
         mesh_file, spec_file = folder / "mesh.msh", folder / "spec.yaml"
         job_file = folder / "job.json"
 
-        def prepare() -> None:
-            """Mesh, and the job that the solver waits for."""
+        def prepare() -> list[str]:
+            """Mesh, and the job that the solver waits for; returns remarks on the mesh."""
             progress({"stage": "mesh"})
-            make_mesh(spec.geometry, mesh_file)
+            remarks = make_mesh(spec.geometry, mesh_file)
             spec_file.write_text(spec.to_yaml())
             job = {
                 "spec": str(spec_file),
@@ -96,8 +96,10 @@ def run(
                 "directory": str(directory.absolute()),
                 "times_s": {"mesh": time.perf_counter() - started},
                 "old_steps": old.steps if old else None,
+                "remarks": remarks,
             }
             write_atomic(job_file, json.dumps(job))
+            return remarks
 
         last = _solve(job_file, prepare, directory, processes, threads, progress, notes)
     if report:
@@ -158,7 +160,7 @@ def _to_resume(spec, directory: Path) -> _Old | None:
 
 def _solve(
     job_file: Path,
-    prepare: Callable[[], None],
+    prepare: Callable[[], list[str]],
     directory: Path,
     processes: int,
     threads: int | None,
@@ -171,13 +173,18 @@ def _solve(
     been given one thread: others run beside it, and it takes no more than one core.
     """
     last: dict = {}
-    lines = list(notes)
-    for text in notes:
-        progress({"stage": "note", "text": text})
+    lines: list[str] = []
+
+    def note(texts: Sequence[str]) -> None:
+        lines.extend(texts)
+        for text in texts:
+            progress({"stage": "note", "text": text})
+
+    note(notes)
     errors = job_file.with_name("stderr")
     beside = threads != 1
     if not beside:
-        prepare()
+        note(prepare())
     with errors.open("w") as stderr:
         process = subprocess.Popen(
             _command(job_file, processes),
@@ -189,7 +196,7 @@ def _solve(
         )
         try:
             if beside:
-                prepare()
+                note(prepare())
             for line in process.stdout:
                 try:
                     last = json.loads(line)

@@ -13,7 +13,7 @@ import os
 import sys
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NoReturn
 
@@ -33,12 +33,13 @@ def solve(
     times: dict,
     tell: Callable[[dict], None],
     old_steps: list[dict] | None = None,
+    remarks: Sequence[str] = (),
 ) -> str:
     """Solve ``spec`` on the mesh in ``mesh_file`` and write the result folder.
 
     Returns the status, "complete" or "no_equilibrium". times: seconds of the stages so far.
     tell: receives events, see ``softact.run``. old_steps: of the run that stands in the folder, to
-    go on with it; None: start anew.
+    go on with it; None: start anew. remarks: on the mesh, for the user.
     """
     from softact import checkpoint
     from softact.from_spec import build_model
@@ -56,11 +57,13 @@ def solve(
             new_steps = spec.model_dump(mode="json", exclude_none=True)["steps"]
             begin = checkpoint.first_to_solve(start, old_steps, new_steps)
     known = {"mesh": {"cells": mesh.cell_count, "unknowns": unknowns}}
+    if remarks:
+        known["mesh"]["remarks"] = list(remarks)
     writer = _writer(comm, spec, directory, known, start)
     # A new writer has no rows: then nothing is left to go on from.
     if start is not None and comm.bcast(writer is not None and not writer.last_row):
         start, begin = None, 0
-    recorder = Recorder(spec, model, writer, tell, start)
+    recorder = Recorder(spec, model, writer, tell, start, remarks)
     times["set_up"] = time.perf_counter() - started
     kind = "tetrahedra" if model.solids else "triangles"
     tell({"stage": "solve", "cells": mesh.cell_count, "kind": kind, "unknowns": unknowns})
@@ -146,7 +149,8 @@ def main(job_file: str, parent: str | None = None) -> int:
         spec = specs.load(job["spec"])
         directory = Path(job["directory"])
         times, old_steps = job["times_s"], job.get("old_steps")
-        status = solve(comm, spec, Path(job["mesh"]), directory, times, tell, old_steps)
+        remarks = job.get("remarks", ())
+        status = solve(comm, spec, Path(job["mesh"]), directory, times, tell, old_steps, remarks)
     except OSError as error:  # a full disk, a folder that has gone
         if error.errno == errno.ENOMEM:
             _abort_without_memory(comm)
