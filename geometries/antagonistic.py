@@ -127,9 +127,9 @@ class Antagonistic(Corrugated):
         return volume + (bore if pair == "lower" else 0.0)
 
     def walls(self) -> tuple[Wall, ...]:
-        return self._through(
-            top_wall=self.top_wall, side_wall=self.side_wall, central_wall=self.central_wall
-        )
+        sides = {"side_wall": self.side_wall} if self.chambers > 1 else {}
+        round_ = self.walls_between_curves(top_wall=self.top_wall, central_wall=self.central_wall)
+        return (*round_, *self.walls_between_planes(**sides))
 
     def volumes(self) -> dict[str, float]:
         half = 0.5 if self.symmetry else 1.0

@@ -73,7 +73,9 @@ class FiberReinforced(Geometry):
         return np.where(flat[:, None], [0.0, 0.0, -1.0], round_part)
 
     def walls(self) -> tuple[Wall, ...]:
-        walls = self._through(sleeve=self.sleeve, wall=self.wall, base_wall=self.base_wall)
+        walls = self.walls_between_curves(
+            sleeve=self.sleeve, wall=self.wall, base_wall=self.base_wall
+        )
         sleeve, *inside = walls
         return tuple(
             Wall(

@@ -124,9 +124,9 @@ class Omnidirectional(Corrugated):
         return chambers + between * self._sector(self.channel_radius)
 
     def walls(self) -> tuple[Wall, ...]:
-        return self._through(
-            top_wall=self.top_wall, side_wall=self.side_wall, inner_wall=self.inner_wall
-        )
+        sides = {"side_wall": self.side_wall} if self.modules > 1 else {}
+        round_ = self.walls_between_curves(top_wall=self.top_wall, inner_wall=self.inner_wall)
+        return (*round_, *self.walls_between_planes(**sides))
 
     def volumes(self) -> dict[str, float]:
         half = 0.5 if self.symmetry else 1.0

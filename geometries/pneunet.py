@@ -175,10 +175,7 @@ class Pneunet(Geometry):
         }
         if self.chambers > 1:
             places["inner_wall"] = 0, self.clamp_plug + self.row.chamber_length, self.inner_wall
-        return tuple(
-            Wall(name, t, solid.through(counts, axis, start, start + t))
-            for name, (axis, start, t) in places.items()
-        )
+        return solid.walls(counts, places)
 
     def volumes(self) -> dict[str, float]:
         n, row = self.chambers, self.row

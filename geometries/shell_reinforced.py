@@ -116,7 +116,7 @@ class ShellReinforced(Geometry):
 
     def walls(self) -> tuple[Wall, ...]:
         thickness = self.radius - self.chamber_radius
-        return self._through(**{"radius less chamber_radius": thickness})
+        return self.walls_between_curves(**{"radius less chamber_radius": thickness})
 
     def volumes(self) -> dict[str, float]:
         half = 0.5 if self.symmetry else 1.0

@@ -121,11 +121,15 @@ class SlowPneunet(Geometry):
         )
 
     def walls(self) -> tuple[Wall, ...]:
-        below = "film_thickness" if self.bends else "floor"
-        walls = {"outer_wall": self.outer_wall, "roof": self.roof, below: self.below}
+        solid, below = self.solid(), "film_thickness" if self.bends else "floor"
+        places = {
+            "outer_wall": (1, self.chamber_width / 2, self.outer_wall),
+            "roof": (2, self.below + self.chamber_height, self.roof),
+            below: (2, 0.0, self.below),
+        }
         if self.chambers > 1:
-            walls["inner_wall"] = self.inner_wall
-        return self._through(**walls)
+            places["inner_wall"] = 0, self.clamp_wall + self.chamber_length, self.inner_wall
+        return solid.walls(self._counts(solid), places)
 
     def volumes(self) -> dict[str, float]:
         n, width = self.chambers, self.width

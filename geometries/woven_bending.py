@@ -30,7 +30,10 @@ class WovenBending(SheetGeometry):
     h_a: Length = Field(30.0, description="height of a pouch above the strip (active height)")
     pitch: Length = Field(16.0, description="distance of the pouches along the strip")
     seam: Length = Field(6.0, description="width of the strip to which a pouch is sewn")
-    mesh_size: Length = Field(8.0, description="longest side of the triangles along the axes")
+    mesh_size: Length = Field(
+        8.0,
+        description="longest side of the triangles along the axes, of the strip's in the middle",
+    )
     between_lines: BetweenLines = None
 
     def faults(self):

@@ -7,6 +7,7 @@ as good as the flattest cell allows. The split (one tetrahedron on every second 
 four at the other corners) fits between neighbours, since these corners alternate over the grid.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -14,6 +15,7 @@ import numpy as np
 
 from softact.discrete import add_mesh
 from softact.steps import steps
+from softact.walls import Wall
 
 # Two planes nearer than this (mm) are one plane.
 SAME_PLANE = 1e-7
@@ -88,11 +90,19 @@ class Boxes:
             for box in self.boxes
         )
 
-    def through(self, counts: Counts, axis: int, start: float, end: float) -> int:
-        """How many steps lie between two places on an axis, such as the sides of a wall."""
-        breaks = self.breaks(axis)
-        inside = (breaks[:-1] > start - SAME_PLANE) & (breaks[1:] < end + SAME_PLANE)
-        return int(np.array(counts[axis])[inside].sum())
+    def walls(
+        self, counts: Counts, places: Mapping[str, tuple[int, float, float]]
+    ) -> tuple[Wall, ...]:
+        """Walls in a mesh with these counts. places: name -> axis across it, where it begins on
+        that axis, and thickness (mm)."""
+        found = []
+        for name, (axis, start, thickness) in places.items():
+            breaks = self.breaks(axis)
+            inside = breaks[:-1] > start - SAME_PLANE
+            inside &= breaks[1:] < start + thickness + SAME_PLANE
+            elements = int(np.array(counts[axis])[inside].sum())
+            found.append(Wall(name, thickness, elements))
+        return tuple(found)
 
     def cells(self, counts: Counts) -> int:
         """Number of tetrahedra of all regions in a mesh with these counts."""

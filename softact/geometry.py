@@ -170,10 +170,18 @@ class Geometry(BaseModel):
         """Number of tetrahedra, where it is known before there is a mesh."""
         return None
 
-    def _through(self, **thickness: float) -> tuple[Wall, ...]:
-        """Walls between planes or curves that every mesh has, by the names of their thickness."""
+    def walls_between_planes(self, **thickness: float) -> tuple[Wall, ...]:
+        """Walls between planes that every mesh has, by the names of their thickness."""
         return tuple(
             Wall(name, t, steps(t, self.mesh_size, self.least_steps))
+            for name, t in thickness.items()
+        )
+
+    def walls_between_curves(self, **thickness: float) -> tuple[Wall, ...]:
+        """Walls between curves of a section of triangles: where they are thinner than half of the
+        mesh size there is one triangle through them, where they are thicker there may be two."""
+        return tuple(
+            Wall(name, t, steps(t, self.mesh_size / 2, self.least_steps))
             for name, t in thickness.items()
         )
 

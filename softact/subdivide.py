@@ -54,12 +54,12 @@ def _falling(x: tuple[int, ...]) -> list[int]:
 
 def subdivided(
     points: np.ndarray, parts: Sequence[np.ndarray], k: int
-) -> tuple[np.ndarray, list[np.ndarray]]:
+) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
     """All points and parts of a mesh whose edges are cut into ``k``.
 
     points: (n, 3). parts: (m, 2), (m, 3) or (m, 4) corners of edges, triangles or tetrahedra, those
-    of one mesh. Returns points (those that a part uses) and parts in the same order; a piece has
-    its corners in some order.
+    of one mesh. Returns points (those that a part uses), which of them were there before, and parts
+    in the same order; a piece has its corners in some order.
     """
     width = max(part.shape[1] for part in parts)
     keys = [_keys(part, k, width) for part in parts]
@@ -73,7 +73,8 @@ def subdivided(
     ]
     weight = np.where(known < 0, 0, known % (k + 1)) / k
     corner = np.where(known < 0, 0, known // (k + 1))
-    return np.einsum("nc,ncx->nx", weight, points[corner]), cut
+    old = (weight == 1.0).any(axis=1)
+    return np.einsum("nc,ncx->nx", weight, points[corner]), old, cut
 
 
 def _keys(part: np.ndarray, k: int, width: int) -> np.ndarray:
@@ -104,7 +105,9 @@ class Pieces:
                 corners = gmsh.model.mesh.getElementsByType(kind, tag)[1].astype(np.int64)
                 if len(corners):
                     found[d, tag] = number[corners].reshape(-1, d + 1)
-        self.points, cut = subdivided(coordinates.reshape(-1, 3), list(found.values()), k)
+        self.points, self._old, cut = subdivided(
+            coordinates.reshape(-1, 3), list(found.values()), k
+        )
         self.of = dict(zip(found, cut, strict=True))
         self._bulge(gmsh, dimension)
 
@@ -116,10 +119,11 @@ class Pieces:
                 if of != d:
                     continue
                 own = np.unique(part)
-                fixed[own] = True
+                fixed[own], moved[own] = True, 0.0
                 if not gmsh.model.getType(d, tag).startswith(_EXACT):
                     near, _ = gmsh.model.getClosestPoint(d, tag, self.points[own].ravel())
                     moved[own] = np.reshape(near, (-1, 3)) - self.points[own]
+        moved[self._old] = 0.0  # they lie where they should but for gmsh's rounding
         if np.abs(moved).max(initial=0.0) > _STILL:
             inside = [part for (d, _), part in self.of.items() if d == dimension]
             self.points = self.points + _spread(np.vstack(inside), moved, fixed)

@@ -13,7 +13,7 @@ import numpy as np
 from softact.converge.richardson import NOTHING, Estimate, change, counting, estimate
 from softact.errors import NoEquilibriumError, SoftactError, SpecError
 from softact.fit.measured import run_columns
-from softact.geometry import STEPS
+from softact.geometry import STEPS, Geometry
 from softact.measures import MEASURES
 from softact.report.labels import BOOKKEEPING
 from softact.results import COMPLETE, read
@@ -41,15 +41,15 @@ class Level:
     @property
     def sizes(self) -> dict[str, float]:
         """The geometry's mesh sizes, mm."""
-        return mesh_sizes(self.spec)
+        return mesh_sizes(self.spec.geometry)
 
     @property
     def steps(self) -> dict[str, int]:
         """The least number of elements between planes or lines, by the parameter's name."""
-        return mesh_steps(self.spec)
+        return mesh_steps(self.spec.geometry)
 
     def __str__(self) -> str:
-        return mesh_words(self.spec)
+        return mesh_words(self.spec.geometry)
 
 
 @dataclass
@@ -110,55 +110,59 @@ class Convergence:
         return found
 
 
-def mesh_sizes(spec: Spec) -> dict[str, float]:
-    """The geometry's mesh size parameters that are set, mm."""
+def mesh_sizes(geometry: Geometry) -> dict[str, float]:
+    """The mesh size parameters that are set, mm."""
     sizes = {
         name: value
-        for name in type(spec.geometry).model_fields
-        if name.endswith("mesh_size") and (value := getattr(spec.geometry, name)) is not None
+        for name in type(geometry).model_fields
+        if name.endswith("mesh_size") and (value := getattr(geometry, name)) is not None
     }
     if not sizes:
-        raise SpecError(f"geometry {spec.geometry.type}: it has no mesh size to refine")
+        raise SpecError(f"geometry {geometry.type}: it has no mesh size to refine")
     return sizes
 
 
-def mesh_steps(spec: Spec) -> dict[str, int]:
-    """The geometry's parameter out of STEPS, if it has one."""
-    fields = type(spec.geometry).model_fields
-    return {name: getattr(spec.geometry, name) or 1 for name in STEPS if name in fields}
+def mesh_steps(geometry: Geometry) -> dict[str, int]:
+    """The parameter out of STEPS, if there is one, with its value."""
+    fields = type(geometry).model_fields
+    return {name: getattr(geometry, name) or 1 for name in STEPS if name in fields}
 
 
-def mesh_words(spec: Spec) -> str:
+def mesh_words(geometry: Geometry) -> str:
     """The mesh parameters: ``mesh_size 2 mm, through_wall 2``."""
-    sizes = [f"{name} {size:g} mm" for name, size in mesh_sizes(spec).items()]
-    return ", ".join([*sizes, *(f"{name} {n}" for name, n in mesh_steps(spec).items() if n > 1)])
+    sizes = [f"{name} {size:g} mm" for name, size in mesh_sizes(geometry).items()]
+    steps = [f"{name} {number}" for name, number in mesh_steps(geometry).items() if number > 1]
+    return ", ".join([*sizes, *steps])
+
+
+def finer(geometry: Geometry, factor: float, times: int = 1) -> dict[str, str | int]:
+    """The geometry's mesh parameters, as in a spec, refined by ``factor`` so many times.
+
+    Sizes are divided. What counts elements grows by the factor as well, but by one each time at
+    least: where there is one element through a wall, that wall is refined in no other way.
+    """
+    by = factor**times
+    sizes = {name: f"{size / by:.6g} mm" for name, size in mesh_sizes(geometry).items()}
+    return sizes | {
+        name: max(least + times, math.ceil(least * by - NOTHING))
+        for name, least in mesh_steps(geometry).items()
+    }
 
 
 def refined(spec: Spec, factor: float, times: int = 1) -> Spec:
-    """The spec with its mesh refined by ``factor`` so many times.
-
-    Sizes are divided. What counts elements grows by the factor as well, but by one each time at
-    least: where there is one element through a wall, that wall is refined in no other way. Raises
-    SpecError as a spec would.
-    """
+    """The spec with a mesh that is refined by ``factor`` so many times, see ``finer``. Raises
+    SpecError as a spec would."""
     from pydantic import ValidationError
 
     if not times:
         return spec
-    by = factor**times
-    finer: dict[str, str | int] = {
-        name: f"{size / by:.6g} mm" for name, size in mesh_sizes(spec).items()
-    }
-    finer |= {
-        name: max(least + times, math.ceil(least * by - NOTHING))
-        for name, least in mesh_steps(spec).items()
-    }
+    mesh = finer(spec.geometry, factor, times)
     data = spec.model_dump(mode="json", exclude_none=True)
-    data["geometry"] |= finer
+    data["geometry"] |= mesh
     try:
         return Spec.model_validate(data)
     except ValidationError as error:
-        where = ", ".join(f"{name} {value}" for name, value in finer.items())
+        where = ", ".join(f"{name} {value}" for name, value in mesh.items())
         raise SpecError(f"{where}: {error.errors()[0]['msg']}") from None
 
 
@@ -207,7 +211,7 @@ def _levels(specs: Sequence[Spec], cache: Cache, jobs: int, told) -> list[Level]
             raise SoftactError(answer.cause)
         spec = keys[answer.key]
         if answer.status != COMPLETE:
-            raise NoEquilibriumError(f"{mesh_words(spec)}: {answer.cause}")
+            raise NoEquilibriumError(f"{mesh_words(spec.geometry)}: {answer.cause}")
         folder = cache.folder(answer.key)
         found[answer.key] = Level(spec, answer.record, _edge(spec, answer.record, folder))
         told(found[answer.key], answer)

@@ -17,7 +17,7 @@ from softact.converge import output
 from softact.converge import study as studies
 from softact.converge.carry import carry_into
 from softact.converge.richardson import SAFETY, counting, estimate
-from softact.converge.study import Convergence, Level, converge, mesh_sizes, mesh_steps, refined
+from softact.converge.study import Convergence, Level, converge, mesh_sizes, refined
 from softact.errors import MeshError, SpecError
 from softact.report import pictures, write_report
 from softact.results import MESH_ERROR, read
@@ -101,16 +101,16 @@ def test_a_mesh_is_refined_through_its_walls_too():
         "geometry: {type: pneunet, mesh_size: 3 mm, cavity_mesh_size: 6 mm}\n"
         "materials: {body: elastosil-m4601}\nsteps: [{name: up, pressure: 1 kPa}]"
     )
-    assert mesh_sizes(refined(spec, 1.5)) == {"mesh_size": 2.0, "cavity_mesh_size": 4.0}
-    assert [mesh_steps(refined(spec, 1.5, n))["through_wall"] for n in range(5)] == [1, 2, 3, 4, 6]
-    assert [mesh_steps(refined(spec, 1.2, n))["through_wall"] for n in range(5)] == [1, 2, 3, 4, 5]
+    assert mesh_sizes(refined(spec, 1.5).geometry) == {"mesh_size": 2.0, "cavity_mesh_size": 4.0}
+    assert [refined(spec, 1.5, n).geometry.least_steps for n in range(5)] == [1, 2, 3, 4, 6]
+    assert [refined(spec, 1.2, n).geometry.least_steps for n in range(5)] == [1, 2, 3, 4, 5]
     assert refined(spec, 1.5, 0).hash == spec.hash
 
 
 def test_more_and_more_elements_lie_through_a_wall_of_several():
     text = "materials: {body: elastosil-m4601}\nsteps: [{name: up, pressure: 1 kPa}]"
     spec = specs.loads(f"geometry: {{type: pneunet, chambers: 1, through_wall: 3}}\n{text}")
-    assert [mesh_steps(refined(spec, 1.5, n))["through_wall"] for n in range(4)] == [3, 5, 7, 11]
+    assert [refined(spec, 1.5, n).geometry.least_steps for n in range(4)] == [3, 5, 7, 11]
 
 
 @pytest.fixture(scope="module")
