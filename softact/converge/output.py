@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from html import escape
 from pathlib import Path
 
@@ -91,14 +92,15 @@ def write(study: Convergence, name: str, directory: Path) -> Path:
     return page
 
 
-def advice(study: Convergence) -> str:
-    """One line: which mesh to use, or what is known instead."""
+def advice(study: Convergence, called: Callable[[str], str] = str) -> str:
+    """One line: which mesh to use, or what is known instead. called: what a measure's column is
+    called in it."""
     within = f"within {100 * study.tolerance:.3g} % of the limit"
     level, verdict = study.recommended, study.verdict()
     if level is not None:
         return f"use {level}: {within} for every measure, {level.record.seconds:.1f} s a run"
     measures = [m for m in study.measures if study.verdict_of(m) == verdict]
-    said = "; ".join(f"{m}: {_why(study, m)}" for m in measures)
+    said = "; ".join(f"{called(m)}: {_why(study, m)}" for m in measures)
     if study.stopped:
         return f"{verdict}: {said}; the next mesh was not solved: {study.stopped}"
     return (
@@ -159,7 +161,8 @@ def html(study: Convergence, name: str, table: list[dict]) -> str:
 
 
 def _sentence(study: Convergence) -> str:
-    said = advice(study).removeprefix(f"{study.verdict()}: ")
+    said = advice(study, mesh_error.spoken)
+    said = said.removeprefix(f"{study.verdict()}: ")
     return escape(said[0].upper() + said[1:])
 
 
@@ -173,7 +176,9 @@ def _estimates(study: Convergence, measure: str) -> tuple[str | float, ...]:
 
 def _meshes(study: Convergence, table: list[dict]) -> str:
     shown = {"edge_mm": "Mean cell size (mm)", "cells": "Elements", "seconds": "Run (s)"}
-    shown |= {"counts": "Counts"} | {n: n.replace("_", " ") for n in study.levels[0].steps}
+    shown |= {"counts": "Counts"} | {
+        n: n.replace("_", " ").capitalize() for n in study.levels[0].steps
+    }
     heads = {name: shown.get(name, str(labels.column(name))) for name in table[0]}
     factors = {name: 1.0 for name in heads}
     for measure in study.measures:

@@ -35,7 +35,7 @@ class MeshErrors:
             return self.fault
         within = f"{labels.number(100 * self.story['tolerance'])} %"
         which = ", ".join(
-            labels.column(name).name
+            spoken(name)
             for name, told in self.story["measures"].items()
             if told["verdict"] == self.story["verdict"]
         )
@@ -68,6 +68,12 @@ def read(results: Results) -> MeshErrors:
 def text(name: str, bar: float) -> str:
     """``± 0.52`` in the unit in which the column is shown."""
     return f"± {labels.number(bar * labels.column(name).factor, digits=2)}"
+
+
+def spoken(column: str) -> str:
+    """What a column is called in a sentence: "bending angle"."""
+    name = labels.column(column).name
+    return name[:1].lower() + name[1:]
 
 
 def words(verdict: str, tolerance: float) -> str:

@@ -274,7 +274,7 @@ def test_error_bars_go_with_the_run_that_they_are_of(studied, tmp_path):
     folder = result_of(tmp_path / "r", 42.56, SPEC)
     carry_into(studied, folder)
     assert "± 3.2" in shown(folder)  # 1.25 · 6.4 % of 40°, which is more than 5 %
-    assert "the mesh has not converged within 5 %: Bending angle" in shown(folder)
+    assert "the mesh has not converged within 5 %: bending angle" in shown(folder)
     told = json.loads((folder / MESH_ERROR).read_text())
     assert (told["verdict"], told["converged"]) == ("not converged", False)
     told["levels"][0]["spec_hash"] = "another"
@@ -304,7 +304,7 @@ def test_a_result_says_that_the_error_of_its_mesh_is_not_known(tmp_path):
     told = json.loads((folder / MESH_ERROR).read_text())
     assert (told["verdict"], told["error_bars"]) == ("not known", {})
     assert "±" not in re.sub("An error bar is.*", "", shown(folder), flags=re.S)
-    assert "how far the mesh is from its limit is not known: Bending angle" in shown(folder)
+    assert "how far the mesh is from its limit is not known: bending angle" in shown(folder)
     (line,) = re.findall(r"<tr><th scope='row'>Bending angle</th><td>°</td>.*?</tr>", shown(folder))
     cells = re.findall(r"<td[^>]*>(.*?)</td>", line)
     assert cells[1:4] == ["40.5", "not known", "not known"]
