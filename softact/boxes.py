@@ -67,10 +67,15 @@ class Boxes:
     planes: tuple[Plane, ...] = ()
 
     def breaks(self, axis: int) -> np.ndarray:
-        """Where boxes and sheets begin and end along an axis: planes that every mesh has."""
+        """Where boxes and sheets begin and end along an axis: planes that every mesh has. What
+        lies alike on both sides of 0 is divided there, as its half is."""
         everything = self.boxes + self.sheets
         breaks = np.sort([at for box in everything for at in (box.lower[axis], box.upper[axis])])
-        return breaks[np.concatenate([[True], np.diff(breaks) > SAME_PLANE])]
+        breaks = breaks[np.concatenate([[True], np.diff(breaks) > SAME_PLANE])]
+        middle = len(breaks) // 2
+        if len(breaks) % 2 == 0 and abs(breaks[middle - 1] + breaks[middle]) < SAME_PLANE:
+            breaks = np.insert(breaks, middle, 0.0)
+        return breaks
 
     def counts(self, size: float, cavity_size: float, least: int = 1) -> Counts:
         """Steps between the breaks: at most ``size`` long, at most ``cavity_size`` where a cavity

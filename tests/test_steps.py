@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from softact.boxes import Boxes
+from softact.geometry import GEOMETRIES
 from softact.spec import load
 from softact.steps import steps
 
@@ -72,3 +73,18 @@ def test_a_changed_solid_is_meshed_with_the_counts_of_another():
     assert np.array_equal(old.tetrahedra(0), new.tetrahedra(0))
     moved = new.points() - old.points()
     assert np.unique(np.round(moved, 9), axis=0).tolist() == [[0, 0, 0], [0, 0, geometry.roof / 2]]
+
+
+@pytest.mark.parametrize("name", ["pneunet", "slow_pneunet"])
+@pytest.mark.parametrize("size", ["3 mm", "7 mm"])
+def test_a_whole_is_meshed_as_its_two_halves(name, size):
+    """What lies across the plane of symmetry, such as the channel, was one step of 4 mm in the
+    whole and one of 2 mm in the half."""
+    whole, half = (
+        GEOMETRIES[name].model_validate({"chambers": 2, "mesh_size": size, "symmetry": symmetry})
+        for symmetry in (False, True)
+    )
+    meshes = [g.solid().grid(g._counts(g.solid())) for g in (whole, half)]
+    middles = [np.round(m.points()[m.tetrahedra(0)].mean(axis=1), 6) for m in meshes]
+    mirrored = np.vstack([middles[1], middles[1] * [1, -1, 1]])
+    assert np.array_equal(np.unique(middles[0], axis=0), np.unique(mirrored, axis=0))
