@@ -249,6 +249,12 @@ class Geometry(BaseModel):
             )
 
 
+def is_of_mesh(path: str) -> bool:
+    """Whether a dotted path of a spec says how fine the mesh is, and nothing of the actuator."""
+    part, _, name = path.strip().partition(".")
+    return part == "geometry" and (name.endswith("mesh_size") or name in STEPS)
+
+
 def _line_error(geometry: Geometry, name: str, fault: str) -> InitErrorDetails:
     # The text goes in as context: braces in it are no template.
     error = PydanticCustomError("geometry", "{fault}", {"fault": fault})

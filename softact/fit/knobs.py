@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from softact.errors import SpecError
+from softact.geometry import is_of_mesh
 from softact.spec import Spec, loads
 from softact.spec.choice import nearest
 from softact.units import conversion, show
@@ -62,6 +63,11 @@ def read_knobs(options: Sequence[str], spec: Spec) -> list[Knob]:
 
 def _knob(option: str, dumped: dict) -> Knob:
     path, equals, bounds = option.partition("=")
+    if is_of_mesh(path):
+        raise SpecError(
+            "says how fine the mesh is: fitted, it would make up for errors of the model; "
+            "'softact converge' finds a mesh"
+        )
     value, unit = _split(_lookup(dumped, path.strip()))
     if not equals:
         if value == 0.0:
