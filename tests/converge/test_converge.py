@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from softact import spec as specs
+from softact.cli import main as cli
 from softact.converge import output
 from softact.converge import study as studies
 from softact.converge.carry import carry_into
@@ -105,6 +106,47 @@ def test_a_mesh_is_refined_through_its_walls_too():
     assert [refined(spec, 1.5, n).geometry.least_steps for n in range(5)] == [1, 2, 3, 4, 6]
     assert [refined(spec, 1.2, n).geometry.least_steps for n in range(5)] == [1, 2, 3, 4, 5]
     assert refined(spec, 1.5, 0).hash == spec.hash
+
+
+def test_a_finger_whose_walls_are_thinner_than_its_mesh_is_refined():
+    """Three chambers of 6 mm with walls of 2 mm in a mesh of 7 mm. By 1.3 and 1.3² sizes alone made
+    1,230 tetrahedra twice, five in each box of the grid."""
+    text = "materials: {body: elastosil-m4601}\nsteps: [{name: up, pressure: 20 kPa}]"
+    walls = "outer_wall: 2 mm, inner_wall: 2 mm, roof: 2 mm"
+    spec = specs.loads(
+        f"geometry: {{type: pneunet, chambers: 3, {walls}, mesh_size: 7 mm}}\n{text}"
+    )
+    for size in ("5.38462 mm", "4.14201 mm"):
+        alone = spec.geometry.model_validate(
+            {"chambers": 3, "mesh_size": size}
+            | dict.fromkeys(("outer_wall", "inner_wall", "roof"), "2 mm")
+        )
+        assert alone.cells() == 1230
+    assert [refined(spec, 1.3, n).geometry.cells() for n in range(3)] == [915, 6900, 21870]
+    for n in (1, 2):
+        assert all(wall.elements >= n + 1 for wall in refined(spec, 1.3, n).geometry.walls())
+
+
+def test_a_beam_is_refined_and_solved(tmp_path, monkeypatch, capsys):
+    """From the command line: a cube's edge more through the beam each time, an order as elements at
+    a clamped edge have, and error bars that hold what the finer meshes say."""
+    monkeypatch.chdir(tmp_path)
+    Path("beam.yaml").write_text(
+        "geometry: {type: block, length: 16 mm, width: 4 mm, height: 4 mm, mesh_size: 4 mm}\n"
+        "materials: {body: {law: neo_hookean, c10: 0.1 MPa}}\nmeasures: [tip]\n"
+        "steps: [{name: hang, gravity: [0, 0, -1]}]\n"
+        "solver: {initial_increment: 1, max_increment: 1}\n"
+    )
+    with pytest.raises(SystemExit) as left:
+        cli.main(["converge", "beam.yaml", "-m", "tip_z_mm"])
+    assert left.value.code == 0
+    told = json.loads(Path("results/beam-converge/converge.json").read_text())
+    assert [level["cells"] for level in told["levels"]] == [5 * 4, 5 * 6 * 2**2, 5 * 9 * 3**2]
+    assert [level["steps"]["through_wall"] for level in told["levels"]] == [1, 2, 3]
+    found = told["measures"]["tip_z_mm"]
+    assert told["verdict"] == found["verdict"] == "within" and 0.5 < found["order"] < 4.5
+    assert abs(found["values"][0] - found["values"][2]) < found["error_bars"][0]
+    assert "use mesh_size 4 mm: within 5 % of the limit" in capsys.readouterr().out
 
 
 def test_more_and_more_elements_lie_through_a_wall_of_several():
