@@ -2,15 +2,17 @@
 
 import os
 import sys
+from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
 import click
 
 from softact.cli._force import force_option
+from softact.errors import SpecError
 
 
-@click.command(short_help="Refine the mesh until the measures stay; error bars.")
+@click.command(short_help="Refine the mesh until the measures are right; error bars.")
 @click.argument("spec")
 @click.option(
     "-m",
@@ -18,10 +20,10 @@ from softact.cli._force import force_option
     "measures",
     multiple=True,
     metavar="COLUMN",
-    help="Column that has to stay; may be repeated.  [default: bending_angle_deg and "
+    help="Column that has to be right; may be repeated.  [default: bending_angle_deg and "
     "max_principal_stress_MPa]",
 )
-@click.option("--tolerance", default="5 %", show_default=True, help="Largest relative change.")
+@click.option("--tolerance", default="5 %", show_default=True, help="Largest relative error.")
 @click.option(
     "--factor",
     type=click.FloatRange(1.1, 4.0),
@@ -69,11 +71,13 @@ def converge(
     overrides: tuple[str, ...],
     force: bool,
 ) -> None:
-    """Refine all mesh sizes of a spec until the measures change by less than the tolerance.
+    """Refine the mesh of a spec until the measures are within the tolerance of their limits.
 
-    Says which size to use, what the limit is (Richardson's estimate, with the observed order) and
-    how large the error of the spec's own mesh is. Writes converge.csv, converge.json and
-    converge.html. Exits with 1 when the measures do not stay within so many meshes.
+    Mesh sizes are divided by the factor, and as many elements more lie through each wall, one more
+    at least. Says which mesh to use, what the limit is (Richardson's estimate, with the observed
+    order) and how large the error of the spec's own mesh is, or that it is not known. Writes
+    converge.csv, converge.json and converge.html. Exits with 1 unless the measures are known to be
+    within the tolerance on one of so many meshes.
 
     \b
     Example:
@@ -82,7 +86,6 @@ def converge(
     from softact.converge import carry
     from softact.converge import output as files
     from softact.converge.study import converge as study_of
-    from softact.converge.study import refined
     from softact.folder_lock import held
     from softact.output import Output
     from softact.spec import load
@@ -97,8 +100,7 @@ def converge(
     folder = Output(directory, "converge", force, [Path(spec)], "the runs are kept in the cache")
     with ExitStack() as stack:
         if into:  # before hours of computing, not after
-            sizes = (refined(loaded, factor**n) for n in range(most))
-            carry.check_folder(Path(into), (spec.hash for spec in sizes))
+            carry.check_folder(Path(into), [spec.hash for spec in _meshes(loaded, factor, most)])
             stack.enter_context(held(Path(into), "converge"))
         stack.enter_context(folder.opened(files.FILES))
         study = study_of(
@@ -111,6 +113,17 @@ def converge(
             click.echo(carry.carry_into(study, Path(into)))
     click.echo(f"page: {page}")
     sys.exit(0 if study.converged else 1)
+
+
+def _meshes(spec, factor: float, most: int) -> Iterator:
+    """The specs that a study may come to; fewer where they become too large."""
+    from softact.converge.study import refined
+
+    for times in range(most):
+        try:
+            yield refined(spec, factor, times)
+        except SpecError:
+            return
 
 
 def _part(text: str) -> float:
@@ -127,11 +140,11 @@ def _part(text: str) -> float:
 
 def _told(measures: tuple[str, ...]):
     def tell(level, answer) -> None:
-        sizes = ", ".join(f"{name} {size:g} mm" for name, size in level.sizes.items())
         values = ", ".join(
             f"{m} {level.record.measures[m]:.5g}" for m in measures if m in level.record.measures
         )
         known = "known" if answer.cached else f"{level.record.seconds:.1f} s"
-        click.echo(f"{sizes}: {level.record.cells} tetrahedra, {values} ({known})")
+        kind = "tetrahedra" if level.spec.geometry.layout().regions else "triangles"
+        click.echo(f"{level}: {level.record.cells} {kind}, {values} ({known})")
 
     return tell

@@ -83,6 +83,7 @@ def mesh(
     check_file(path, force, reads)
     for text in loaded.geometry.notes():
         click.echo(text)
-    for text in export(loaded.geometry, path, timeout=timeout, part=part):
-        click.echo(text)
+    notes = export(loaded.geometry, path, timeout=timeout, part=part)
     click.echo(f"wrote {path}")
+    for text in notes:
+        click.echo(f"note: {text}")

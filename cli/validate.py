@@ -28,7 +28,8 @@ def validate(files: tuple[str, ...], overrides: tuple[str, ...]) -> None:
     test data or one of published requirements; it is checked as what it is. Nothing is meshed or
     written, and no script is run. Of a STEP file or a mesh that a spec names it says which solids
     and faces it found. Exits with 2 when a file has a fault. A value of a spec that is right in
-    form and looks a unit wrong is warned of, and is no fault.
+    form and looks a unit wrong is warned of, and is no fault; nor is a wall that the mesh is too
+    coarse for.
 
     \b
     Examples:
@@ -57,11 +58,15 @@ def _tell(path: str, checked: "Checked") -> int:
     """Say what a file is, what looks odd in it and what the file of its geometry holds; return the
     number of faults of the latter."""
     from softact.spec import plausible
+    from softact.walls import expected
 
     if checked.spec is None:
         click.echo(f"{path}: ok, {checked.called}")
         return 0
     warnings = plausible.lines(checked.spec, checked.source)
+    thin = expected(checked.spec.geometry.walls())
+    if thin:
+        warnings.append(f"{path}: geometry: {thin}")
     for line in warnings:
         click.echo(f"warning: {line}", err=True)
     return tell_file(path, checked.spec.geometry, f"{path}: ok{_counted(len(warnings))}")

@@ -11,9 +11,10 @@ from pydantic import Field
 
 from softact.boxes import OUTSIDE
 from softact.corrugated import Corrugated
-from softact.geometry import THINNEST, main
+from softact.geometry import THINNEST, ThroughWall, main
 from softact.prisms import Prism, Prisms, Shapes, lacking
 from softact.units import Length
+from softact.walls import Wall
 
 CIRCLE_EDGES = 12
 PAIRS = ("upper", "lower")  # upper: at the clamp
@@ -53,6 +54,7 @@ class Antagonistic(Corrugated):
         "of a",
     )
     mesh_size: Length = Field(5.0, description="longest edge")
+    through_wall: ThroughWall = None
 
     def faults(self):
         yield from super().faults()
@@ -123,6 +125,11 @@ class Antagonistic(Corrugated):
         volume += (n - 1) * between * self._segment(self.channel_radius)
         bore = pi * self.bore**2 / 4 * self._bore_length()
         return volume + (bore if pair == "lower" else 0.0)
+
+    def walls(self) -> tuple[Wall, ...]:
+        sides = {"side_wall": self.side_wall} if self.chambers > 1 else {}
+        round_ = self.walls_between_curves(top_wall=self.top_wall, central_wall=self.central_wall)
+        return (*round_, *self.walls_between_planes(**sides))
 
     def volumes(self) -> dict[str, float]:
         half = 0.5 if self.symmetry else 1.0

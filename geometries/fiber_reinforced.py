@@ -12,9 +12,10 @@ import numpy as np
 from pydantic import Field
 
 from softact.boxes import Plane
-from softact.geometry import THINNEST, Geometry, Layout, main
+from softact.geometry import THINNEST, Geometry, Layout, ThroughWall, main
 from softact.prisms import Prism, Prisms, Shapes, lacking
 from softact.units import Length
+from softact.walls import Wall
 
 
 class FiberReinforced(Geometry):
@@ -33,6 +34,7 @@ class FiberReinforced(Geometry):
     end: Length = Field(5.0, description="thickness of the solid ends")
     symmetry: bool = Field(True, description="model the half y >= 0 only")
     mesh_size: Length = Field(4.0, description="longest edge")
+    through_wall: ThroughWall = None
 
     def faults(self):
         if self.length - 2 * self.end < THINNEST:
@@ -69,6 +71,18 @@ class FiberReinforced(Geometry):
         round_part = points * [0.0, 1.0, 1.0]
         flat = points[:, 2] < self.sleeve
         return np.where(flat[:, None], [0.0, 0.0, -1.0], round_part)
+
+    def walls(self) -> tuple[Wall, ...]:
+        walls = self.walls_between_curves(
+            sleeve=self.sleeve, wall=self.wall, base_wall=self.base_wall
+        )
+        sleeve, *inside = walls
+        return tuple(
+            Wall(
+                f"{w.name} and sleeve", w.thickness + sleeve.thickness, w.elements + sleeve.elements
+            )
+            for w in inside
+        )
 
     def volumes(self) -> dict[str, float]:
         def above(radius, height):
@@ -137,7 +151,7 @@ class FiberReinforced(Geometry):
         self.solid().build(gmsh)
 
     def mesh(self, gmsh) -> None:
-        self.solid().mesh(gmsh, self.mesh_size)
+        self.solid().mesh(gmsh, self.mesh_size, self.least_steps)
 
 
 if __name__ == "__main__":

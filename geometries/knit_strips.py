@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from softact.geometry import Layout
-from softact.sheets.geometry import Lines, SheetGeometry, divided, sides
+from softact.sheets.geometry import BetweenLines, Lines, SheetGeometry, sides
 from softact.sheets.mesh import SheetMesh
 from softact.sheets.oblique import Oblique, pillow
 from softact.sheets.pattern import Pattern
@@ -58,6 +58,7 @@ class KnitStrips(SheetGeometry):
         "such length of the seam from one end and from the other",
     )
     mesh_size: Length = Field(8.0, description="longest side of the triangles along the lines")
+    between_lines: BetweenLines = None
 
     @property
     def _sheet(self) -> Oblique:
@@ -158,11 +159,11 @@ class KnitStrips(SheetGeometry):
     def _straight(self):
         """Points, triangles, and which of them are sewn: a grid, for y ≥ 0."""
         stops = sorted({0.0, self._seam / 2, self.w_i / 2})
-        y = divided(stops, self.mesh_size)
+        y = self.divided(stops)
         if len(y) % 2 == 0:  # an even number of divisions: see ``Lines.triangles``
             last = int((y > stops[-2] - 1e-9).sum())
             y = np.append(y[:-last], np.linspace(stops[-2], stops[-1], last + 1))
-        x = divided([0.0, *self._strip_edges(), self.l_i], self.mesh_size)
+        x = self.divided([0.0, *self._strip_edges(), self.l_i])
         lines = Lines(x, y)
         points, triangles = lines.points(), lines.triangles(mirrored=True)
         sewn = np.zeros(len(triangles), dtype=bool)
@@ -178,7 +179,7 @@ class KnitStrips(SheetGeometry):
     def _twisting(self):
         """The same of the whole, with triangles along the strips."""
         edges = self._strip_edges()
-        levels = divided([0.0, *edges, self._sheet.extent], self.mesh_size)[1:-1]
+        levels = self.divided([0.0, *edges, self._sheet.extent])[1:-1]
         flat = self._sheet.triangles(levels, self.mesh_size, self.held)
         points, triangles = pillow(self._sheet, *flat)
         return points, triangles, np.zeros(len(triangles), dtype=bool)

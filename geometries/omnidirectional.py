@@ -11,9 +11,10 @@ from pydantic import Field
 
 from softact.boxes import OUTSIDE
 from softact.corrugated import Corrugated
-from softact.geometry import THINNEST, main
+from softact.geometry import THINNEST, ThroughWall, main
 from softact.prisms import Prism, Prisms, Shapes, lacking
 from softact.units import Length
+from softact.walls import Wall
 
 
 class Omnidirectional(Corrugated):
@@ -55,6 +56,7 @@ class Omnidirectional(Corrugated):
         "of their mirror images",
     )
     mesh_size: Length = Field(3.5, description="longest edge")
+    through_wall: ThroughWall = None
 
     def faults(self):
         yield from super().faults()
@@ -120,6 +122,11 @@ class Omnidirectional(Corrugated):
             return chambers
         between = (self.modules - 1) * (self.pitch - self.chamber_length)
         return chambers + between * self._sector(self.channel_radius)
+
+    def walls(self) -> tuple[Wall, ...]:
+        sides = {"side_wall": self.side_wall} if self.modules > 1 else {}
+        round_ = self.walls_between_curves(top_wall=self.top_wall, inner_wall=self.inner_wall)
+        return (*round_, *self.walls_between_planes(**sides))
 
     def volumes(self) -> dict[str, float]:
         half = 0.5 if self.symmetry else 1.0

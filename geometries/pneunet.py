@@ -9,9 +9,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from softact.boxes import OUTSIDE, Box, Boxes, Plane
-from softact.geometry import THINNEST, Geometry, Layout, main
+from softact.boxes import OUTSIDE, Box, Boxes, Counts, Plane
+from softact.geometry import THINNEST, Geometry, Layout, ThroughWall, main
 from softact.units import Length
+from softact.walls import Wall
 
 # Two lengths that should be the same are taken to be so within this, relative.
 SAME = 1e-6
@@ -67,6 +68,7 @@ class Pneunet(Geometry):
     cavity_mesh_size: Length | None = Field(
         None, description="the same between the walls of the chambers; by default mesh_size"
     )
+    through_wall: ThroughWall = None
 
     def faults(self):
         yield from self._row_faults()
@@ -163,6 +165,18 @@ class Pneunet(Geometry):
             length=self.row.length,
         )
 
+    def walls(self) -> tuple[Wall, ...]:
+        solid = self.solid()
+        counts, ceiling = self._counts(solid), self.base + self.chamber_height
+        places = {
+            "outer_wall": (1, self.chamber_width / 2, self.outer_wall),
+            "roof": (2, ceiling, self.roof),
+            "base": (2, 0.0, self.base),
+        }
+        if self.chambers > 1:
+            places["inner_wall"] = 0, self.clamp_plug + self.row.chamber_length, self.inner_wall
+        return solid.walls(counts, places)
+
     def volumes(self) -> dict[str, float]:
         n, row = self.chambers, self.row
         between = (n - 1) * (row.pitch - row.chamber_length)
@@ -210,12 +224,20 @@ class Pneunet(Geometry):
             planes.append(Plane("symmetry", 1, 0.0))
         return Boxes(tuple(boxes), ("body",), ("cavity",), (layer,), tuple(planes))
 
+    def _counts(self, solid: Boxes) -> Counts:
+        size = self.mesh_size
+        return solid.counts(size, self.cavity_mesh_size or size, self.least_steps)
+
+    def cells(self) -> int:
+        solid = self.solid()
+        return solid.cells(self._counts(solid))
+
     def build(self, gmsh) -> None:
         self.solid().build(gmsh)
 
     def mesh(self, gmsh) -> None:
-        size = self.mesh_size
-        self.solid().mesh(size, self.cavity_mesh_size or size).add_to(gmsh)
+        solid = self.solid()
+        solid.grid(self._counts(solid)).add_to(gmsh)
 
 
 if __name__ == "__main__":

@@ -11,10 +11,11 @@ import numpy as np
 from pydantic import Field
 
 from softact.boxes import Plane
-from softact.geometry import THINNEST, Geometry, Layout, main
+from softact.geometry import THINNEST, Geometry, Layout, ThroughWall, main
 from softact.prisms import Prism, Prisms, Shapes, Skin, lacking
 from softact.sheets.pattern import Pattern
 from softact.units import Length
+from softact.walls import Wall
 
 
 class ShellReinforced(Geometry):
@@ -48,6 +49,7 @@ class ShellReinforced(Geometry):
     end: Length = Field(5.0, description="thickness of the solid ends")
     symmetry: bool = Field(True, description="model the half y >= 0 only")
     mesh_size: Length = Field(4.0, description="longest edge")
+    through_wall: ThroughWall = None
 
     def faults(self):
         if self.chamber_radius >= self.radius:
@@ -111,6 +113,10 @@ class ShellReinforced(Geometry):
             covers=covers,
             bonded=("glued",) if sliding else (),
         )
+
+    def walls(self) -> tuple[Wall, ...]:
+        thickness = self.radius - self.chamber_radius
+        return self.walls_between_curves(**{"radius less chamber_radius": thickness})
 
     def volumes(self) -> dict[str, float]:
         half = 0.5 if self.symmetry else 1.0
@@ -239,7 +245,7 @@ class ShellReinforced(Geometry):
         self.solid().build(gmsh)
 
     def mesh(self, gmsh) -> None:
-        self.solid().mesh(gmsh, self.mesh_size)
+        self.solid().mesh(gmsh, self.mesh_size, self.least_steps)
 
 
 if __name__ == "__main__":

@@ -3,15 +3,17 @@
 Run by itself it writes a mesh: ``python geometries/thick_sphere.py -o sphere.msh``.
 """
 
-from math import ceil, pi
+from math import pi
 from typing import Literal
 
 import numpy as np
 from pydantic import Field
 
 from softact.discrete import add_mesh, prism_sides, prism_tetrahedra
-from softact.geometry import Geometry, Layout, main
+from softact.geometry import Geometry, Layout, ThroughWall, main
+from softact.steps import steps
 from softact.units import Length
+from softact.walls import Wall
 
 
 class ThickSphere(Geometry):
@@ -24,6 +26,7 @@ class ThickSphere(Geometry):
     inner_radius: Length = Field(10.0, description="radius of the cavity")
     outer_radius: Length = Field(11.0, description="radius of the outside")
     mesh_size: Length = Field(2.0, description="edge length of the tetrahedra")
+    through_wall: ThroughWall = None
 
     def layout(self) -> Layout:
         planes = {f"symmetry_{axis}": i for i, axis in enumerate("xyz")}
@@ -36,6 +39,10 @@ class ThickSphere(Geometry):
             symmetry=planes,
             length=self.outer_radius,
         )
+
+    def walls(self) -> tuple[Wall, ...]:
+        """None that bends."""
+        return ()
 
     def volumes(self) -> dict[str, float]:
         a, b = self.inner_radius, self.outer_radius
@@ -60,7 +67,7 @@ class ThickSphere(Geometry):
         return 0.7 * angle**2
 
     def _divisions(self) -> int:
-        return max(2, ceil(self.outer_radius * pi / 2 / self.mesh_size - 1e-9))
+        return steps(self.outer_radius * pi / 2, self.mesh_size, 2)
 
     def build(self, gmsh) -> None:
         occ = gmsh.model.occ
@@ -74,27 +81,28 @@ class ThickSphere(Geometry):
         """Layers of prisms over a triangle that is bulged to the sphere: similar at all mesh
         sizes, which makes orders of convergence plain."""
         n = self._divisions()
-        layers = max(1, ceil((self.outer_radius - self.inner_radius) / self.mesh_size - 1e-9))
-        steps = [(i, j, n - i - j) for i in range(n + 1) for j in range(n + 1 - i)]
-        number = {step: k for k, step in enumerate(steps)}
-        directions = np.sin(np.array(steps) * pi / 2 / n)
+        thickness = self.outer_radius - self.inner_radius
+        layers = steps(thickness, self.mesh_size, self.least_steps)
+        lattice = [(i, j, n - i - j) for i in range(n + 1) for j in range(n + 1 - i)]
+        number = {step: k for k, step in enumerate(lattice)}
+        directions = np.sin(np.array(lattice) * pi / 2 / n)
         directions /= np.linalg.norm(directions, axis=1, keepdims=True)
         triangles = [
             [number[i, j, k], number[i + 1, j, k - 1], number[i, j + 1, k - 1]]
-            for i, j, k in steps
+            for i, j, k in lattice
             if k
         ] + [
             [number[i, j, k], number[i - 1, j, k + 1], number[i, j - 1, k + 1]]
-            for i, j, k in steps
+            for i, j, k in lattice
             if i and j
         ]
-        triangles, count = np.array(triangles), len(steps)
+        triangles, count = np.array(triangles), len(lattice)
         radii = np.linspace(self.inner_radius, self.outer_radius, layers + 1)
         points = (radii[:, None, None] * directions).reshape(-1, 3)
         surfaces = [(frozenset({"cavity"}), triangles)]
         surfaces.append((frozenset({"outer"}), triangles + layers * count))
         for axis, name in enumerate(self.layout().symmetry):
-            rim = [number[step] for step in steps if step[axis] == 0]
+            rim = [number[step] for step in lattice if step[axis] == 0]
             edges = np.column_stack([rim[:-1], rim[1:]])
             surfaces.append((frozenset({name}), prism_sides(edges, layers, count)))
         tets = prism_tetrahedra(triangles, layers, count)

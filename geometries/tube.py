@@ -9,8 +9,9 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from softact.geometry import Geometry, Layout, main
+from softact.geometry import Geometry, Layout, ThroughWall, main
 from softact.units import Length
+from softact.walls import Wall
 
 
 class Tube(Geometry):
@@ -24,6 +25,7 @@ class Tube(Geometry):
     outer_radius: Length = Field(7.0, description="radius of the outside")
     length: Length = Field(10.0, description="extent along x")
     mesh_size: Length = Field(1.5, description="edge length of the tetrahedra")
+    through_wall: ThroughWall = None
 
     def layout(self) -> Layout:
         return Layout(
@@ -33,6 +35,10 @@ class Tube(Geometry):
             symmetry={"symmetry_y": 1, "symmetry_z": 2},
             length=self.length,
         )
+
+    def walls(self) -> tuple[Wall, ...]:
+        """None that bends."""
+        return ()
 
     def volumes(self) -> dict[str, float]:
         a, b, length = self.inner_radius, self.outer_radius, self.length

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from softact.geometry import Layout
-from softact.sheets.geometry import Lines, SheetGeometry, divided, sides
+from softact.sheets.geometry import BetweenLines, Lines, SheetGeometry, sides
 from softact.sheets.mesh import SheetMesh
 from softact.sheets.pattern import Pattern, rectangle
 from softact.units import Length
@@ -30,7 +30,11 @@ class WovenBending(SheetGeometry):
     h_a: Length = Field(30.0, description="height of a pouch above the strip (active height)")
     pitch: Length = Field(16.0, description="distance of the pouches along the strip")
     seam: Length = Field(6.0, description="width of the strip to which a pouch is sewn")
-    mesh_size: Length = Field(8.0, description="longest side of the triangles along the axes")
+    mesh_size: Length = Field(
+        8.0,
+        description="longest side of the triangles along the axes, of the strip's in the middle",
+    )
+    between_lines: BetweenLines = None
 
     def faults(self):
         if self.seam >= self.pitch:
@@ -74,7 +78,7 @@ class WovenBending(SheetGeometry):
     def sheet_mesh(self) -> SheetMesh:
         """Each pouch is a grid of its two walls, from floor to top; then floors and strip."""
         half = self.w_a / 2
-        y, z = divided([0.0, half], self.mesh_size), divided([0.0, self.h_a], self.mesh_size)
+        y, z = self.divided([0.0, half]), self.divided([0.0, self.h_a])
         points, parts, triangles = _Points(), {}, []
 
         def add(name, elements):
@@ -98,15 +102,12 @@ class WovenBending(SheetGeometry):
                 border.append(number.reshape(len(y), len(z))[:, 0])
             fore, aft = border
             name = "clamp" if k == 0 else "tip" if k == self.n - 1 else "floors"
-            add(name, _between(fore, aft))
+            for one, other in pairwise(points.rows(aft, fore, self.steps(self.seam))):
+                add(name, _between(other, one))
             borders.append((aft, fore))
-        gap = max(1, int(np.ceil((self.pitch - self.seam) / self.mesh_size)))
+        gap = self.steps(self.pitch - self.seam)
         for (_, left), (right, _) in pairwise(borders):
-            rows = [left]
-            for share in np.arange(1, gap) / gap:
-                ends = points.places(left), points.places(right)
-                rows.append(points.add((1 - share) * ends[0] + share * ends[1]))
-            for one, other in pairwise([*rows, right]):
+            for one, other in pairwise(points.rows(left, right, gap)):
                 add("strip", _between(other, one)[:, ::-1])
         corners, elements = points.whole(), np.vstack(triangles)
         edges = sides(elements)
@@ -157,9 +158,11 @@ class _Points:
             numbers.append(self._known[key])
         return np.array(numbers)
 
-    def places(self, numbers: np.ndarray) -> np.ndarray:
-        """Places (k, 3) of some."""
-        return self.whole()[numbers]
+    def rows(self, first: np.ndarray, last: np.ndarray, steps: int) -> list[np.ndarray]:
+        """Rows of numbers (k,) from one row to another, with those added that lie between."""
+        start, end = self.whole()[first], self.whole()[last]
+        shares = np.arange(1, steps) / steps
+        return [first, *(self.add((1 - s) * start + s * end) for s in shares), last]
 
     def whole(self) -> np.ndarray:
         """All places (n, 3)."""

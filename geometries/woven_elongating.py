@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from softact.geometry import Layout
-from softact.sheets.geometry import Lines, SheetGeometry, sides
+from softact.sheets.geometry import BetweenLines, Lines, SheetGeometry, sides
 from softact.sheets.mesh import SheetMesh
 from softact.sheets.pattern import Pattern, rectangle
 from softact.units import Length
@@ -30,6 +30,7 @@ class WovenElongating(SheetGeometry):
     passage: Length = Field(10.0, description="side of the square passage between the pouches")
     pitch: Length = Field(1.0, description="length of the empty stack for each pouch")
     mesh_size: Length = Field(8.0, description="longest side of the triangles along the rims")
+    between_lines: BetweenLines = None
 
     def faults(self):
         for name in ("w_a", "h_a"):
@@ -71,9 +72,7 @@ class WovenElongating(SheetGeometry):
     def _counts(self) -> tuple[int, int, int]:
         """Divisions of half the height, half the width, and from a passage to the rim."""
         across = max(self.w_a, self.h_a) - self.passage
-        return tuple(
-            max(1, int(np.ceil(s / 2 / self.mesh_size))) for s in (self.h_a, self.w_a, across)
-        )
+        return tuple(self.steps(s / 2) for s in (self.h_a, self.w_a, across))
 
     def _round(self, width: float, height: float) -> np.ndarray:
         """Points (m, 2) of a quarter of a rectangle's outline, from y to z."""

@@ -7,17 +7,22 @@ as good as the flattest cell allows. The split (one tetrahedron on every second 
 four at the other corners) fits between neighbours, since these corners alternate over the grid.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
 from softact.discrete import add_mesh
+from softact.steps import steps
+from softact.walls import Wall
 
 # Two planes nearer than this (mm) are one plane.
 SAME_PLANE = 1e-7
 CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
 OUTSIDE = ""
+#: Steps of a grid between one break and the next, along x, y and z.
+Counts = tuple[tuple[int, ...], ...]
 
 
 @dataclass(frozen=True)
@@ -61,32 +66,81 @@ class Boxes:
     sheets: tuple[Box, ...] = ()
     planes: tuple[Plane, ...] = ()
 
-    def lines(self, axis: int, size: float, cavity_size: float) -> np.ndarray:
-        """Positions of the grid's planes along an axis, at most ``size`` apart, at most
-        ``cavity_size`` apart where a cavity lies between them."""
+    def breaks(self, axis: int) -> np.ndarray:
+        """Where boxes and sheets begin and end along an axis: planes that every mesh has. What
+        lies alike on both sides of 0 is divided there, as its half is."""
         everything = self.boxes + self.sheets
         breaks = np.sort([at for box in everything for at in (box.lower[axis], box.upper[axis])])
         breaks = breaks[np.concatenate([[True], np.diff(breaks) > SAME_PLANE])]
-        lines = [breaks[:1]]
-        for start, end in pairwise(breaks):
-            middle = (start + end) / 2
-            hollow = any(
-                box.name in self.cavities and box.lower[axis] < middle < box.upper[axis]
-                for box in self.boxes
-            )
-            longest = cavity_size if hollow else size
-            count = max(1, int(np.ceil((end - start) / longest - 1e-9)))
-            lines.append(np.linspace(start, end, count + 1)[1:])
-        return np.concatenate(lines)
+        middle = len(breaks) // 2
+        if len(breaks) % 2 == 0 and abs(breaks[middle - 1] + breaks[middle]) < SAME_PLANE:
+            breaks = np.insert(breaks, middle, 0.0)
+        return breaks
 
-    def mesh(self, size: float, cavity_size: float) -> "BoxMesh":
-        """Tetrahedra of the solid with edges of about ``size`` (mm) along the axes."""
-        lines = [self.lines(axis, size, cavity_size) for axis in range(3)]
+    def counts(self, size: float, cavity_size: float, least: int = 1) -> Counts:
+        """Steps between the breaks: at most ``size`` long, at most ``cavity_size`` where a cavity
+        lies there, and at least ``least`` of them."""
+        return tuple(
+            tuple(
+                steps(end - start, cavity_size if self._hollow(axis, start, end) else size, least)
+                for start, end in pairwise(self.breaks(axis))
+            )
+            for axis in range(3)
+        )
+
+    def _hollow(self, axis: int, start: float, end: float) -> bool:
+        middle = (start + end) / 2
+        return any(
+            box.name in self.cavities and box.lower[axis] < middle < box.upper[axis]
+            for box in self.boxes
+        )
+
+    def walls(
+        self, counts: Counts, places: Mapping[str, tuple[int, float, float]]
+    ) -> tuple[Wall, ...]:
+        """Walls in a mesh with these counts. places: name -> axis across it, where it begins on
+        that axis, and thickness (mm)."""
+        found = []
+        for name, (axis, start, thickness) in places.items():
+            breaks = self.breaks(axis)
+            inside = breaks[:-1] > start - SAME_PLANE
+            inside &= breaks[1:] < start + thickness + SAME_PLANE
+            elements = int(np.array(counts[axis])[inside].sum())
+            found.append(Wall(name, thickness, elements))
+        return tuple(found)
+
+    def cells(self, counts: Counts) -> int:
+        """Number of tetrahedra of all regions in a mesh with these counts."""
+        label = self._labels([self.breaks(axis) for axis in range(3)])
+        solid = (0 < label) & (label <= len(self.regions))
+        x, y, z = (np.array(numbers, dtype=float) for numbers in counts)
+        return 5 * int(np.einsum("ijk,i,j,k->", solid, x, y, z))
+
+    def mesh(self, size: float, cavity_size: float, least: int = 1) -> "BoxMesh":
+        """Tetrahedra of the solid with edges of about ``size`` (mm) along the axes; see
+        ``counts``."""
+        return self.grid(self.counts(size, cavity_size, least))
+
+    def grid(self, counts: Counts) -> "BoxMesh":
+        """The same with so many steps between the breaks: a solid whose lengths have changed a
+        little keeps its cells with the counts that it had before."""
+        lines = []
+        for axis, numbers in enumerate(counts):
+            breaks = self.breaks(axis)
+            pieces = [
+                np.linspace(start, end, number + 1)[1:]
+                for (start, end), number in zip(pairwise(breaks), numbers, strict=True)
+            ]
+            lines.append(np.concatenate([breaks[:1], *pieces]))
+        return BoxMesh(self, lines, self._labels(lines))
+
+    def _labels(self, lines: list[np.ndarray]) -> np.ndarray:
+        """What fills each cell of a grid: see ``BoxMesh``."""
         names = (OUTSIDE, *self.regions, *self.cavities)
         label = np.zeros([len(line) - 1 for line in lines], dtype=int)
         for box in self.boxes:
             label[_cells_within(lines, box)] = names.index(box.name)
-        return BoxMesh(self, lines, label)
+        return label
 
     def build(self, gmsh) -> dict[str, list[tuple[int, int]]]:
         """Adds the solid to the current gmsh model as OCC volumes; returns them by region."""

@@ -82,4 +82,4 @@ class Corrugated(Geometry):
         self.solid().build(gmsh)
 
     def mesh(self, gmsh) -> None:
-        self.solid().mesh(gmsh, self.mesh_size)
+        self.solid().mesh(gmsh, self.mesh_size, self.least_steps)

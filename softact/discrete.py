@@ -2,6 +2,10 @@
 
 import numpy as np
 
+from softact.errors import MeshError
+
+MOST_TETRAHEDRA = 3e6
+
 
 def add_mesh(
     gmsh,
@@ -34,6 +38,15 @@ def add_mesh(
             groups.setdefault(name, []).append(entity)
     for name in sorted(groups):
         model.setPhysicalName(2, model.addPhysicalGroup(2, groups[name]), name)
+
+
+def check_number(cells: float) -> None:
+    """Raise MeshError where a mesh has more tetrahedra than can be solved."""
+    if cells > MOST_TETRAHEDRA:
+        raise MeshError(
+            f"there would be {cells:.2e} tetrahedra, and {MOST_TETRAHEDRA:.0e} are the most; write "
+            "a larger mesh_size or a smaller through_wall"
+        )
 
 
 def upright(points: np.ndarray, tets: np.ndarray) -> np.ndarray:

@@ -14,30 +14,52 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, ValidationError, field_validator, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
+from softact.discrete import MOST_TETRAHEDRA
 from softact.errors import GmshKilledError, MeshError, SoftactError, SpecError
 from softact.files import replacing
 from softact.orphans import bound, environment, python
 from softact.scripts import as_code
 from softact.sheets.pattern import Pattern
+from softact.steps import steps
 from softact.streams import UTF8
 from softact.units import LENGTH, dimension_of, one_line
+from softact.walls import Wall
 
 # A child started by a process that runs under mpirun would join its MPI job and hang.
 MPI_PREFIXES = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "HYDRA_", "MPI_")
 FAULT, NOTE = "softact-fault: ", "softact-note: "
-MOST_TETRAHEDRA = 3e6
 THINNEST, LONGEST = 1e-4, 1e5  # mm
 SUFFIXES = (".msh", ".vtu", ".stl", ".step")
 PATTERNS = (".dxf", ".svg")  # of sheets
 CORE_SUFFIXES = (".stl", ".step")
 ENDS = {".msh": b"$End", ".step": b"END-"}  # how the last line of a whole file begins
 Part = Literal["solid", "core"]
+MOST_THROUGH = 100
+#: Parameters that say how many elements lie between two planes or lines at least, of solids and of
+#: sheets.
+STEPS = ("through_wall", "between_lines")
+ThroughWall = Annotated[
+    int | None,
+    Field(
+        ge=1,
+        le=MOST_THROUGH,
+        description="least number of elements through a wall, and between any two planes of the "
+        "mesh; by default 1. Two or more tell how a wall bends",
+    ),
+]
 
 
 @dataclass(frozen=True)
@@ -125,6 +147,11 @@ class Geometry(BaseModel):
         """
         return iter(())
 
+    def walls(self) -> tuple[Wall, ...] | None:
+        """The walls that bend under pressure, with how many elements lie through each; None where
+        that is not known before there is a mesh."""
+        return None
+
     def wall_normal(self, region: str, points: np.ndarray) -> np.ndarray:
         """Normal (n, 3) or (3,) of the wall at undeformed points (n, 3) of a region.
 
@@ -154,6 +181,32 @@ class Geometry(BaseModel):
     def look(self, gmsh) -> None:
         """Tells what is in the file that it is made of, without a mesh (see ``tell``)."""
 
+    def cells(self) -> int | None:
+        """Number of tetrahedra, where it is known before there is a mesh."""
+        return None
+
+    def walls_between_planes(self, **thickness: float) -> tuple[Wall, ...]:
+        """Walls between planes that every mesh has, by the names of their thickness."""
+        return tuple(
+            Wall(name, t, steps(t, self.mesh_size, self.least_steps))
+            for name, t in thickness.items()
+        )
+
+    def walls_between_curves(self, **thickness: float) -> tuple[Wall, ...]:
+        """Walls between curves of a section of triangles: where they are thinner than half of the
+        mesh size there is one triangle through them, where they are thicker there may be two."""
+        return tuple(
+            Wall(name, t, steps(t, self.mesh_size / 2, self.least_steps))
+            for name, t in thickness.items()
+        )
+
+    @property
+    def least_steps(self) -> int:
+        """Least number of elements between two planes or lines of the mesh: what the parameter
+        STEPS says, where the geometry has it."""
+        given = (getattr(self, name, None) for name in STEPS)
+        return next((number for number in given if number), 1)
+
     def build(self, gmsh) -> None:
         """Adds the solid as OCC entities to the current gmsh model, with named groups and mesh
         sizes unless ``mesh`` is written too."""
@@ -161,12 +214,11 @@ class Geometry(BaseModel):
 
     def mesh(self, gmsh) -> None:
         """Makes the current gmsh model hold a mesh of first-order tetrahedra in named groups."""
+        from softact.subdivide import cut_mesh, fill
+
         self.build(gmsh)
-        # Only mesh_size counts: gmsh's own defaults differ from version to version.
-        gmsh.option.setNumber("Mesh.MeshSizeFromPoints", 0)
-        gmsh.option.setNumber("Mesh.MeshSizeMax", self.mesh_size)
-        gmsh.model.mesh.generate(3)
-        gmsh.model.mesh.optimize("")
+        fill(gmsh, self.mesh_size, self.least_steps)
+        cut_mesh(gmsh, self.least_steps)
 
     @field_validator("*")
     @classmethod
@@ -202,6 +254,20 @@ class Geometry(BaseModel):
                     f"{size:g} mm would make about {count:.0e} tetrahedra, and "
                     f"{MOST_TETRAHEDRA:.0e} are the most; write a larger length",
                 )
+                return
+        count = self.cells() or 0
+        if count > MOST_TETRAHEDRA:
+            yield (
+                "through_wall" if self.least_steps > 1 else "mesh_size",
+                f"the mesh would have {count:.2e} tetrahedra, and {MOST_TETRAHEDRA:.0e} are the "
+                "most; write a larger mesh_size or a smaller through_wall",
+            )
+
+
+def is_of_mesh(path: str) -> bool:
+    """Whether a dotted path of a spec says how fine the mesh is, and nothing of the actuator."""
+    part, _, name = path.strip().partition(".")
+    return part == "geometry" and (name.endswith("mesh_size") or name in STEPS)
 
 
 def _line_error(geometry: Geometry, name: str, fault: str) -> InitErrorDetails:
@@ -240,7 +306,8 @@ def make_mesh(geometry: Geometry, path: Path, timeout: float = 300.0) -> list[st
     Returns what the user should know of it.
 
     timeout: seconds after which gmsh is killed. The file appears whole or not at all, and the
-    same parameters give the same mesh. Raises MeshError where gmsh fails, crashes or runs out of
+    same parameters give the same mesh. Returns remarks on the mesh, such as which walls are too
+    thin for it. Raises MeshError where gmsh fails, crashes or runs out of
     time, or where the mesh does not have the parts and volumes that the geometry promises; OSError
     where the folder cannot be written or the disk is full.
     """
@@ -256,8 +323,8 @@ def export(
     in .stl and .step only.
 
     .msh: gmsh 4.1 with named groups; .vtu: the same mesh for ParaView; .stl: the closed skin of the
-    whole solid, outside and cavities; .step: the whole solid for CAD. Raises SpecError for another
-    suffix or a missing folder, MeshError as ``make_mesh``.
+    whole solid, outside and cavities; .step: the whole solid for CAD. Returns and raises as
+    ``make_mesh``, SpecError for another suffix or a missing folder.
     """
     path = Path(path)
     if path.suffix.lower() not in (*SUFFIXES, *PATTERNS):

@@ -1,6 +1,7 @@
 """The process in which gmsh runs: reads a job from stdin, writes one file, says faults on stdout.
 
-Started by ``softact.geometry`` only. A fault is a line that starts with ``softact-fault:``.
+Started by ``softact.geometry`` only. A fault is a line that starts with ``softact-fault:``, what
+the user should know of a mesh that is fit one that starts with ``softact-remark:``.
 """
 
 import importlib
@@ -21,10 +22,11 @@ from softact.boundary import face_keys
 from softact.components import FACES
 from softact.errors import MeshError
 from softact.file_mesh import missing
-from softact.geometry import FAULT, Geometry
+from softact.geometry import FAULT, Geometry, tell
 from softact.orphans import end_with
 from softact.streams import make_safe
 from softact.units import one_line
+from softact.walls import one_element_thick, remark
 
 TRIANGLE, TETRAHEDRON = 2, 4  # gmsh's numbers for first-order elements
 # Mean ratio (1 regular, 0 flat) under which a tetrahedron would spoil the solution.
@@ -106,6 +108,8 @@ def write(geometry: Geometry, path: Path, part: str) -> list[str]:
     if part == "core":
         write_core(geometry, parts, path)
         return []
+    for said in remarks(geometry, parts):
+        tell(said)
     writers = {".msh": write_msh, ".vtu": write_vtu, ".stl": write_stl}
     writers[path.suffix](geometry, parts, path)
     return []
@@ -219,6 +223,21 @@ def check(geometry: Geometry, parts: Parts) -> list[str]:
                 f"the closed form {wanted:.6g}"
             )
     return faults
+
+
+def remarks(geometry: Geometry, parts: Parts) -> list[str]:
+    """What the user should know of a mesh that is fit."""
+    known, layout = geometry.walls(), geometry.layout()
+    if known == ():
+        return []
+    cavities = {
+        name: np.vstack([parts.surfaces[wall] for wall in of])
+        for name, of in layout.cavities.items()
+    }
+    aside = {*layout.symmetry, layout.clamp, layout.tip} & set(parts.surfaces)
+    left_out = [parts.surfaces[name] for name in aside]
+    said = remark(known, one_element_thick(parts.points, parts.cells, cavities, left_out))
+    return [said] if said else []
 
 
 def measure(geometry: Geometry, parts: Parts) -> dict[str, float]:

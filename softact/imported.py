@@ -14,10 +14,11 @@ from softact.discrete import add_mesh
 from softact.errors import NOT_UTF8, MeshError
 from softact.file_mesh import FileMesh, only_named, straight, without_inner_walls
 from softact.files import NAMES_A_FILE, digest
-from softact.geometry import Geometry, Layout, make_mesh, tell
+from softact.geometry import Geometry, Layout, ThroughWall, make_mesh, tell
 from softact.joining import joined
 from softact.part_names import PartName, PartNameOrNone
 from softact.part_size import Drawn
+from softact.subdivide import cut_mesh, fill
 from softact.units import Length, is_utf8
 
 Names = Annotated[tuple[PartName, ...], Field(strict=False)]
@@ -46,6 +47,7 @@ class Imported(Geometry):
         None, description="in which the file is drawn, where it does not say so or says it wrong"
     )
     mesh_size: Length = Field(2.0, description="longest edge")
+    through_wall: ThroughWall = None
 
     suffixes: ClassVar[tuple[str, ...]] = ()
 
@@ -118,15 +120,13 @@ class Imported(Geometry):
         drawn = self.drawn(gmsh)
         if not _tetrahedra(gmsh):
             drawn.refuse(self.mesh_size)
-            gmsh.option.setNumber("Mesh.MeshSizeFromPoints", 0)
-            gmsh.option.setNumber("Mesh.MeshSizeMax", self.mesh_size)
             gmsh.option.setNumber("Mesh.ElementOrder", 1)
-            gmsh.model.mesh.generate(3)
-            gmsh.model.mesh.optimize("")
+            fill(gmsh, self.mesh_size, self.least_steps)
             if not _tetrahedra(gmsh):
                 raise MeshError("gmsh made no tetrahedra in the solids of the file")
         if drawn.doubt:
             tell(drawn.doubt)
+        cut_mesh(gmsh, self.least_steps)
         found = straight(gmsh, self.scale, tell)
         self._put_back(gmsh, only_named(found, self.layout(), _tetrahedra(gmsh)))
 

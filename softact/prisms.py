@@ -9,16 +9,17 @@ with prisms over those triangles that are solid there, each split into three tet
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import groupby, pairwise
-from math import ceil, pi
+from math import pi
 
 import numpy as np
 
 from softact.boxes import OUTSIDE, SAME_PLANE, Plane
-from softact.discrete import add_mesh, prism_sides, prism_tetrahedra
+from softact.discrete import add_mesh, check_number, prism_sides, prism_tetrahedra
+from softact.steps import steps
+from softact.subdivide import TRIANGLE, Pieces
 
 # The least number of edges of a full circle: its polygon lacks 2.6 % of the area.
 EDGES_OF_A_CIRCLE = 16
-TRIANGLE = 2  # gmsh's number
 Shapes = dict[str, list[tuple[int, int]]]
 
 
@@ -81,21 +82,20 @@ class Prisms:
     skins: tuple[Skin, ...] = ()
     circle_edges: int = EDGES_OF_A_CIRCLE
 
-    def lines(self, size: float, cavity_size: float) -> np.ndarray:
-        """Planes of the grid along x, at most ``size`` apart, ``cavity_size`` beside a cavity."""
+    def lines(self, size: float, least: int = 1) -> np.ndarray:
+        """Planes of the grid along x, at most ``size`` apart, with at least ``least`` steps from
+        where one prism or skin begins or ends to the next such place."""
         ends = [at for part in self.prisms + self.skins for at in (part.start, part.end)]
         breaks = np.unique(np.round(ends, 7))
-        lines = [breaks[:1]]
-        for start, end in pairwise(breaks):
-            hollow = any(
-                p.name in self.cavities and p.start < (start + end) / 2 < p.end for p in self.prisms
-            )
-            count = max(1, ceil((end - start) / (cavity_size if hollow else size) - 1e-9))
-            lines.append(np.linspace(start, end, count + 1)[1:])
-        return np.concatenate(lines)
+        pieces = [
+            np.linspace(start, end, steps(end - start, size, least) + 1)[1:]
+            for start, end in pairwise(breaks)
+        ]
+        return np.concatenate([breaks[:1], *pieces])
 
-    def section(self, gmsh, size: float) -> Section:
-        """Meshes the section with edges of about ``size`` (mm) in a gmsh model of its own."""
+    def section(self, gmsh, size: float, least: int = 1) -> Section:
+        """Meshes the section with edges of about ``size`` (mm) in a gmsh model of its own: with
+        larger ones, each triangle of which is cut so that ``least`` lie side by side in a wall."""
         gmsh.model.add("section")
         occ = gmsh.model.occ
         shapes = self.shapes(occ)
@@ -110,18 +110,21 @@ class Prisms:
         remaining = iter(origins)
         for name, tags in shapes.items():
             faces[name] = {tag for _ in tags for _, tag in next(remaining)}
-        _divide_curves(gmsh, size, self.circle_edges)
-        gmsh.option.setNumber("Mesh.MeshSizeMax", size)
+        _divide_curves(gmsh, least * size, self.circle_edges)
+        gmsh.option.setNumber("Mesh.MeshSizeMax", least * size)
         gmsh.option.setNumber("Mesh.Algorithm", 6)
         gmsh.model.mesh.generate(2)
-        section = _read_section(gmsh, faces)
+        section = _read_section(gmsh, faces, least)
         gmsh.model.remove()
         return section
 
-    def mesh(self, gmsh, size: float, cavity_size: float | None = None) -> None:
-        """Puts the mesh and its named groups into a new, discrete gmsh model."""
-        section = self.section(gmsh, size)
-        PrismMesh(self, section, self.lines(size, cavity_size or size)).add_to(gmsh)
+    def mesh(self, gmsh, size: float, least: int = 1) -> None:
+        """Puts the mesh and its named groups into a new, discrete gmsh model; see ``lines`` and
+        ``section``."""
+        section = self.section(gmsh, size, least)
+        made = PrismMesh(self, section, self.lines(size, least))
+        check_number(made.cells())
+        made.add_to(gmsh)
 
     def build(self, gmsh) -> dict[str, list[tuple[int, int]]]:
         """Adds the solid to the current gmsh model as OCC volumes; returns them by region."""
@@ -161,22 +164,25 @@ def _divide_curves(gmsh, size: float, circle_edges: int) -> None:
         start, end = (values[0] for values in gmsh.model.getParametrizationBounds(1, tag))
         curvature = gmsh.model.getCurvature(1, tag, [(start + end) / 2])[0]
         longest = min(size, 2 * pi / circle_edges / max(curvature, 1e-9))
-        edges = max(1, ceil(length / longest - 1e-6))
-        gmsh.model.mesh.setTransfiniteCurve(tag, edges + 1)
+        gmsh.model.mesh.setTransfiniteCurve(tag, steps(length, longest) + 1)
 
 
-def _read_section(gmsh, faces: Mapping[str, set[int]]) -> Section:
-    tags, coordinates, _ = gmsh.model.mesh.getNodes()
-    order = np.argsort(tags)
-    points = coordinates.reshape(-1, 3)[order, :2]
-    triangles, face = [], []
-    for _, tag in gmsh.model.getEntities(2):
-        _, nodes = gmsh.model.mesh.getElementsByType(TRIANGLE, tag)
-        triangles.append(np.searchsorted(tags[order], nodes).reshape(-1, 3))
-        face.append(np.full(len(triangles[-1]), tag))
-    face = np.concatenate(face)
+def _read_section(gmsh, faces: Mapping[str, set[int]], least: int) -> Section:
+    if least > 1:
+        cut = Pieces(gmsh, 2, least)
+        found = {tag: part for (dimension, tag), part in cut.of.items() if dimension == 2}
+        points = cut.points[:, :2]
+    else:
+        tags, coordinates, _ = gmsh.model.mesh.getNodes()
+        order = np.argsort(tags)
+        points = coordinates.reshape(-1, 3)[order, :2]
+        found = {}
+        for _, tag in gmsh.model.getEntities(2):
+            _, nodes = gmsh.model.mesh.getElementsByType(TRIANGLE, tag)
+            found[tag] = np.searchsorted(tags[order], nodes).reshape(-1, 3)
+    face = np.concatenate([np.full(len(part), tag) for tag, part in found.items()])
     inside = {name: np.isin(face, list(tags)) for name, tags in faces.items()}
-    return Section(points, np.vstack(triangles), inside)
+    return Section(points, np.vstack(list(found.values())), inside)
 
 
 class PrismMesh:
@@ -194,6 +200,10 @@ class PrismMesh:
     def _layers(self, start: float, end: float) -> slice:
         first, last = np.searchsorted(self.lines, np.array([start, end]) - SAME_PLANE)
         return slice(int(first), int(last))
+
+    def cells(self) -> int:
+        """Number of tetrahedra of all regions."""
+        return 3 * int(((0 < self.label) & (self.label <= len(self.solid.regions))).sum())
 
     def points(self) -> np.ndarray:
         """All points (n, 3), mm, plane by plane, also those that no cell uses."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import resource
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 
 import numpy as np
@@ -26,11 +26,22 @@ SILENCE = 5.0
 
 
 class Recorder:
-    """Runs the steps of a spec and writes down each accepted state."""
+    """Runs the steps of a spec and writes down each accepted state.
 
-    def __init__(self, spec, model, writer, tell: Callable[[dict], None], start):
+    notes: on the mesh, which stand with those of the run itself.
+    """
+
+    def __init__(
+        self,
+        spec,
+        model,
+        writer,
+        tell: Callable[[dict], None],
+        start,
+        notes: Sequence[str] = (),
+    ):
         self.spec, self.model, self.writer, self._tell = spec, model, writer, tell
-        self._told_at = time.monotonic()
+        self.notes, self._told_at = notes, time.monotonic()
         wanted = MEASURES if spec.measures == "all" else dict.fromkeys(spec.measures)
         self.measures = [MEASURES[name] for name in wanted]
         settings = spec.solver.model_dump()
@@ -81,7 +92,7 @@ class Recorder:
                 "cutbacks": progress.cutbacks,
                 **asdict(self.stepper.newton.counts),
             }
-            told = {"messages": messages, "notes": progress.notes}
+            told = {"messages": messages, "notes": [*self.notes, *progress.notes]}
             started = time.perf_counter()
             self.verdict = self._judge(status, told)
             times["judge"] = time.perf_counter() - started

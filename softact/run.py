@@ -225,7 +225,8 @@ class _Solver:
         started = time.perf_counter()
         mesh_file, spec_file = self.scratch / "mesh.msh", self.scratch / "spec.yaml"
         self.progress({"stage": "mesh"})
-        self._note(make_mesh(self.spec.geometry, mesh_file))
+        notes = make_mesh(self.spec.geometry, mesh_file)
+        self._note(notes)
         spec_file.write_text(self.spec.to_yaml(), encoding="utf-8")
         job = {
             "spec": str(spec_file),
@@ -233,6 +234,7 @@ class _Solver:
             "directory": str(self.directory.absolute()),
             "times_s": {"mesh": time.perf_counter() - started},
             "resume": self.resume,
+            "notes": notes,
         }
         write_atomic(self._job_file, json.dumps(job))
 

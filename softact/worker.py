@@ -13,7 +13,7 @@ import os
 import sys
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NoReturn
 
@@ -34,11 +34,13 @@ def solve(
     times: dict,
     tell: Callable[[dict], None],
     resume: bool = False,
+    notes: Sequence[str] = (),
 ) -> str:
     """Solve ``spec`` on the mesh in ``mesh_file`` and write the result folder.
 
     Returns the status, "complete" or "no_equilibrium". times: seconds of the stages so far.
-    tell: receives events, see ``softact.run``. resume: go on with the run in the folder.
+    tell: receives events, see ``softact.run``. resume: go on with the run in the folder. notes: on
+    the mesh, for the user.
     """
     from softact import checkpoint, jit
     from softact.from_spec import build_model
@@ -57,9 +59,11 @@ def solve(
     if start is not None:
         begin = checkpoint.first_to_solve(start, identity(spec)["steps"])
     known = {"mesh": {"cells": mesh.cell_count, "unknowns": unknowns}}
+    if notes:
+        known["mesh"]["remarks"] = list(notes)
     known["mesh_hash"] = digest(mesh_file)
     writer = _writer(comm, spec, directory, known, start)
-    recorder = Recorder(spec, model, writer, tell, start)
+    recorder = Recorder(spec, model, writer, tell, start, notes)
     times["set_up"] = time.perf_counter() - started
     kind = "tetrahedra" if model.solids else "triangles"
     tell({"stage": "solve", "cells": mesh.cell_count, "kind": kind, "unknowns": unknowns})
@@ -153,8 +157,8 @@ def main(job_file: str, parent: str | None = None) -> int:
     try:
         spec = specs.load(job["spec"])
         directory = Path(job["directory"])
-        times, resume = job["times_s"], job["resume"]
-        status = solve(comm, spec, Path(job["mesh"]), directory, times, tell, resume)
+        times, more = job["times_s"], (job["resume"], job["notes"])
+        status = solve(comm, spec, Path(job["mesh"]), directory, times, tell, *more)
     except OSError as error:  # a full disk, a folder that has gone
         if error.errno == errno.ENOMEM:
             _abort_without_memory(comm)

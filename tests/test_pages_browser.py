@@ -11,7 +11,7 @@ from browsing import DESK, FITS_PAPER, PHONE, assert_quiet_and_fits
 from softact import spec as specs
 from softact.converge import output
 from softact.converge.carry import carry_into
-from softact.converge.study import Convergence, Level, mesh_sizes, refined
+from softact.converge.study import Convergence, Level, refined
 from softact.output import Output
 from softact.report import pictures, write_report
 from softact.report.base import Plot, Section, bars, figures, lines, page, table, xy
@@ -56,10 +56,10 @@ def a_study(top):
     spec = specs.loads(f"{text}steps: [{{name: hang, gravity: [0, 0, -1]}}]")
     study = Convergence(MEASURES, 0.05)
     for number, angle in enumerate((90.0, 87.5, 86.25)):
-        fine, folder = refined(spec, 2.0**number), top / f"level{number}"
+        fine, folder = refined(spec, 2.0, number), top / f"level{number}"
         bent_beam.write(folder, angle, 4, size=SIZE, spec_hash=fine.hash)
         found = from_results(f"{number:032d}", read(folder), 1.5)
-        study.levels.append(Level(mesh_sizes(fine), fine, found, 4.0 / 2**number))
+        study.levels.append(Level(fine, found, 4.0 / 2**number))
     return study
 
 

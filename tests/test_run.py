@@ -65,6 +65,18 @@ def assert_same(row, other, tolerance):
 FLOORS = {"deg": 1.0, "mm": 1.0, "N": 0.1, "Nmm": 1.0}
 
 
+def test_a_run_says_which_walls_have_one_element(solved):
+    """In its log, and in run.json where the data sheet finds it."""
+    folder = solved(1)
+    story = json.loads((folder / "run.json").read_text())
+    (said,) = story["mesh"]["remarks"]
+    assert said.startswith(
+        "one element through outer_wall (1 mm), roof (1 mm) and inner_wall (1 mm)"
+    )
+    assert said in story["messages"]
+    assert (folder / "log.txt").read_text().startswith(said)
+
+
 def same_vector(name, other):
     return any(
         name.replace(f"_{a}_", "_*_") == other.replace(f"_{b}_", "_*_") and f"_{a}_" in name

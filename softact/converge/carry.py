@@ -8,7 +8,7 @@ from pathlib import Path
 from softact import verdict
 from softact.converge.output import summary
 from softact.converge.richardson import NOTHING, SAFETY
-from softact.converge.study import Convergence
+from softact.converge.study import WITHIN, Convergence
 from softact.errors import DamagedResultError, SpecError
 from softact.files import csv_text, json_text, write_atomic
 from softact.report import write_report
@@ -35,27 +35,29 @@ def check_folder(directory: Path, hashes: Iterable[str]) -> None:
 
 
 def carry_into(study: Convergence, directory: Path) -> str:
-    """Write the error bars of the mesh that a result folder was computed on into that folder.
+    """Write the error bars of the mesh that a result folder was computed on into that folder, and
+    whether that mesh is fine enough.
 
-    summary.csv gets a column ``<measure>_mesh_error`` for each measure, mesh_error.json the whole
-    story, run.json the verdict with them, and the report is built anew. Returns a line that says
-    so. Raises SpecError where the folder is not complete, of another spec, or has other values than
-    the study's run.
+    summary.csv gets a column ``<measure>_mesh_error`` for each measure whose error is known,
+    mesh_error.json the whole story, run.json the verdict with them, and the report is built anew.
+    Returns a line that says so. Raises SpecError where the folder is not complete, of another spec,
+    or has other values than the study's run.
     """
     hashes = [level.spec.hash for level in study.levels]
     check_folder(directory, hashes)
     results = read(directory)
     level = hashes.index(results.run["spec_hash"])
-    bars = {m: study.estimate(m).errors[level] for m in study.measures}
-    for measure in bars:
+    errors = {m: study.estimate(m).errors[level] for m in study.measures}
+    bars = {measure: bar for measure, bar in errors.items() if bar is not None}
+    for measure in study.measures:
         there, here = float(results.curve[measure][-1]), study.values(measure)[level]
-        near = max(SAME * abs(here), SAME_BAR * bars[measure], NOTHING)
+        near = max(SAME * abs(here), SAME_BAR * bars.get(measure, 0.0), NOTHING)
         if abs(there - here) > near:
             raise SpecError(
                 f"{directory}: {measure} is {there:.6g} there and {here:.6g} in this study, on the "
                 "same mesh; the folder is of another softact: run it again"
             )
-    story = {"error_bars": bars, "level": level, "safety": SAFETY, **summary(study)}
+    story = {"error_bars": bars, "level": level, "safety": SAFETY, **_story(study, level)}
     heads, rows = read_cells(directory / SUMMARY)
     cells = zip(heads, rows[0], strict=True)
     row = {name: cell for name, cell in cells if not name.endswith(_COLUMN)}
@@ -65,4 +67,13 @@ def carry_into(study: Convergence, directory: Path) -> str:
     write_atomic(directory / RUN, run_text(results.run | {"files": checksums(directory)}))
     verdict.store(directory)
     record.refresh(directory)  # where it is a sweep's kept run, it shall stay one
-    return f"error bars: {directory / 'summary.csv'} and {write_report(directory)}"
+    what = "error bars" if bars else "what is known of the mesh"
+    return f"{what}: {directory / 'summary.csv'} and {write_report(directory)}"
+
+
+def _story(study: Convergence, level: int) -> dict:
+    """The study, with the verdict on one of its meshes instead of that on the finest."""
+    story = summary(study)
+    for measure, told in story["measures"].items():
+        told["verdict"] = study.verdict_of(measure, level)
+    return story | {"verdict": study.verdict(level), "converged": study.verdict(level) == WITHIN}

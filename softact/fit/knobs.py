@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from softact.errors import SpecError
+from softact.geometry import is_of_mesh
 from softact.spec import Spec
 from softact.spec.path import changed, joined, single
 from softact.units import conversion, show, split
@@ -56,6 +57,11 @@ def read_knobs(options: Sequence[str], spec: Spec) -> list[Knob]:
 
 def _knob(option: str, dumped: dict) -> Knob:
     path, equals, bounds = option.partition("=")
+    if is_of_mesh(path):
+        raise SpecError(
+            "says how fine the mesh is: fitted, it would make up for errors of the model; "
+            "'softact converge' finds a mesh"
+        )
     place, written = single(dumped, path)
     value, unit = _split(written)
     if not equals:

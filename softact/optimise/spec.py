@@ -7,6 +7,7 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from softact.geometry import is_of_mesh
 from softact.spec.choice import fault, fault_at
 from softact.sweep.axes import Axis, quantity
 from softact.sweep.design import Coordinates, Design
@@ -105,6 +106,13 @@ class Optimisation(Model):
     @model_validator(mode="after")
     def _parts_agree(self) -> Self:
         check_axes(self.parameters)
+        for number, axis in enumerate(self.parameters):
+            if any(map(is_of_mesh, axis.path)):
+                raise fault_at(
+                    ("parameters", number, "path"),
+                    "says how fine the mesh is: the best mesh would be the one with the largest "
+                    "error; 'softact converge' finds a mesh, and 'set' fixes it",
+                )
         if not self.objectives:
             raise fault_at(("objectives",), "empty; write - {measure: ..., goal: maximise}")
         titles = [axis.title for axis in self.parameters]

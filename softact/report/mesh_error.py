@@ -9,15 +9,39 @@ from softact.report import base, labels
 from softact.report.base import Section
 from softact.results import MESH_ERROR, Results
 
+#: Colour and head of what a study says: see ``softact.converge.study``.
+HEADS = {
+    "within": ("good", "Converged."),
+    "not known": ("warn", "Not known."),
+    "not converged": ("bad", "Not converged."),
+}
+
 
 @dataclass(frozen=True)
 class MeshErrors:
-    """bars: column -> error bar of the last state's value, in the column's unit. story: what
-    mesh_error.json holds. fault: why the file is there and cannot be used, "" otherwise."""
+    """bars: column -> error bar of the last state's value, in the column's unit, of those that are
+    known. story: what mesh_error.json holds. fault: why the file is there and cannot be used, ""
+    otherwise."""
 
     bars: Mapping[str, float] = field(default_factory=dict)
     story: Mapping = field(default_factory=dict)
     fault: str = ""
+
+    @property
+    def remark(self) -> str:
+        """What a reader of the figures has to know: "" where the mesh is fine enough, or nothing
+        is said of it."""
+        if self.fault or not self.story or self.story["verdict"] == "within":
+            return self.fault
+        within = f"{labels.number(100 * self.story['tolerance'])} %"
+        which = ", ".join(
+            spoken(name)
+            for name, told in self.story["measures"].items()
+            if told["verdict"] == self.story["verdict"]
+        )
+        if self.story["verdict"] == "not converged":
+            return f"the mesh has not converged within {within}: {which}"
+        return f"how far the mesh is from its limit is not known: {which}"
 
 
 def read(results: Results) -> MeshErrors:
@@ -27,14 +51,18 @@ def read(results: Results) -> MeshErrors:
         return MeshErrors()
     try:
         story = json.loads(path.read_text(encoding="utf-8"))
+        if "verdict" not in story and "levels" in story:
+            return MeshErrors(fault=f"{MESH_ERROR} is of an older softact; carry a study in again")
         bars = {str(name): float(bar) for name, bar in story["error_bars"].items()}
         spec_hash = story["levels"][story["level"]]["spec_hash"]
-        _body(results, bars, story)
+        found = MeshErrors(bars, story)
+        _body(results, story)
+        str(found.remark)
     except (OSError, ValueError, KeyError, IndexError, TypeError, AttributeError):
         return MeshErrors(fault=f"{MESH_ERROR} cannot be read: softact converge --into writes it")
     if spec_hash != results.run.get("spec_hash"):
         return MeshErrors(fault=f"{MESH_ERROR} belongs to another spec; it is left out")
-    return MeshErrors(bars, story)
+    return found
 
 
 def text(name: str, bar: float) -> str:
@@ -42,26 +70,38 @@ def text(name: str, bar: float) -> str:
     return f"± {labels.number(bar * labels.column(name).factor, digits=2)}"
 
 
+def spoken(column: str) -> str:
+    """What a column is called in a sentence: "bending angle"."""
+    name = labels.column(column).name
+    return name[:1].lower() + name[1:]
+
+
+def words(verdict: str, tolerance: float) -> str:
+    """A verdict in a table: "not known", "not converged", "within 5 % of the limit"."""
+    if verdict != "within":
+        return verdict
+    return f"within {labels.number(100 * tolerance)} % of the limit"
+
+
 def section(results: Results, errors: MeshErrors) -> list[Section]:
-    """The error bars with what they rest on; no section where there are none."""
-    if not errors.bars:
+    """What is known of the mesh's error and what that rests on; no section without a study."""
+    if not errors.story:
         return []
-    body = _body(results, errors.bars, errors.story)
+    body = _body(results, errors.story)
     return [Section("mesherror", "Error bars of the mesh", body, "Mesh error")]
 
 
-def _body(results: Results, bars: Mapping[str, float], story: Mapping) -> str:
-    rows = [_row(results, story, name) for name in bars]
-    heads = ["Figure", "Unit", "This mesh", "Error bar", "Limit", "Order", "Note"]
-    own = _sizes(story["levels"][story["level"]]["sizes_mm"])
-    meshes = "; ".join(_sizes(level["sizes_mm"]) for level in story["levels"])
-    advice = "No mesh of the study is within it for every figure."
-    if story["recommended_mm"]:
-        advice = f"The coarsest mesh within it for every figure: {_sizes(story['recommended_mm'])}."
+def _body(results: Results, story: Mapping) -> str:
+    rows = [_row(results, story, name) for name in story["measures"]]
+    heads = ["Figure", "Unit", "This mesh", "Error bar", "Limit", "Order", "This mesh is", "Note"]
+    levels = [str(level["mesh"]) for level in story["levels"]]
+    advice = "No mesh of the study is known to be within it for every figure."
+    if story["recommended"] is not None:
+        advice = f"The coarsest mesh within it for every figure: {levels[story['recommended']]}."
     said = (
-        f"<p>Last state, on the mesh of this run ({escape(own)}). From {len(story['levels'])} "
-        f"meshes ({escape(meshes)}) that <code>softact converge</code> computed; wanted was "
-        f"{labels.number(100 * story['tolerance'])} %. {escape(advice)}</p>"
+        f"<p>Last state, on the mesh of this run ({escape(levels[story['level']])}). From "
+        f"{len(levels)} meshes ({escape('; '.join(levels))}) that <code>softact converge</code> "
+        f"computed; wanted was {labels.number(100 * story['tolerance'])} %. {escape(advice)}</p>"
     )
     return said + base.table(heads, rows, file="mesh_error.csv") + note(story["safety"])
 
@@ -72,19 +112,20 @@ def note(safety: float) -> str:
     return (
         f"<p class='note'>An error bar is {factor} times the distance to the limit on an "
         "infinitely fine mesh (Richardson's, with the observed order; Celik et al. 2008, J. Fluids "
-        f"Eng. 130:078001). Where there is no order, it is {factor} times the largest distance to "
-        "a finer mesh, and the limit is the finest mesh's value. It tells of the mesh alone, not "
-        "of the material's constants or the geometry.</p>"
+        "Eng. 130:078001). It takes three meshes, each finer than the one before, whose values go "
+        "one way with an order that such elements can have; where there is none, limit and error "
+        "are not known, however little the last values differ. It tells of the mesh alone, not of "
+        "the material's constants or the geometry.</p>"
     )
 
 
 def _row(results: Results, story: Mapping, name: str) -> list[str | float]:
     label, told = labels.column(name), story["measures"][name]
-    value = float(results.curve[name][-1])
+    value = float(results.curve[name][-1]) * label.factor
     order = "none" if told["order"] is None else f"{told['order']:.2f}"
-    shown = [x * label.factor for x in (value, story["error_bars"][name], told["limit"])]
-    return [label.name, label.unit, *shown, order, str(told["note"])]
-
-
-def _sizes(sizes: Mapping[str, float]) -> str:
-    return ", ".join(f"{name.replace('_', ' ')} {size:.4g} mm" for name, size in sizes.items())
+    bar, limit = (
+        "not known" if x is None else x * label.factor
+        for x in (story["error_bars"].get(name), told["limit"])
+    )
+    verdict = words(told["verdict"], story["tolerance"])
+    return [label.name, label.unit, value, bar, limit, order, verdict, str(told["note"])]

@@ -60,7 +60,7 @@ def html(
     name = str(spec.get("name") or results.directory.resolve().name)
     told = origin.assumptions(spec)
     errors = mesh_error.read(results)
-    faults = [*faults, errors.fault] if errors.fault else faults
+    faults = [*faults, errors.remark] if errors.remark else faults
     bars = {column: mesh_error.text(column, bar) for column, bar in errors.bars.items()}
     sections = [
         Section("figures", "Key figures", _figures(results, bars), "Figures"),

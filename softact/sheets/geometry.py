@@ -2,17 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+from pydantic import Field
 
 from softact.errors import SpecError
-from softact.geometry import Geometry, Layout
+from softact.geometry import MOST_THROUGH, Geometry, Layout
 from softact.sheets.mesh import SheetMesh
 from softact.sheets.pattern import Pattern
+from softact.steps import steps
 
+BetweenLines = Annotated[
+    int | None,
+    Field(
+        ge=1,
+        le=MOST_THROUGH,
+        description="least number of elements from one line to the next, such as seams and edges "
+        "of strips; by default 1",
+    ),
+]
 SUFFIXES = (".msh", ".vtu", ".stl", ".dxf", ".svg")
 
 
@@ -30,6 +43,15 @@ class SheetGeometry(Geometry):
     def pattern(self) -> Pattern:
         """What is cut and where it is joined, of the whole actuator."""
         raise NotImplementedError
+
+    def steps(self, length: float) -> int:
+        """Into how many a length between two lines is divided."""
+        return steps(length, self.mesh_size, self.least_steps)
+
+    def divided(self, stops: Sequence[float]) -> np.ndarray:
+        """Lines at the stops (ascending, mm) and between them."""
+        parts = [np.linspace(a, b, self.steps(b - a) + 1)[:-1] for a, b in pairwise(stops)]
+        return np.append(np.concatenate(parts), stops[-1])
 
     def checked_mesh(self) -> SheetMesh:
         """``sheet_mesh``; raises MeshError where it cannot be used."""
@@ -94,18 +116,9 @@ class Lines:
         return np.stack([first, second], axis=1).reshape(-1, 3)
 
 
-def divided(stops, size: float) -> np.ndarray:
-    """Lines at the stops (ascending, mm) and between them, at most ``size`` apart."""
-    parts = [
-        np.linspace(a, b, max(1, int(np.ceil((b - a) / size - 1e-9))) + 1)[:-1]
-        for a, b in pairwise(stops)
-    ]
-    return np.append(np.concatenate(parts), stops[-1])
-
-
 def sides(triangles: np.ndarray) -> np.ndarray:
     """Edges (k, 2) of triangles, each once."""
     return np.unique(np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
 
 
-__all__ = ["Layout", "Lines", "SheetGeometry", "divided", "sides"]
+__all__ = ["BetweenLines", "Layout", "Lines", "SheetGeometry", "sides"]

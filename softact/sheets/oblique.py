@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial import Delaunay, cKDTree
 
 from softact.errors import MeshError
+from softact.steps import steps
 
 SAME = 1e-7  # of the size: nearer points are one
 NO_AREA = 1e-9  # of the size squared: corners on one straight side
@@ -149,7 +150,7 @@ def _sides(triangles: np.ndarray) -> np.ndarray:
 
 def _along(one: np.ndarray, other: np.ndarray, size: float, least: int = 1) -> np.ndarray:
     """Points from one to the other, at most ``size`` apart, in at least ``least`` parts."""
-    parts = max(least, int(np.ceil(np.linalg.norm(other - one) / size - 1e-9)))
+    parts = steps(float(np.linalg.norm(other - one)), size, least)
     return one + np.linspace(0, 1, parts + 1)[:, None] * (other - one)
 
 

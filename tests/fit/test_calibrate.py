@@ -204,6 +204,8 @@ WRONG_KNOBS = {
     "materials.body.c10=200 kPa..300 kPa": "110 kPa is not between the bounds",
     "materials.body.c10=200 kPa..100 kPa": "is not below the upper one",
     "geometry.outer_wall=-1 mm..2 mm": "at the bound --set geometry.outer_wall=-1 mm",
+    "geometry.mesh_size": "says how fine the mesh is",
+    "geometry.through_wall": "says how fine the mesh is",
     "steps.deflate.pressure": "'steps' has no entry 'deflate' (it has 2 entries, counted from 0)",
 }
 

@@ -141,6 +141,7 @@ def test_two_objectives_have_a_front(tmp_path, made_up):
     [
         ("below: 120", "beneath: 120", "constraints.0.beneath: unknown key"),
         (", below: 120", "", "needs 'above', 'below' or both"),
+        ("path: geometry.length", "path: geometry.mesh_size", "says how fine the mesh is"),
         ("goal: maximise", "goal: more", "'more' is not one of: maximise, minimise"),
         ("geometry.width: 4 mm}", "width: 4 mm}", "give a value for each of: geometry.length"),
     ],
