@@ -28,8 +28,8 @@ def validate(files: tuple[str, ...], overrides: tuple[str, ...]) -> None:
     test data or one of published requirements; it is checked as what it is. Nothing is meshed or
     written, and no script is run. Of a STEP file or a mesh that a spec names it says which solids
     and faces it found. Exits with 2 when a file has a fault. A value of a spec that is right in
-    form and looks a unit wrong is warned of, and is no fault; nor is a wall that the mesh is too
-    coarse for.
+    form and looks a unit wrong is warned of, and is no fault; walls that the mesh is too coarse for
+    are noted.
 
     \b
     Examples:
@@ -64,12 +64,14 @@ def _tell(path: str, checked: "Checked") -> int:
         click.echo(f"{path}: ok, {checked.called}")
         return 0
     warnings = plausible.lines(checked.spec, checked.source)
-    thin = expected(checked.spec.geometry.walls())
-    if thin:
-        warnings.append(f"{path}: geometry: {thin}")
     for line in warnings:
         click.echo(f"warning: {line}", err=True)
-    return tell_file(path, checked.spec.geometry, f"{path}: ok{_counted(len(warnings))}")
+    geometry = checked.spec.geometry
+    faults = tell_file(path, geometry, f"{path}: ok{_counted(len(warnings))}")
+    thin = expected(geometry.walls())
+    if thin:
+        click.echo(f"{path}: note: {thin}")
+    return faults
 
 
 def _counted(warnings: int) -> str:

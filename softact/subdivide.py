@@ -13,7 +13,6 @@ from functools import cache
 from itertools import permutations, product
 
 import numpy as np
-from scipy import sparse
 
 from softact.discrete import add_mesh, check_number
 
@@ -131,6 +130,8 @@ class Pieces:
 
 def _spread(cells: np.ndarray, moved: np.ndarray, fixed: np.ndarray) -> np.ndarray:
     """Displacements (n, 3) of all points, those of free ones the mean of their neighbours'."""
+    from scipy import sparse  # not before it is needed: it takes long to load
+
     count, width = len(moved), cells.shape[1]
     pairs = np.vstack([cells[:, [a, b]] for a in range(width) for b in range(width) if a != b])
     joined = sparse.csr_matrix((np.ones(len(pairs)), pairs.T), shape=(count, count))

@@ -73,7 +73,7 @@ def test_a_run_says_which_walls_have_one_element(solved):
     assert said.startswith(
         "one element through outer_wall (1 mm), roof (1 mm) and inner_wall (1 mm)"
     )
-    assert said in story["messages"]
+    assert said in story["notes"]
     assert (folder / "log.txt").read_text().startswith(said)
 
 

@@ -123,7 +123,7 @@ def _security(folder: Path) -> Any:
     key, certificate = folder / "key.pem", folder / "certificate.pem"
     for path, text in ((key, made.tls_client_key), (certificate, made.tls_client_cert)):
         path.touch(0o600)
-        path.write_text(text)
+        path.write_text(text, encoding="utf-8")
     roles = ("client", "scheduler", "worker")
     files = {f"tls_{role}_key": str(key) for role in roles}
     files |= {f"tls_{role}_cert": str(certificate) for role in roles}

@@ -214,7 +214,7 @@ def test_what_a_study_says(angles, edges, verdict, words, tmp_path):
     assert study.verdict() == verdict
     assert words in output.advice(study)
     assert study.converged == (verdict == "within") == (study.recommended is not None)
-    text = output.write(study, "beam", tmp_path).read_text()
+    text = output.write(study, "beam", Output(tmp_path, "converge")).read_text()
     head = {"within": "good", "not known": "warn", "not converged": "bad"}[verdict]
     assert re.findall(r"class='banner (\w+)'", text) == [head]
     data = json.loads((tmp_path / "converge.json").read_text())

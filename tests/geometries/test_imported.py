@@ -254,11 +254,16 @@ def test_a_mesh_of_the_users_is_refined_too(script, tmp_path, meshed):
     assert counts == [counts[0], counts[0], 27 * counts[0]]
 
 
+def walls_in(notes):
+    """Those of the notes on a mesh that are about walls."""
+    return [note for note in notes if "walls" in note]
+
+
 def test_a_thin_wall_of_an_imported_solid_is_told(step, tmp_path):
     """All walls are 3 mm thick. Nobody knows before there is a mesh."""
     geometry = FromStep.model_validate({"file": step(), "mesh_size": "5 mm"})
     assert geometry.walls() is None
-    (said,) = make_mesh(geometry, tmp_path / "solid.msh")
+    (said,) = walls_in(make_mesh(geometry, tmp_path / "solid.msh"))
     assert re.match(r"one element through \d+% of the walls of 'cavity' \(3 mm thick\): ", said)
     finer = geometry.model_copy(update={"through_wall": 2})
-    assert make_mesh(finer, tmp_path / "solid.msh") == []
+    assert walls_in(make_mesh(finer, tmp_path / "solid.msh")) == []

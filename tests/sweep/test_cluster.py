@@ -111,8 +111,21 @@ def test_wrong_options_of_slurm(option, said):
         slurm_options([option])
 
 
+def listening():
+    """Addresses at which this process listens."""
+    here = psutil.Process()
+    connections = getattr(here, "net_connections", here.connections)()
+    return {c.laddr for c in connections if c.status == psutil.CONN_LISTEN}
+
+
 @pytest.fixture(scope="module")
-def secured(tmp_path_factory):
+def listening_before():
+    """Those of what other tests have started in this process, such as MPI."""
+    return listening()
+
+
+@pytest.fixture(scope="module")
+def secured(tmp_path_factory, listening_before):
     """The scheduler that --slurm starts, on the loopback interface, without workers."""
     with slurm_cluster(slurm_options([], "lo"), tmp_path_factory.mktemp("keys")) as cluster:
         yield cluster
@@ -134,17 +147,14 @@ def authority(address):
 
 
 @pytest.mark.parametrize("who", STRANGERS)
-def test_without_its_credentials_nobody_is_let_in(secured, who):
+def test_without_its_credentials_nobody_is_let_in(secured, listening_before, who):
     """Neither is anything listening elsewhere than on the interface that was named."""
     with pytest.raises((OSError, TypeError, ssl.SSLError)):
         address = secured.scheduler_address
         Client(**{"address": address, "timeout": 10, **STRANGERS[who](address)})
     with Client(secured) as ours:
         assert ours.scheduler_info()["address"].startswith("tls://127.0.0.1:")
-    here = psutil.Process()
-    connections = getattr(here, "net_connections", here.connections)()
-    hosts = {c.laddr.ip for c in connections if c.status == psutil.CONN_LISTEN}
-    assert hosts == {"127.0.0.1"}
+    assert {address.ip for address in listening() - listening_before} == {"127.0.0.1"}
 
 
 def test_only_its_user_may_read_the_key(secured):
