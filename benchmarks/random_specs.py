@@ -230,12 +230,12 @@ def look(folder: Path) -> dict:
     """Residual and smallest Jacobian of the last state of a result folder, computed anew."""
     from mpi4py import MPI
 
-    from softact import checkpoint
     from softact import spec as specs
-    from softact.from_spec import build_model, supports_of
-    from softact.geometry import make_mesh
-    from softact.newton import Loaded, Newton
-    from softact.terms import SurfaceForce
+    from softact.geometry.base import make_mesh
+    from softact.run.from_spec import build_model, supports_of
+    from softact.solve import checkpoint
+    from softact.solve.newton import Loaded, Newton
+    from softact.system.term import SurfaceForce
 
     spec = specs.load(str(folder / "spec.yaml"))
     make_mesh(spec.geometry, folder / "again.msh")
@@ -278,7 +278,7 @@ def judge(number: int, seed: int, limit: float, keep: Path) -> dict:
 def one(folder: Path) -> dict:
     """Run the spec of a folder in this process and judge it."""
     from softact import spec as specs
-    from softact.run import run
+    from softact.run.start import run
 
     spec = specs.load(str(folder / "drawn.yaml"))
     try:

@@ -11,7 +11,7 @@ def tell_scripts(base: Any, axes: Sequence[Any]) -> None:
 
     base: the plain data of its base spec. axes: those of a sweep or an optimisation.
     """
-    from softact.scripts import told
+    from softact.geometry.scripts import told
 
     files = [
         file
@@ -29,7 +29,7 @@ def tell_file(spec: str, geometry: Any, ok: str) -> int:
     spec: name of the spec's file. ok: said of a spec without faults. Returns the number of faults.
     """
     from softact.errors import MeshError
-    from softact.geometry import look
+    from softact.geometry.base import look
 
     said, faults = geometry.notes(), []
     try:

@@ -36,7 +36,7 @@ def read_all(
     line per fault.
     """
     from softact.errors import SpecError
-    from softact.fit.measured import read_measured
+    from softact.measured.curve import read_measured
 
     if headings is not None and not files:
         raise SpecError("--columns names the columns of --measured FILE, which is not given")
@@ -61,7 +61,7 @@ def tell(directory: Path, measured: Sequence) -> None:
     if not measured:
         return
     from softact.report.overlay import deviations, tell
-    from softact.results import read
+    from softact.results.folder import read
 
     curve = read(directory).curve
     for curves in measured:

@@ -14,7 +14,7 @@ SILENCE = 9.0
 
 
 class Progress:
-    """Called with each event of ``softact.run``.
+    """Called with each event of ``softact.run.start``.
 
     steps: names of the spec's steps, in order. On a terminal one line with a bar follows the run;
     elsewhere each event is a line of its own with the seconds since the start, and so is what goes
@@ -59,7 +59,7 @@ class Progress:
             self._ticker.join()
 
     def __call__(self, event: Mapping[str, Any]) -> None:
-        from softact.run import log_line
+        from softact.run.start import log_line
 
         if event["stage"] == "error":
             return  # told at the end, on standard error

@@ -16,10 +16,10 @@ from collections.abc import Sequence
 import click
 from click.shell_completion import shell_complete
 
+from softact.child_processes import leave_current_folder
 from softact.errors import NOT_IN_LOCALE, NOT_UTF8, SoftactError
+from softact.files.streams import abandon_stdout, make_safe
 from softact.nearest import nearest
-from softact.orphans import leave_current_folder
-from softact.streams import abandon_stdout, make_safe
 
 WRONG_INPUT, BUG, INTERRUPTED, BROKEN_PIPE = 2, 70, 130, 141
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EROFS)

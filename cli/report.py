@@ -50,11 +50,11 @@ def report(
     def tell_error(line: str) -> None:
         click.echo(line, err=True)
 
-    from softact.folder_lock import held
+    from softact.files.lock import held
     from softact.report import animation, write_report
     from softact.report import targets as published
     from softact.report.remembered import remember, remembered
-    from softact.results import MEASURED, read
+    from softact.results.folder import MEASURED, read
     from softact.spec.kinds import expect_results
 
     expect_results(directory)

@@ -64,9 +64,9 @@ def run(
       softact run finger.yaml --resume --set steps.1.pressure='60 kPa'
     """
     from softact.cli._progress import Progress
-    from softact.output import check_results
-    from softact.run import run as solve
-    from softact.run import usual_processes
+    from softact.files.own_folder import check_results
+    from softact.run.start import run as solve
+    from softact.run.start import usual_processes
     from softact.spec import load
 
     loaded = load(spec, overrides)
@@ -107,6 +107,6 @@ def _tell_verdict(outcome) -> None:
 
 
 def _columns(spec) -> list[str]:
-    from softact.fit.measured import run_columns
+    from softact.measured.curve import run_columns
 
     return run_columns(spec)

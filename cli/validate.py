@@ -9,7 +9,7 @@ from softact.cli._files import tell_file
 from softact.errors import SpecError
 
 if TYPE_CHECKING:
-    from softact.inputs import Checked
+    from softact.spec.inputs import Checked
 
 
 @click.command(short_help="Check specs and other files; every fault at once, without meshing.")
@@ -38,7 +38,7 @@ def validate(files: tuple[str, ...], overrides: tuple[str, ...]) -> None:
     """
     from pathlib import Path
 
-    from softact.inputs import validate as check
+    from softact.spec.inputs import validate as check
 
     faults = 0
     for path in files:
@@ -57,8 +57,8 @@ def validate(files: tuple[str, ...], overrides: tuple[str, ...]) -> None:
 def _tell(path: str, checked: "Checked") -> int:
     """Say what a file is, what looks odd in it and what the file of its geometry holds; return the
     number of faults of the latter."""
+    from softact.geometry.walls import expected
     from softact.spec import plausible
-    from softact.walls import expected
 
     if checked.spec is None:
         click.echo(f"{path}: ok, {checked.called}")

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from softact import catalogue
+from softact.geometry.step_faces import Selection
 from softact.spec.contact import OBSTACLES, ObstacleChange, SurfaceContact
 from softact.spec.models import (
     Layer,
@@ -21,7 +22,6 @@ from softact.spec.models import (
     Traction,
 )
 from softact.spec.plausible import RANGES
-from softact.step_faces import Selection
 from softact.units import DIMENSIONS
 
 PAGE = Path(__file__).with_name("reference.md")

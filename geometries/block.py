@@ -7,10 +7,10 @@ from typing import Literal
 
 from pydantic import Field
 
-from softact.boxes import Box, Boxes, Counts, Plane
-from softact.geometry import Geometry, Layout, ThroughWall, main
+from softact.geometry.base import Geometry, Layout, ThroughWall, main
+from softact.geometry.boxes import Box, Boxes, Counts, Plane
+from softact.geometry.walls import Wall
 from softact.units import Length
-from softact.walls import Wall
 
 
 class Block(Geometry):

@@ -11,11 +11,11 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from softact.boxes import Plane
-from softact.geometry import THINNEST, Geometry, Layout, ThroughWall, main
-from softact.prisms import Prism, Prisms, Shapes, lacking
+from softact.geometry.base import THINNEST, Geometry, Layout, ThroughWall, main
+from softact.geometry.boxes import Plane
+from softact.geometry.prisms import Prism, Prisms, Shapes, lacking
+from softact.geometry.walls import Wall
 from softact.units import Length
-from softact.walls import Wall
 
 
 class FiberReinforced(Geometry):

@@ -13,14 +13,14 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
+from softact.child_processes import importable
 from softact.errors import MeshError
-from softact.geometry import main
-from softact.gmsh_files import guarded, merge_mesh
-from softact.imported import Imported
-from softact.orphans import importable
-from softact.part_size import Drawn
-from softact.scripts import DATA
-from softact.step_names import UNITS
+from softact.geometry.base import main
+from softact.geometry.gmsh_files import guarded, merge_mesh
+from softact.geometry.imported import Imported
+from softact.geometry.part_size import Drawn
+from softact.geometry.scripts import DATA
+from softact.geometry.step_names import UNITS
 
 
 class FromScript(Imported):

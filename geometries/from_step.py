@@ -11,10 +11,10 @@ import numpy as np
 from pydantic import Field
 
 from softact.errors import MeshError
-from softact.geometry import main, tell
-from softact.imported import Imported
-from softact.step_faces import AnySelection, Selection
-from softact.step_part import StepPart, numbers_of
+from softact.geometry.base import main, tell
+from softact.geometry.imported import Imported
+from softact.geometry.step_faces import AnySelection, Selection
+from softact.geometry.step_part import StepPart, numbers_of
 from softact.units import show
 
 

@@ -9,11 +9,11 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from softact.geometry import Layout
-from softact.sheets.geometry import BetweenLines, Lines, SheetGeometry, sides
-from softact.sheets.mesh import SheetMesh
-from softact.sheets.oblique import Oblique, pillow
-from softact.sheets.pattern import Pattern
+from softact.geometry.base import Layout
+from softact.geometry.cutting_pattern import Pattern
+from softact.geometry.flat_sheets import BetweenLines, Lines, SheetGeometry, sides
+from softact.geometry.oblique import Oblique, pillow
+from softact.mesh.sheets import SheetMesh
 from softact.units import Angle, Length
 
 SHARED = {"elongating": 4, "bending": 2, "twisting": 1}  # parts of the whole to one that is meshed
@@ -227,6 +227,6 @@ class KnitStrips(SheetGeometry):
 
 
 if __name__ == "__main__":
-    from softact.geometry import main
+    from softact.geometry.base import main
 
     main(KnitStrips)

@@ -9,12 +9,12 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from softact.boxes import OUTSIDE
-from softact.corrugated import Corrugated
-from softact.geometry import THINNEST, ThroughWall, main
-from softact.prisms import Prism, Prisms, Shapes, lacking
+from softact.geometry.base import THINNEST, ThroughWall, main
+from softact.geometry.boxes import OUTSIDE
+from softact.geometry.corrugated import Corrugated
+from softact.geometry.prisms import Prism, Prisms, Shapes, lacking
+from softact.geometry.walls import Wall
 from softact.units import Length
-from softact.walls import Wall
 
 
 class Omnidirectional(Corrugated):

@@ -9,10 +9,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from softact.boxes import OUTSIDE, Box, Boxes, Counts, Plane
-from softact.geometry import THINNEST, Geometry, Layout, ThroughWall, main
+from softact.geometry.base import THINNEST, Geometry, Layout, ThroughWall, main
+from softact.geometry.boxes import OUTSIDE, Box, Boxes, Counts, Plane
+from softact.geometry.walls import Wall
 from softact.units import Length
-from softact.walls import Wall
 
 # Two lengths that should be the same are taken to be so within this, relative.
 SAME = 1e-6

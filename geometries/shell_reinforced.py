@@ -10,12 +10,12 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from softact.boxes import Plane
-from softact.geometry import THINNEST, Geometry, Layout, ThroughWall, main
-from softact.prisms import Prism, Prisms, Shapes, Skin, lacking
-from softact.sheets.pattern import Pattern
+from softact.geometry.base import THINNEST, Geometry, Layout, ThroughWall, main
+from softact.geometry.boxes import Plane
+from softact.geometry.cutting_pattern import Pattern
+from softact.geometry.prisms import Prism, Prisms, Shapes, Skin, lacking
+from softact.geometry.walls import Wall
 from softact.units import Length
-from softact.walls import Wall
 
 
 class ShellReinforced(Geometry):

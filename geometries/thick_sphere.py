@@ -9,11 +9,11 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from softact.discrete import add_mesh, prism_sides, prism_tetrahedra
-from softact.geometry import Geometry, Layout, ThroughWall, main
-from softact.steps import steps
+from softact.geometry.base import Geometry, Layout, ThroughWall, main
+from softact.geometry.gmsh_groups import add_mesh, prism_sides, prism_tetrahedra
+from softact.geometry.steps import steps
+from softact.geometry.walls import Wall
 from softact.units import Length
-from softact.walls import Wall
 
 
 class ThickSphere(Geometry):

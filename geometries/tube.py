@@ -9,9 +9,9 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from softact.geometry import Geometry, Layout, ThroughWall, main
+from softact.geometry.base import Geometry, Layout, ThroughWall, main
+from softact.geometry.walls import Wall
 from softact.units import Length
-from softact.walls import Wall
 
 
 class Tube(Geometry):

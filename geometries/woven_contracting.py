@@ -10,10 +10,10 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from softact.geometry import Layout
-from softact.sheets.geometry import BetweenLines, Lines, SheetGeometry, sides
-from softact.sheets.mesh import SheetMesh
-from softact.sheets.pattern import Pattern
+from softact.geometry.base import Layout
+from softact.geometry.cutting_pattern import Pattern
+from softact.geometry.flat_sheets import BetweenLines, Lines, SheetGeometry, sides
+from softact.mesh.sheets import SheetMesh
 from softact.units import Length
 
 
@@ -101,6 +101,6 @@ class WovenContracting(SheetGeometry):
 
 
 if __name__ == "__main__":
-    from softact.geometry import main
+    from softact.geometry.base import main
 
     main(WovenContracting)

@@ -11,7 +11,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from softact.geometries import GEOMETRIES
-from softact.geometry import Geometry
+from softact.geometry.base import Geometry
 from softact.materials import CARDS, LAWS, Law, card_data
 from softact.measures import MEASURES
 from softact.spec import Payload, Step, Support, Traction

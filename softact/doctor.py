@@ -18,7 +18,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Literal
 
-from softact.streams import UTF8
+from softact.files.streams import UTF8
 
 State = Literal["ok", "slow", "absent", "broken"]
 

@@ -11,26 +11,26 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from softact import compat
-from softact.assembly import Assembler
-from softact.bending import LayerBending
-from softact.bonded import BondedLayer, BondedLayers
+from softact.bodies.layer import BondedLayer, BondedLayers
+from softact.bodies.membrane import Membrane
+from softact.bodies.named_surfaces import Surfaces
+from softact.bodies.plate import LayerBending
+from softact.bodies.sheet import Sheet, SheetPart, make_parts, node_numbers
+from softact.bodies.sheet_bending import add_bending
+from softact.bodies.solid import Solid
 from softact.contact.contacts import Contacts
 from softact.contact.facets import ContactFacets
 from softact.contact.rigid import Obstacle, RigidContact
 from softact.contact.surfaces import SurfaceContact, Touching
 from softact.errors import SpecError
-from softact.fibres import fibre_field
-from softact.mesh import Mesh
-from softact.nodes import nodes_of
-from softact.sheets.bend import add_bending
-from softact.sheets.body import Sheet, SheetPart, make_parts, node_numbers
-from softact.sheets.cavity import SheetCavity
-from softact.sheets.membrane import Membrane
-from softact.sheets.mesh import nodes_of as sheet_nodes_of
-from softact.solid import Solid
-from softact.surfaces import Surfaces
-from softact.tensors import determinant
-from softact.terms import (
+from softact.loads.sheet_cavity import SheetCavity
+from softact.materials.fibres import fibre_field
+from softact.materials.tensors import determinant
+from softact.mesh.sheets import nodes_of as sheet_nodes_of
+from softact.mesh.tetrahedra import Mesh
+from softact.system.assembly import Assembler
+from softact.system.nodes import nodes_of
+from softact.system.term import (
     CavityPressure,
     Inertia,
     InvertedElementError,
@@ -42,7 +42,7 @@ from softact.terms import (
     Weight,
     unit_forces,
 )
-from softact.unknowns import Unknowns
+from softact.system.unknowns import Unknowns
 
 UP = (0.0, 0.0, 1.0)
 # name in the spec -> displacement degree, pressure degree (None: no pressure unknown)
@@ -72,11 +72,11 @@ def _smaller(one, other):
 class Model:
     """Everything that decides the equilibrium of an actuator.
 
-    mesh: see ``softact.mesh``. materials: region name -> law. layers: thin layers. element: one of
-    ``ELEMENTS``. wall_normal: region name, points (n, 3) -> the wall's normal there, for fibres;
-    default: up. obstacles: rigid bodies. touching: surfaces that may touch, for one process only.
-    sheets: name -> what each sheet of the mesh is made of, for one process only; a mesh may have
-    sheets and no solid.
+    mesh: see ``softact.mesh.tetrahedra``. materials: region name -> law. layers: thin layers.
+    element: one of ``ELEMENTS``. wall_normal: region name, points (n, 3) -> the wall's normal
+    there, for fibres; default: up. obstacles: rigid bodies. touching: surfaces that may touch, for
+    one process only. sheets: name -> what each sheet of the mesh is made of, for one process only;
+    a mesh may have sheets and no solid.
     The residual is the derivative of the potential energy by the unknowns.
     """
 

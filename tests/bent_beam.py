@@ -17,8 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-from softact.geometry import Layout
-from softact.results_writer import ResultsWriter
+from softact.geometry.base import Layout
+from softact.results.writer import ResultsWriter
 
 LENGTH, HALF_WIDTH, HEIGHT = 120.0, 8.0, 14.0
 WALL = 2.0

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from softact.terms import State, SurfaceForce
+from softact.system.term import State, SurfaceForce
 
 FORCES = 1e-5  # of the largest force in play
 WORK = 0.05  # of the larger of work and energy, over at least SOME increments

@@ -7,7 +7,7 @@ from pathlib import Path
 import gmsh
 import numpy as np
 
-from softact.step_names import SOLIDS, StepFile
+from softact.geometry.step_names import SOLIDS, StepFile
 
 # A block 40 x 14 x 12 mm on the plane z = 2 mm with a room of 32 x 8 x 6 mm, and a plate under it.
 BLOCK, ROOM = (0, -7, 2, 40, 14, 12), (4, -4, 5, 32, 8, 6)

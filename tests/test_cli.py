@@ -15,10 +15,10 @@ import step_files
 from softact.cli import main as cli
 from softact.cli._progress import Progress
 from softact.errors import MeshError, NoEquilibriumError, SpecError
+from softact.files.own_folder import check_results
 from softact.geometries import GEOMETRIES
 from softact.materials import CARDS, LAWS
 from softact.measures import MEASURES
-from softact.output import check_results
 from softact.spec import load, loads
 
 SOFTACT = [sys.executable, "-m", "softact.cli.main"]
@@ -294,7 +294,7 @@ def test_force_keeps_what_else_is_in_the_folder(folder, monkeypatch):
         asked.append((spec.name, directory, processes))
         raise MeshError("far enough")
 
-    monkeypatch.setattr("softact.run.run", solve)
+    monkeypatch.setattr("softact.run.start.run", solve)
     assert leave("run", "cube.yaml", "-o", "home") == 2
     assert asked == []
     assert leave("run", "cube.yaml", "-o", "home", "--force", "-n", "2") == 3

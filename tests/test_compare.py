@@ -10,8 +10,8 @@ from click.testing import CliRunner
 from softact.cli.compare import compare as command
 from softact.errors import SpecError
 from softact.report import compare, requirements, targets
-from softact.results import read
-from softact.results_writer import ResultsWriter
+from softact.results.folder import read
+from softact.results.writer import ResultsWriter
 
 SIZE = {"nx": 4, "ny": 2, "nz": 7}
 

@@ -11,16 +11,16 @@ import h5py
 import numpy as np
 import pytest
 
-from softact import journal
 from softact import spec as specs
 from softact.cli import main as cli
 from softact.converge import carry
 from softact.errors import SpecError
-from softact.fields_file import changed, opened, write_array
 from softact.report import frames
-from softact.results import read
-from softact.resuming import identity, to_resume
-from softact.run import run
+from softact.results import journal
+from softact.results.fields_file import changed, opened, write_array
+from softact.results.folder import read
+from softact.run.resuming import identity, to_resume
+from softact.run.start import run
 
 SPEC = """
 name: cube

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from softact.errors import MeshError
-from softact.geometry import look, make_mesh
-from softact.run import run
+from softact.geometry.base import look, make_mesh
+from softact.run.start import run
 from softact.spec import Spec, load, loads
 
 BESIDE = [folder / "shared" / "field" for folder in Path(__file__).resolve().parents[1:5]]

@@ -12,12 +12,12 @@ import pytest
 from softact.cli import main as cli
 from softact.converge import carry
 from softact.errors import CannotWriteError, FolderBusyError, SpecError
-from softact.folder_lock import LOCK, held
+from softact.files.lock import LOCK, held
 
 HOLD = """
 import subprocess, sys, time
 from pathlib import Path
-from softact.folder_lock import held
+from softact.files.lock import held
 
 with held(Path("out"), "run") as inherited:
     if "child" in sys.argv:

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from softact.geometry import Layout
-from softact.reached import reached
+from softact.geometry.base import Layout
 from softact.report import curves, headline, key_figures, labels, view
-from softact.results import read
-from softact.results_writer import ResultsWriter
+from softact.results.folder import read
+from softact.results.writer import ResultsWriter
+from softact.verdict.reached import reached
 
 LENGTH = 80.0
 LAYOUT = Layout(regions=("body",), surfaces=("clamp", "tip"), cavities={}, length=LENGTH)

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 import step_files
 
-from softact.components import components
 from softact.errors import SoftactError, SpecError
-from softact.geometry import Layout
-from softact.held import refuse_loose
-from softact.mesh import Tetrahedra
-from softact.nearest_triangle import nearest_triangle
-from softact.run import run
+from softact.geometry.base import Layout
+from softact.mesh.components import components
+from softact.mesh.tetrahedra import Tetrahedra
+from softact.run.held import refuse_loose
+from softact.run.start import run
 from softact.spec import load, loads
+from softact.verdict.nearest_triangle import nearest_triangle
 
 UNIT = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
 
@@ -151,7 +151,7 @@ def test_a_solid_that_nothing_holds_is_refused_by_name_and_nothing_is_written(tw
 
 
 def test_a_solid_that_a_contact_may_hold_is_left_to_the_solver(two):
-    from softact.held import _touching
+    from softact.run.held import _touching
 
     spec = two("obstacles: {floor: {type: plane, point: [0 mm, 0 mm, -1 mm], normal: [0, 0, 1]}}\n")
     assert _touching(spec.geometry.layout(), spec) == {"clamp", "tip"}

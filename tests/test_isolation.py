@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from softact.orphans import environment
+from softact.child_processes import environment
 
 SOFTACT = Path(sys.executable).with_name("softact")
 SPEC = """

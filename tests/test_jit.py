@@ -6,8 +6,8 @@ import sys
 import pytest
 from mpi4py import MPI
 
-from softact import jit
 from softact.errors import SoftactError
+from softact.system import jit
 
 SOURCE = "int answer(void) { return 42; }\n"
 

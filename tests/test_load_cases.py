@@ -5,9 +5,9 @@ import csv
 import numpy as np
 import pytest
 
-from softact import run as runs
 from softact import spec as specs
 from softact.errors import SpecError
+from softact.run import start as runs
 
 SOFT = "{law: neo_hookean, c10: 0.14 MPa}"
 BEAM = f"""

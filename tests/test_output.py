@@ -13,10 +13,10 @@ import pytest
 
 from softact.cli import main as cli
 from softact.errors import SpecError
-from softact.files import csv_text, is_temporary, replacing, write_atomic
-from softact.folder_lock import LOCK
-from softact.output import MARKER, Output, check_results
-from softact.results import read
+from softact.files.lock import LOCK
+from softact.files.own_folder import MARKER, Output, check_results
+from softact.files.text import csv_text, is_temporary, replacing, write_atomic
+from softact.results.folder import read
 from softact.sweep import compute as computing
 
 SPEC = """
@@ -261,7 +261,7 @@ def test_a_run_replaces_results_but_not_the_spec_that_it_reads(folder, tmp_path)
 def test_a_run_of_the_spec_that_softact_has_stored_is_no_danger_to_it(folder, capsys, monkeypatch):
     """softact run results/one/spec.yaml, as it was written; not once somebody has edited it."""
     solved = []
-    monkeypatch.setattr("softact.run.run", lambda *a, **o: solved.append(a) or pytest.skip())
+    monkeypatch.setattr("softact.run.start.run", lambda *a, **o: solved.append(a) or pytest.skip())
     from softact.spec import load
 
     (folder / "one/spec.yaml").write_text(load("spec.yaml").to_yaml())
@@ -329,9 +329,9 @@ def test_names_with_dots_do_not_replace_each_other(folder, capsys):
 
 def test_a_copied_result_folder_says_incomplete_until_it_is_whole(folder, monkeypatch):
     """A kill in the middle of a copy, after every file in turn."""
-    import softact.output
+    import softact.files.own_folder
 
-    copied = softact.output.shutil.copyfile
+    copied = softact.files.own_folder.shutil.copyfile
     for last in range(1, 1 + len(list((folder / "one").iterdir()))):
         count = []
 
@@ -343,11 +343,11 @@ def test_a_copied_result_folder_says_incomplete_until_it_is_whole(folder, monkey
 
         output = Output(folder / "out", "optimize")
         with output.opened(["best"]):
-            monkeypatch.setattr(softact.output.shutil, "copyfile", copy)
+            monkeypatch.setattr(softact.files.own_folder.shutil, "copyfile", copy)
             with pytest.raises(KeyboardInterrupt):
                 output.results("best", folder / "one")
             assert read(folder / "out/best").status == "incomplete"
-    monkeypatch.setattr(softact.output.shutil, "copyfile", copied)
+    monkeypatch.setattr(softact.files.own_folder.shutil, "copyfile", copied)
     with output.opened(["best"]):
         output.results("best", folder / "one")
     names = {path.name for path in (folder / "one").iterdir()}

@@ -6,10 +6,10 @@ import bent_beam
 import numpy as np
 import pytest
 
-from softact.geometry import Layout
-from softact.overlap import first_overlap, overlap
-from softact.results import read
-from softact.results_writer import ResultsWriter
+from softact.geometry.base import Layout
+from softact.results.folder import read
+from softact.results.writer import ResultsWriter
+from softact.verdict.overlap import first_overlap, overlap
 
 EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
 

@@ -5,15 +5,15 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from softact import run as runs
 from softact import spec as specs
 from softact.cli.report import report
 from softact.cli.run import run
 from softact.errors import SpecError
-from softact.fit.measured import Measured, read_measured
+from softact.measured.curve import Measured, read_measured
 from softact.report import overlay, pictures, write_report
 from softact.report.remembered import remembered
-from softact.results import MEASURED, read
+from softact.results.folder import MEASURED, read
+from softact.run import start as runs
 
 ANGLE, INCREMENTS = 200.0, 8  # in proportion to the pressure, 50 kPa at the end
 

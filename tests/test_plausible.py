@@ -9,8 +9,8 @@ import pytest
 from softact.check import cases
 from softact.cli.main import main
 from softact.materials import CARDS
-from softact.results import read
-from softact.run import run
+from softact.results.folder import read
+from softact.run.start import run
 from softact.spec import load, loads
 from softact.spec.plausible import RANGES, lines, oddities
 

@@ -17,8 +17,8 @@ from softact.report import (
     view,
     write_report,
 )
-from softact.results import read
-from softact.results_writer import ResultsWriter
+from softact.results.folder import read
+from softact.results.writer import ResultsWriter
 
 LENGTH, HEIGHT = bent_beam.LENGTH, bent_beam.HEIGHT
 ANGLE, INCREMENTS = bent_beam.ANGLE, bent_beam.INCREMENTS

@@ -15,10 +15,10 @@ import meshio
 import numpy as np
 import pytest
 
-from softact import results_writer
 from softact.errors import SpecError
-from softact.results import read
-from softact.results_writer import ResultsWriter
+from softact.results import writer as results_writer
+from softact.results.folder import read
+from softact.results.writer import ResultsWriter
 
 SMALL = {"nx": 2, "ny": 2, "nz": 7}
 INCREMENTS = 4

@@ -12,7 +12,7 @@ import pytest
 from benchmarks import resume
 from softact import spec as specs
 from softact.errors import SoftactError
-from softact.run import run
+from softact.run.start import run
 
 CUBE = """
 name: cube
@@ -72,7 +72,7 @@ def test_interrupted_run_goes_on(cube, tmp_path, after):
 
 
 def specs_fields(folder):
-    from softact.results import read
+    from softact.results.folder import read
 
     results = read(folder)
     return len(results.increments), results.field(-1, "displacement").round(9).tolist()

@@ -10,11 +10,11 @@ from mpi4py import MPI
 from benchmarks import resume
 from softact import spec as specs
 from softact.catalogue import NO_LOADS
-from softact.checkpoint import LOADS
-from softact.geometry import make_mesh
-from softact.passed import Passed
+from softact.geometry.base import make_mesh
+from softact.run.worker import solve
+from softact.solve.checkpoint import LOADS
+from softact.solve.passed import Passed
 from softact.spec import Step
-from softact.worker import solve
 
 BLOCK = """
 geometry: {type: block, length: 6 mm, width: 4 mm, height: 4 mm, mesh_size: 2 mm}

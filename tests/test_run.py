@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from softact import recorder
-from softact import run as runs
 from softact import spec as specs
-from softact.stepping import Trying
+from softact.run import recorder
+from softact.run import start as runs
+from softact.solve.stepping import Trying
 
 CONFIG = Path(__file__).parents[1] / "configs" / "pneunet_small.yaml"
 # Two chambers and few increments: the physics is the same.
@@ -186,7 +186,7 @@ def test_says_what_leaves_the_tested_stretch(high, warned, tmp_path):
 SHORT = """
 import re, resource
 from scipy import linalg
-from softact.worker import _start_blas
+from softact.run.worker import _start_blas
 now = 1024 * int(re.search(r"VmSize:\\s+(\\d+)", open("/proc/self/status").read())[1])
 resource.setrlimit(resource.RLIMIT_AS, (now + 2**26, now + 2**26))
 try:

@@ -11,8 +11,8 @@ from click.testing import CliRunner
 from softact.cli import main as cli
 from softact.errors import MeshError
 from softact.geometries.from_script import FromScript
-from softact.geometry import make_mesh
-from softact.scripts import told
+from softact.geometry.base import make_mesh
+from softact.geometry.scripts import told
 
 # A block of 20 x 4 x 4 mm; whoever runs it leaves a mark beside it.
 SCRIPT = """

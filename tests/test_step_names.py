@@ -6,7 +6,7 @@ import pytest
 import step_files
 
 from softact.errors import MeshError
-from softact.step_names import StepFile, decoded
+from softact.geometry.step_names import StepFile, decoded
 
 MILLI = r"\( LENGTH_UNIT\(\) NAMED_UNIT\(\*\) SI_UNIT\(\.MILLI\.,\.METRE\.\) \)"
 INCH = """#9001 = LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),#9002);

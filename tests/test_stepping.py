@@ -6,11 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from softact import branch
-from softact.drive import Point, extrapolate
-from softact.increments import SMALL, next_size
-from softact.ladder import Ladder
-from softact.stepping import Attempt
+from softact.solve.increments import SMALL, next_size
+from softact.solve.ladder import Ladder
+from softact.solve.path import Point, extrapolate
+from softact.solve.rungs import volume as branch
+from softact.solve.stepping import Attempt
 
 
 @pytest.mark.parametrize("iterations", [1, 5, 8, 15, 100])

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from softact.boxes import Boxes
-from softact.geometry import GEOMETRIES
+from softact.geometry.base import GEOMETRIES
+from softact.geometry.boxes import Boxes
+from softact.geometry.steps import steps
 from softact.spec import load
-from softact.steps import steps
 
 CONFIGS = Path(__file__).parents[1] / "configs"
 BOXES = ["pneunet_glove", "pneunet_glove_blocked", "pneunet_held_tip", "pneunet_small",

@@ -6,7 +6,7 @@ import gmsh
 import numpy as np
 import pytest
 
-from softact.subdivide import Pieces, cut_mesh, pieces, subdivided
+from softact.geometry.subdivide import Pieces, cut_mesh, pieces, subdivided
 
 
 def volumes(points, cells):

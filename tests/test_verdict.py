@@ -6,9 +6,9 @@ import bent_beam
 import numpy as np
 import pytest
 
-from softact.results import MESH_ERROR, read
-from softact.results_writer import ResultsWriter
-from softact.verdict import AMBER, GREEN, RED, from_data, judge
+from softact.results.folder import MESH_ERROR, read
+from softact.results.writer import ResultsWriter
+from softact.verdict.judge import AMBER, GREEN, RED, from_data, judge
 
 SIZE = {"nx": 12, "ny": 2, "nz": 7}
 

@@ -10,7 +10,7 @@ from typing import Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from softact.errors import SpecError
-from softact.files import digest
+from softact.files.text import digest
 from softact.nearest import nearest
 from softact.spec import Spec, document, part, spec_at
 from softact.spec.choice import fault, fault_at

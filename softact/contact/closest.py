@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from softact import jit
 from softact.contact.backs import Backs
 from softact.contact.sight import spheres
+from softact.system import jit
 
 # How far beyond its edge a facet still counts, barycentric: it closes the wedges between facets.
 SLACK = 0.01

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from softact import verdict
 from softact.converge.output import summary
 from softact.converge.richardson import NOTHING, SAFETY
 from softact.converge.study import WITHIN, Convergence
 from softact.errors import DamagedResultError, SpecError
-from softact.files import csv_text, json_text, write_atomic
+from softact.files.text import csv_text, json_text, write_atomic
 from softact.report import write_report
-from softact.results import COMPLETE, MESH_ERROR, SUMMARY, checksums, read, read_cells
-from softact.run_json import RUN, run_text
+from softact.results.folder import COMPLETE, MESH_ERROR, SUMMARY, checksums, read, read_cells
+from softact.results.run_json import RUN, run_text
 from softact.sweep import record
+from softact.verdict import judge as verdict
 
 #: Two runs of one spec are the same run within this part of the value, or of its error bar.
 SAME, SAME_BAR = 1e-3, 0.1

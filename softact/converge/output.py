@@ -8,8 +8,8 @@ from pathlib import Path
 
 from softact.converge.richardson import FINER, SAFETY
 from softact.converge.study import NOT_CONVERGED, Convergence
-from softact.files import csv_text, json_text, write_atomic
-from softact.output import Output
+from softact.files.own_folder import Output
+from softact.files.text import csv_text, json_text, write_atomic
 from softact.report import base, labels, mesh_error
 from softact.report.base import Section
 

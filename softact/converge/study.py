@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from softact.columns import column_fault
 from softact.converge.richardson import NOTHING, Estimate, change, counting, estimate
 from softact.errors import NoEquilibriumError, SoftactError, SpecError
-from softact.geometry import STEPS, Geometry
-from softact.results import COMPLETE, read
+from softact.geometry.base import STEPS, Geometry
+from softact.measured.columns import column_fault
+from softact.results.folder import COMPLETE, read
 from softact.spec import Spec
 from softact.spec.path import changed
 from softact.sweep.cache import Cache

@@ -15,10 +15,10 @@ from scipy.optimize import least_squares
 from scipy.stats import t as student
 
 from softact.errors import NoEquilibriumError, SpecError
+from softact.files.own_folder import Output
 from softact.fit.knobs import Knob, read_knobs, turned
-from softact.fit.measured import Measured, predicted, reached, read_measured, run_columns
-from softact.output import Output
-from softact.results import COMPLETE, read
+from softact.measured.curve import Measured, predicted, reached, read_measured, run_columns
+from softact.results.folder import COMPLETE, read
 from softact.spec import Spec, load
 from softact.sweep.cache import Cache
 from softact.sweep.compute import compute

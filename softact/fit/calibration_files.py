@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from softact.files import csv_text, json_text, replacing, write_atomic
+from softact.files.own_folder import Output
+from softact.files.text import csv_text, json_text, replacing, write_atomic
 from softact.fit.calibrate import Calibration, Request
-from softact.output import Output
 from softact.report.labels import column
 from softact.spec import Spec
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from softact.fit.columns import Column
 from softact.fit.sheet import TestSheet
-from softact.fit.table import Table, UnreadableError
+from softact.measured.tables import Table, UnreadableError
 
 # The better first: a strain may come from an extensometer and needs no gauge length.
 DEFORMATIONS = ("stretch", "strain", "true_strain", "displacement", "position", "length")

@@ -4,7 +4,7 @@ import codecs
 from pathlib import Path
 
 from softact.errors import SpecError
-from softact.files import read_file
+from softact.files.text import read_file
 
 MAX_BYTES = 200_000_000
 # The marks of UTF-32 begin with those of UTF-16, so they are tried first.

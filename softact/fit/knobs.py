@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from softact.errors import SpecError
-from softact.geometry import is_of_mesh
+from softact.geometry.base import is_of_mesh
 from softact.spec import Spec
 from softact.spec.path import changed, joined, single
 from softact.units import conversion, show, split

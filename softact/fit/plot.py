@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from softact.files import replacing
+from softact.files.text import replacing
 from softact.fit.candidates import as_candidate
 from softact.fit.data import Test
 from softact.fit.fit import Fit

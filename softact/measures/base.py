@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from softact.snapshot import Snapshot
+    from softact.measures.snapshot import Snapshot
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ there is told beside it.
 
 import numpy as np
 
+from softact.materials.tensors import bounds, largest_eigenvalue, right_cauchy_green, symmetric
 from softact.measures.base import Measure, per_cavity, vector_columns
 from softact.measures.pressure import PRESSURE
-from softact.tensors import bounds, largest_eigenvalue, right_cauchy_green, symmetric
 
 SHARE = 1e-3  # of the volume, which is above the percentile
 ROUNDING = 1e-12  # of the largest value

@@ -9,9 +9,9 @@ These are looked at in the quadrature points; an element may be folded at a corn
 
 import numpy as np
 
+from softact.materials.tensors import determinant
 from softact.measures.base import Measure, vector_columns
 from softact.measures.failure import exceeded
-from softact.tensors import determinant
 
 #: Bulk by shear modulus from which on a material hardly changes its volume (ν > 0.45).
 INCOMPRESSIBLE = 10.0

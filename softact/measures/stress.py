@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from softact.materials.tensors import von_mises
 from softact.measures.base import Measure, vector_columns
-from softact.tensors import von_mises
 
 BODY_COLUMN = "max_von_mises_<body>_MPa"
 

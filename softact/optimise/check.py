@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from softact.columns import column_fault
 from softact.errors import SpecError
+from softact.measured.columns import column_fault
 from softact.optimise.spec import Optimisation
 from softact.spec import document
 from softact.sweep.points import first_right

@@ -7,10 +7,10 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from softact.files import csv_text, write_atomic
+from softact.files.own_folder import Output
+from softact.files.text import csv_text, write_atomic
 from softact.optimise.store import DATABASE
 from softact.optimise.study import Trials, feasible
-from softact.output import Output
 from softact.report import base, labels, write_report
 from softact.report.base import Section
 from softact.sweep import point, shape

@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from softact.geometry import is_of_mesh
+from softact.geometry.base import is_of_mesh
 from softact.spec.choice import fault, fault_at
 from softact.sweep.axes import Axis, quantity
 from softact.sweep.design import Coordinates, Design

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from softact.errors import CannotWriteError, SoftactError, SpecError
-from softact.files import replacing
+from softact.files.text import replacing
 from softact.optimise.spec import Optimisation
 from softact.sweep.version import version
 

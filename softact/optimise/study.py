@@ -13,7 +13,7 @@ import numpy as np
 from softact.errors import SpecError
 from softact.optimise import store
 from softact.optimise.spec import Objective, Optimisation, Part, place_of
-from softact.results import COMPLETE
+from softact.results.folder import COMPLETE
 from softact.spec import document
 from softact.sweep.axes import Axis, quantity, written
 from softact.sweep.cache import Cache

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softact.errors import SpecError, reason
-from softact.files import write_atomic
-from softact.reached import reached
-from softact.results import Results, read
+from softact.files.text import write_atomic
+from softact.results.folder import Results, read
+from softact.verdict.reached import reached
 
 if TYPE_CHECKING:
     from softact.report.base import Section
     from softact.report.surface import Skin
-    from softact.verdict import Verdict
+    from softact.verdict.judge import Verdict
 
 __all__ = ["Extra", "write_report"]
 
@@ -46,7 +46,7 @@ def write_report(
     from softact.report import curves, overlay, page, pictures, surface
     from softact.report.base import plotly
     from softact.report.remembered import remembered
-    from softact.verdict import judge
+    from softact.verdict.judge import judge
 
     directory = Path(directory)
     results = read(directory)

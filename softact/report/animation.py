@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from softact.errors import SpecError
-from softact.files import replacing, write_atomic
+from softact.files.text import replacing, write_atomic
 from softact.report import frames, pictures
-from softact.results import Results, load, read, rest_state
+from softact.results.folder import Results, load, read, rest_state
 
 KINDS = ("gif", "mp4")
 _FRAMES, _HOLD = 40, 20  # of the motion, and of the last state standing still

@@ -3,7 +3,7 @@
 import numpy as np
 
 from softact.report.surface import mirrored
-from softact.results import Results
+from softact.results.folder import Results
 from softact.units import DENSITY, LENGTH
 
 

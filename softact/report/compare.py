@@ -8,15 +8,15 @@ from pathlib import Path
 import numpy as np
 
 from softact.errors import SpecError
-from softact.files import csv_text, write_atomic
-from softact.output import Output
-from softact.reached import reached
+from softact.files.own_folder import Output
+from softact.files.text import csv_text, write_atomic
 from softact.report import base, curves, labels, requirements, targets
 from softact.report.base import Plot, Section
-from softact.results import Results, load, load_name, read
+from softact.results.folder import Results, load, load_name, read
 from softact.spec.kinds import expect_results
 from softact.spec.path import joined, leaves
-from softact.verdict import AMBER, GREEN, RED, WORDS, Verdict, judge
+from softact.verdict.judge import AMBER, GREEN, RED, WORDS, Verdict, judge
+from softact.verdict.reached import reached
 
 
 @dataclass(frozen=True)

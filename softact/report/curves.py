@@ -6,7 +6,7 @@ from io import BytesIO
 import numpy as np
 
 from softact.report import labels
-from softact.results import Results, load, load_name, rest_state
+from softact.results.folder import Results, load, load_name, rest_state
 
 #: Title of a chart and the beginnings of the names of the columns in it. Other columns get a
 #: chart of their own.

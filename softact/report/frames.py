@@ -11,12 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
-from softact.orphans import environment, python
+from softact.child_processes import environment, python
 from softact.report import labels
 from softact.report.obstacles import bodies
 from softact.report.surface import Skin, drawn, mirrored, skin
 from softact.report.view import STRESS_COLOURS, View, bending_view, colour_range
-from softact.results import Results
+from softact.results.folder import Results
 
 _TIME_LIMIT_S = 600.0
 _COMMAND = python(Path(__file__).with_name("render.py"))

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softact.reached import Reached, reached
 from softact.report import labels
 from softact.report.curves import noise
-from softact.results import COMPLETE, Results, load, load_name, load_text
+from softact.results.folder import COMPLETE, Results, load, load_name, load_text
+from softact.verdict.reached import Reached, reached
 
 # Motions are compared by these sizes: degrees, and a part of the actuator's length.
 TURN, CHANGE = 30.0, 0.1

@@ -1,7 +1,7 @@
 """How the solver got there: increments, their iterations and residuals, as plots and words."""
 
 from softact.report.base import Plot, figures
-from softact.results import Results
+from softact.results.folder import Results
 
 
 def section(results: Results) -> str:

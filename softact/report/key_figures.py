@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softact.reached import reached
 from softact.report import labels
 from softact.report.curves import measures, round_loads
-from softact.results import Results, load, load_name, load_text
+from softact.results.folder import Results, load, load_name, load_text
+from softact.verdict.reached import reached
 
 # Columns that still fit; at least one round load is told of each step that changes the load.
 MOST_STOPS = 9

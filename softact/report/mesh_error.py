@@ -7,7 +7,7 @@ from html import escape
 
 from softact.report import base, labels
 from softact.report.base import Section
-from softact.results import MESH_ERROR, Results
+from softact.results.folder import MESH_ERROR, Results
 
 #: Colour and head of what a study says: see ``softact.converge.study``.
 HEADS = {

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from pydantic import ValidationError
 
-from softact.results import Results
+from softact.results.folder import Results
 from softact.spec.contact import OBSTACLES
 
 COLOUR = "#a3abb2"

@@ -5,7 +5,7 @@ from html import escape
 
 from softact.report import labels
 from softact.report.base import download
-from softact.results import Results
+from softact.results.folder import Results
 
 _RESTS_ON = (
     ("Gmsh", "Geuzaine and Remacle 2009", "10.1002/nme.2579"),

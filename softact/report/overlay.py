@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from softact.fit.measured import Measured, predicted, rising
+from softact.measured.curve import Measured, predicted, rising
 from softact.report import labels
 from softact.report.base import Plot, Section, figures, lines, table, xy
-from softact.results import Results
+from softact.results.folder import Results
 
 #: They part where they differ by more than this of the measured range.
 PARTING = 0.1

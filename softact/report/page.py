@@ -6,7 +6,6 @@ from importlib.resources import files
 from itertools import groupby
 from pathlib import Path
 
-from softact.reached import reached
 from softact.report import (
     base,
     curves,
@@ -20,7 +19,7 @@ from softact.report import (
 )
 from softact.report.base import Plot, Section
 from softact.report.view import states
-from softact.results import (
+from softact.results.folder import (
     COMPLETE,
     MESH_ERROR,
     NO_EQUILIBRIUM,
@@ -30,7 +29,8 @@ from softact.results import (
     load_text,
     place_text,
 )
-from softact.verdict import AMBER, GREEN, RED, TITLES, Verdict
+from softact.verdict.judge import AMBER, GREEN, RED, TITLES, Verdict
+from softact.verdict.reached import reached
 
 _VIEW = """\
 <div id="shape" role="img" aria-label="The deformed actuator; drag to turn it"></div>

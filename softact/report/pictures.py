@@ -7,12 +7,12 @@ from io import BytesIO
 import numpy as np
 
 from softact.errors import reason
-from softact.files import write_atomic
+from softact.files.text import write_atomic
 from softact.report import frames, headline, labels
 from softact.report.frames import Group, Scene
 from softact.report.surface import Skin
 from softact.report.view import STRESS_COLOURS, View, states
-from softact.results import Results, load, load_name
+from softact.results.folder import Results, load, load_name
 
 INK, _GREY = "#15202b", "#8a949b"
 _DPI = 160

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from softact.errors import SpecError
-from softact.files import json_text, write_atomic
-from softact.fit.measured import Measured
-from softact.results import MEASURED
+from softact.files.text import json_text, write_atomic
+from softact.measured.curve import Measured
+from softact.results.folder import MEASURED
 
 
 def remember(directory: Path, several: Sequence[Measured]) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from softact.report import base, labels, targets
 from softact.report.base import Plot, Section
 from softact.report.targets import Requirement
-from softact.results import Results, load, load_name
+from softact.results.folder import Results, load, load_name
 
 #: Figures of an actuator that nothing stops; a run with a load cell does not tell them.
 FREE = {
@@ -52,9 +52,9 @@ def section(names: Sequence[str], runs: Sequence[Results], wanted: Sequence[str]
 
 
 def settled(run: Results) -> Results:
-    """The run without the states of a motion (see ``softact.inflation``), but those at the end of a
-    step whose load no equilibrium of the run has; as it is where its history does not tell them, as
-    after a run was resumed."""
+    """The run without the states of a motion (see ``softact.solve.rungs.inflation``), but those at
+    the end of a step whose load no equilibrium of the run has; as it is where its history does not
+    tell them, as after a run was resumed."""
     accepted = [item for item in run.run.get("history") or [] if item.get("converged")]
     loads = load(run)
     rows = len(loads)

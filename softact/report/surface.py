@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softact.boundary import among, exterior, flat
-from softact.components import connected
-from softact.results import Results
+from softact.mesh.boundary import among, exterior, flat
+from softact.mesh.components import connected
+from softact.results.folder import Results
 
 _CREASE_DEG = 35.0
 _LIFT = 4e-3  # of the actuator's size

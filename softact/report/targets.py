@@ -15,7 +15,7 @@ from softact.report import base, body, labels
 from softact.report.base import Plot, Section
 from softact.report.curves import at_load
 from softact.report.targets_file import Asked, TargetsFile, in_unit_of
-from softact.results import Results, load, load_name
+from softact.results.folder import Results, load, load_name
 from softact.spec import document
 from softact.spec.faults import validated
 

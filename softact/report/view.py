@@ -6,8 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from softact.reached import reached
-from softact.results import Results, load, rest_state
+from softact.results.folder import Results, load, rest_state
+from softact.verdict.reached import reached
 
 #: A little off the bending plane's normal, so that the depth shows (degrees).
 _TURN_DEG, _RISE_DEG = 22.0, 20.0

@@ -5,12 +5,12 @@ import gzip
 
 import numpy as np
 
-from softact.reached import moving_rows, unstable_rows
 from softact.report import headline, labels
 from softact.report.obstacles import COLOUR, Body, bodies
 from softact.report.surface import Skin, drawn, mirrored, skin
 from softact.report.view import STRESS_COLOURS, bending_view, colour_range
-from softact.results import Results, load, load_name
+from softact.results.folder import Results, load, load_name
+from softact.verdict.reached import moving_rows, unstable_rows
 
 _MOST_STATES = 40
 _MOST_TRIANGLES = 45_000

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from softact.geometry import Geometry, Layout
+from softact.geometry.base import Geometry, Layout
 from softact.materials import Law
 from softact.measures import MEASURES
 from softact.nearest import nearest

@@ -15,7 +15,7 @@ from pydantic import (
     model_validator,
 )
 
-from softact.geometry import Layout
+from softact.geometry.base import Layout
 from softact.nearest import nearest
 from softact.spec.choice import Choice, fault, fault_at, given
 from softact.spec.fields import NAMES_SCHEMA, Name, one_or_more, three

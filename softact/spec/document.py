@@ -9,7 +9,7 @@ from typing import Any, Self
 import yaml
 
 from softact.errors import SpecError
-from softact.files import read_file
+from softact.files.text import read_file
 from softact.units import is_utf8, one_line, show
 
 MAX_BYTES = 1_000_000

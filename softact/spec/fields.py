@@ -12,7 +12,7 @@ from pydantic import (
     WithJsonSchema,
 )
 
-from softact.geometry import Geometry
+from softact.geometry.base import Geometry
 from softact.materials import Law
 from softact.spec.choice import GeometryChoice, MaterialChoice, fault, fault_at, given
 from softact.units import ACCELERATION, Force, Pressure, Volume, show

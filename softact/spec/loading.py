@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from softact.errors import SpecError
-from softact.files import NAMES_A_FILE
+from softact.files.text import NAMES_A_FILE
 from softact.spec import card_files, document, overrides
 from softact.spec.choice import MaterialChoice
 from softact.spec.document import Document, Place

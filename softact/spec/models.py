@@ -15,9 +15,9 @@ from pydantic import (
 )
 from pydantic_core.core_schema import ErrorType
 
-from softact.geometry import Geometry
-from softact.imported import Imported
-from softact.settings import Predictor, Settings
+from softact.geometry.base import Geometry
+from softact.geometry.imported import Imported
+from softact.solve.settings import Predictor, Settings
 from softact.spec.checks import cross_faults, fibre_faults
 from softact.spec.choice import MaterialChoice, fault
 from softact.spec.contact import AnyObstacle, Contacts, ObstacleChange, resolved_contact

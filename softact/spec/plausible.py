@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from softact.geometry import Geometry
+from softact.geometry.base import Geometry
 from softact.materials import Law
 from softact.spec.document import Document, Place, dotted
 from softact.units import (

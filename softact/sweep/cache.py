@@ -18,7 +18,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from softact.errors import CannotWriteError, SpecError
-from softact.files import why_unwritable
+from softact.files.text import why_unwritable
 from softact.sweep import record
 from softact.sweep.record import DamagedError, Record
 

@@ -11,8 +11,8 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
+from softact.child_processes import python
 from softact.errors import SpecError
-from softact.orphans import python
 from softact.sweep.cache import Cache
 from softact.sweep.compute import FAILED, Answer, compute
 from softact.sweep.local import Jobs

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from softact.errors import CannotWriteError, GmshKilledError, SoftactError, SpecError
-from softact.files import why_unwritable
-from softact.results import read
-from softact.run import Progress, SolverCrashError, run
+from softact.files.text import why_unwritable
+from softact.results.folder import read
+from softact.run.start import Progress, SolverCrashError, run
 from softact.spec import Spec
 from softact.sweep import record, shape
 from softact.sweep.cache import Cache

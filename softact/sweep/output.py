@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from softact.files import csv_text, write_atomic
-from softact.output import Output
+from softact.files.own_folder import Output
+from softact.files.text import csv_text, write_atomic
 from softact.sweep import page, sensitivity, table
 from softact.sweep.sensitivity import Sample
 from softact.sweep.study import Study

@@ -17,7 +17,7 @@ import numpy as np
 from softact.report import base, labels
 from softact.report.base import Section
 from softact.report.curves import is_place
-from softact.results import COMPLETE
+from softact.results.folder import COMPLETE
 from softact.sweep import point, shape
 from softact.sweep.study import Study
 from softact.sweep.table import Row, measure_columns

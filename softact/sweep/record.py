@@ -13,11 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
-from softact.files import write_atomic
-from softact.folder_lock import LOCK
+from softact.files.lock import LOCK
+from softact.files.text import write_atomic
 from softact.report.labels import BOOKKEEPING
-from softact.results import NO_EQUILIBRIUM, Results
-from softact.verdict import from_data, judge
+from softact.results.folder import NO_EQUILIBRIUM, Results
+from softact.verdict.judge import from_data, judge
 
 RECORD = "record.json"
 

@@ -16,7 +16,7 @@ import numpy as np
 from softact.errors import SpecError
 from softact.report import base, labels
 from softact.report.base import Section
-from softact.results import COMPLETE
+from softact.results.folder import COMPLETE
 from softact.sweep.design import MOST_POINTS, Coordinates, sampled
 from softact.sweep.spec import Sweep
 from softact.sweep.study import Study

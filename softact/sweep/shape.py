@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from softact.files import write_atomic
+from softact.files.text import write_atomic
 from softact.report import labels
 from softact.report.surface import mirrored, skin
 from softact.report.view import bending_view, colour_range
-from softact.results import Results
+from softact.results.folder import Results
 
 SHAPE = "shape.json"
 _MOST_TRIANGLES = 6000

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from softact.errors import SpecError
-from softact.results import COMPLETE
+from softact.results.folder import COMPLETE
 from softact.spec import document
 from softact.sweep.points import spec_at
 from softact.sweep.spec import Trend
@@ -32,7 +32,7 @@ def check(file: Path, study: Study) -> None:
     """
     if not study.sweep.trends:
         return
-    from softact.columns import column_fault  # scipy, which takes its time
+    from softact.measured.columns import column_fault  # scipy, which takes its time
 
     points = [point for point in study.points if point.key]
     ends = points[:1] + points[-1:]

@@ -10,8 +10,8 @@ from functools import cache
 from importlib import metadata
 from pathlib import Path
 
-from softact.imported import Imported, mesh_digest
-from softact.provenance import gmsh_version
+from softact.geometry.imported import Imported, mesh_digest
+from softact.run.provenance import gmsh_version
 from softact.spec import Spec
 
 #: What makes no number of a run: how it is shown, fitted, swept, or called.

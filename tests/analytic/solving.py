@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from mpi4py import MPI
 
-from softact.geometry import Layout
-from softact.mesh import Tetrahedra, distribute
+from softact.geometry.base import Layout
+from softact.mesh.tetrahedra import Tetrahedra, distribute
 from softact.model import Model, Support
-from softact.stepping import LoadStep, Settings, Stepper, Trying
-from softact.terms import State
+from softact.solve.stepping import LoadStep, Settings, Stepper, Trying
+from softact.system.term import State
 
 CLAMP = Support("x_min", {0: 0.0, 1: 0.0, 2: 0.0})
 ROLLERS = [Support(f"{axis}_min", {number: 0.0}) for number, axis in enumerate("xyz")]

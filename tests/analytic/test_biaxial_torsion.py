@@ -8,8 +8,8 @@ from solving import ROLLERS, build, solve
 
 from softact.materials import LAWS
 from softact.model import Support
-from softact.newton import Newton
-from softact.stepping import LoadStep
+from softact.solve.newton import Newton
+from softact.solve.stepping import LoadStep
 
 RADIUS, LENGTH = 12.7, 25.4  # mm
 

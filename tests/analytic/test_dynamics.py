@@ -18,15 +18,15 @@ from solving import build, solve
 from test_tangents import force, slope, tangent
 from test_thick_walls import pressure_at
 
-from softact.dynamics import QUASI_STATIC
 from softact.geometries.thick_sphere import ThickSphere
-from softact.geometry import make_mesh
+from softact.geometry.base import make_mesh
 from softact.materials import LAWS
-from softact.mesh import distribute, read_msh
+from softact.mesh.tetrahedra import distribute, read_msh
 from softact.model import Model
-from softact.newton import Newton
-from softact.passed import Passed
-from softact.stepping import LoadStep, Stepper
+from softact.solve.newton import Newton
+from softact.solve.passed import Passed
+from softact.solve.rungs.motion import QUASI_STATIC
+from softact.solve.stepping import LoadStep, Stepper
 
 GENT = {"mu": 0.28, "jm": 30.0}
 WANTED = 0.04  # MPa

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from sheet_meshes import build, edges_of, grid
 
-from softact import newton
+from softact.bodies.sheet import Ply, Sheet
 from softact.materials import LAWS
 from softact.measures.base import rotation_about
+from softact.mesh.sheets import SheetMesh
 from softact.model import Support
-from softact.sheets.body import Ply, Sheet
-from softact.sheets.mesh import SheetMesh
+from softact.solve import newton
 
 NYLON = LAWS["linear"].of(youngs_modulus=498.0, poissons_ratio=0.35)
 SIZE, TIME_STEP, GRAVITY = 40.0, 1e-2, 1.0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from softact.contact.friction import friction, slide
-from softact.newton import Newton
+from softact.solve.newton import Newton
 
 NORMAL = np.array([[0.0, 0.0, 1.0]])
 LIMIT = np.array([0.02])

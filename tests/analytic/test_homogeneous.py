@@ -15,7 +15,7 @@ from solving import ROLLERS, build, solve
 
 from softact.materials import LAWS
 from softact.model import Support
-from softact.stepping import LoadStep
+from softact.solve.stepping import LoadStep
 
 BULK = 1e8  # MPa: J differs from 1 by less than 1e-7
 LOW_BULK = 30.0  # MPa, for the test of the compressible answer

@@ -11,14 +11,14 @@ from scipy.optimize import brentq
 from sheet_meshes import build, edges_of, grid, quarter_disc
 from solving import solve
 
-from softact.drive import LoadDrive, Point
-from softact.inflation import TIGHT, TIGHTER, _Inflation, inflate
+from softact.bodies.sheet import Ply, Sheet
 from softact.materials import LAWS
+from softact.mesh.sheets import SheetMesh
 from softact.model import Support
-from softact.ramp import Ramp
-from softact.sheets.body import Ply, Sheet
-from softact.sheets.mesh import SheetMesh
-from softact.stepping import LoadStep
+from softact.solve.path import LoadDrive, Point
+from softact.solve.ramp import Ramp
+from softact.solve.rungs.inflation import TIGHT, TIGHTER, _Inflation, inflate
+from softact.solve.stepping import LoadStep
 
 E, NU, T = 498.0, 0.35, 0.2
 NYLON = LAWS["linear"].of(youngs_modulus=E, poissons_ratio=NU)

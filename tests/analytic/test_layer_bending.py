@@ -8,11 +8,11 @@ import scipy.sparse.linalg
 from meshes import block
 from solving import build
 
-from softact.bending import bending_matrices
-from softact.bonded import BondedLayer
+from softact.bodies.layer import BondedLayer
+from softact.bodies.plate import bending_matrices
 from softact.materials import LAWS
 from softact.measures.base import rotation_about
-from softact.terms import State
+from softact.system.term import State
 
 RIGIDITY = 3.0  # N·mm
 

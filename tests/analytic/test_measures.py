@@ -8,11 +8,11 @@ from solving import CLAMP, build, solve
 from softact.materials import LAWS
 from softact.measures import MEASURES
 from softact.measures.base import rotation_about
-from softact.mesh import Tetrahedra
+from softact.measures.snapshot import Snapshot
+from softact.mesh.tetrahedra import Tetrahedra
 from softact.model import Support
-from softact.snapshot import Snapshot
-from softact.stepping import LoadStep
-from softact.terms import State
+from softact.solve.stepping import LoadStep
+from softact.system.term import State
 
 LENGTH = 8.0  # mm
 GRAVITY = 9810.0  # mm/s²

@@ -14,8 +14,8 @@ from softact.contact.surfaces import Touching
 from softact.contact.way import goes_deeper
 from softact.materials import LAWS
 from softact.model import Support
+from softact.solve.stepping import LoadStep
 from softact.spec import loads
-from softact.stepping import LoadStep
 
 SOFT = LAWS["neo_hookean"].of(c10=0.05, bulk_modulus=50.0)
 SHAPES = [

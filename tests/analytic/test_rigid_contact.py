@@ -12,7 +12,7 @@ from softact.contact.shapes import Block, Cylinder, Plane, Sphere
 from softact.errors import SpecError
 from softact.materials import LAWS
 from softact.model import Support
-from softact.stepping import LoadStep, Settings, Stepper
+from softact.solve.stepping import LoadStep, Settings, Stepper
 
 SOFT = LAWS["neo_hookean"].of(c10=0.05, bulk_modulus=50.0)
 GROUND = Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))

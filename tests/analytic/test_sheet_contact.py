@@ -6,14 +6,14 @@ from sheet_meshes import build, edges_of, grid
 from solving import solve
 from test_tangents import force, slope, tangent, to_global, to_local
 
+from softact.bodies.sheet import Ply, Sheet
 from softact.contact.rigid import Obstacle
 from softact.contact.shapes import Plane
 from softact.contact.surfaces import Touching
 from softact.materials import LAWS
+from softact.mesh.sheets import SheetMesh
 from softact.model import Support
-from softact.sheets.body import Ply, Sheet
-from softact.sheets.mesh import SheetMesh
-from softact.stepping import LoadStep
+from softact.solve.stepping import LoadStep
 
 E, NU, T = 498.0, 0.35, 0.2
 NYLON = LAWS["linear"].of(youngs_modulus=E, poissons_ratio=NU)

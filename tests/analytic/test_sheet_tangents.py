@@ -5,16 +5,16 @@ import pytest
 from petsc4py import PETSc
 from sheet_meshes import build, rectangle
 
-from softact import checkpoint
-from softact.drive import Point
+from softact.bodies.sheet import Ply, Sheet
 from softact.errors import MeshError, SpecError
 from softact.materials import LAWS
-from softact.results import RESTART
-from softact.sheets.body import Ply, Sheet
-from softact.sheets.mesh import SheetMesh
-from softact.sheets.plane_stress import sheet_law
-from softact.sheets.tension_field import SLACK, TAUT, WRINKLED, TensionField
-from softact.terms import State
+from softact.materials.plane_stress import sheet_law
+from softact.materials.tension_field import SLACK, TAUT, WRINKLED, TensionField
+from softact.mesh.sheets import SheetMesh
+from softact.results.folder import RESTART
+from softact.solve import checkpoint
+from softact.solve.path import Point
+from softact.system.term import State
 
 STEP = 1e-5
 NYLON = LAWS["linear"].of(youngs_modulus=498.0, poissons_ratio=0.35)

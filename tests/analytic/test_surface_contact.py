@@ -9,7 +9,7 @@ from test_tangents import force, slope, tangent, to_global, to_local
 from softact.contact.surfaces import Touching
 from softact.materials import LAWS
 from softact.model import Support
-from softact.stepping import LoadStep
+from softact.solve.stepping import LoadStep
 
 SOFT = LAWS["neo_hookean"].of(c10=0.05, bulk_modulus=50.0)
 GAP = 0.02

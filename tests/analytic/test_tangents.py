@@ -12,11 +12,11 @@ from meshes import block
 from petsc4py import PETSc
 from solving import build
 
-from softact.bonded import BondedLayer
+from softact.bodies.layer import BondedLayer
+from softact.bodies.solid import Solid
 from softact.materials import LAWS
 from softact.model import ELEMENTS
-from softact.solid import Solid
-from softact.terms import (
+from softact.system.term import (
     InvertedElementError,
     Origin,
     State,

@@ -14,11 +14,11 @@ from solving import solve
 from test_thick_walls import pressure_at
 
 from softact.geometries.thick_sphere import ThickSphere
-from softact.geometry import make_mesh
+from softact.geometry.base import make_mesh
 from softact.materials import LAWS
-from softact.mesh import distribute, read_msh
+from softact.mesh.tetrahedra import distribute, read_msh
 from softact.model import Model
-from softact.stepping import LoadStep
+from softact.solve.stepping import LoadStep
 
 LIMIT = 33.0435e-3  # MPa
 CONSTANTS = {"c10": 0.14}
@@ -86,7 +86,7 @@ def test_limit_under_pressure_control(sphere):
 
 def test_way_through_the_displacements(sphere, monkeypatch):
     """What is used where the volume turns back follows the same curve, within 1 %."""
-    monkeypatch.setattr("softact.branch.TURNS_BACK", 0)
+    monkeypatch.setattr("softact.solve.rungs.volume.TURNS_BACK", 0)
     model = sphere()
     rest = model.cavity_volume(model.initial_state(), "cavity")
     steps = [LoadStep("inflate", pressure={"cavity": 0.04})]

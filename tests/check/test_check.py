@@ -44,7 +44,7 @@ def case(tmp_path, monkeypatch):
         return compare_outcome(directory)
 
     def compare_outcome(directory):
-        from softact.run import Outcome
+        from softact.run.start import Outcome
 
         return Outcome("complete", directory, None)
 
@@ -179,9 +179,9 @@ def test_stored_cases_cover_what_they_should(monkeypatch):
 PLANTED = {
     "wrong constant": ("softact/cards/ecoflex-00-30.yaml", "2.225e-2", "2.252e-2",
                        "equibiaxial_ogden"),
-    "wrong sign of pressure": ("softact/terms.py", "self._u(state.x), [pressure])",
+    "wrong sign of pressure": ("softact/system/term.py", "self._u(state.x), [pressure])",
                                "self._u(state.x), [-pressure])", "thick_sphere_yeoh"),
-    "lost layer": ("softact/bonded.py", "self._membrane(layer) for layer in layers]",
+    "lost layer": ("softact/bodies/layer.py", "self._membrane(layer) for layer in layers]",
                    "self._membrane(layer) for layer in layers[:0]]", "layer_in_tension"),
 }  # fmt: skip
 

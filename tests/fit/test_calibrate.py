@@ -12,10 +12,10 @@ import pytest
 from matplotlib.image import imread
 
 from softact.cli import main as cli
-from softact.files import csv_text, json_text
+from softact.files.text import csv_text, json_text
 from softact.fit.knobs import read_knobs
-from softact.fit.measured import Measured, meaning, predicted
-from softact.run import run
+from softact.measured.curve import Measured, meaning, predicted
+from softact.run.start import run
 from softact.spec import load
 from softact.sweep import compute as computing
 

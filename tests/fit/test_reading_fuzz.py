@@ -9,9 +9,9 @@ from softact.errors import SpecError
 from softact.fit.cells import cell_kind, decimal_mark, value
 from softact.fit.columns import read_heading
 from softact.fit.data import read_tests
-from softact.fit.measured import read_measured
 from softact.fit.sheet import make_sheet
 from softact.fit.trimming import MIN_POINTS
+from softact.measured.curve import read_measured
 
 HEADS = st.sampled_from(
     ["stretch", "strain %", "Strain 1 (%)", "Tensile strain", "λ", "Extension (in)", "Weg", "Zeit",

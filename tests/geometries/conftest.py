@@ -9,7 +9,7 @@ import meshio
 import numpy as np
 import pytest
 
-from softact.geometry import Geometry, Layout, make_mesh
+from softact.geometry.base import Geometry, Layout, make_mesh
 
 
 @dataclass

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softact.geometry import GEOMETRIES
+from softact.geometry.base import GEOMETRIES
 
 
 def mm(value: float) -> str:

@@ -11,8 +11,8 @@ from softact import spec as specs
 from softact.errors import MeshError, SpecError
 from softact.geometries.from_script import FromScript
 from softact.geometries.from_step import FromStep
-from softact.geometry import make_mesh
-from softact.step_names import StepFile
+from softact.geometry.base import make_mesh
+from softact.geometry.step_names import StepFile
 
 # A block 30 x 12 x 10 mm with a room of 24 x 6 x 4 mm, its named parts found by where they are.
 POUCH = """

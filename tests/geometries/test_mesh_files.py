@@ -7,10 +7,10 @@ import meshio
 import numpy as np
 import pytest
 
-from softact.components import components
 from softact.errors import MeshError
 from softact.geometries.from_script import FromScript
-from softact.geometry import look, make_mesh
+from softact.geometry.base import look, make_mesh
+from softact.mesh.components import components
 
 BOXES = {"regions": ["left", "right"], "cavities": {}, "mesh_size": "4 mm"}
 HEADER = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n"

@@ -9,7 +9,7 @@ from step_files import BLOCK_VOLUME
 
 from softact.errors import MeshError, SpecError
 from softact.geometries.from_step import FromStep
-from softact.geometry import look, make_mesh
+from softact.geometry.base import look, make_mesh
 from softact.spec import loads
 
 

@@ -7,10 +7,10 @@ import step_files
 from step_files import BLOCK_VOLUME, LIKE_THE_BLOCK, WIDE
 from test_step_names import in_unit
 
-from softact.components import components
 from softact.errors import MeshError
 from softact.geometries.from_step import FromStep
-from softact.geometry import make_mesh
+from softact.geometry.base import make_mesh
+from softact.mesh.components import components
 
 TWO = {"regions": ["rubber", "base"], "mesh_size": "5 mm"}
 

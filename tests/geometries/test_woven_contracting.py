@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from softact.errors import MeshError
-from softact.geometry import GEOMETRIES, export
-from softact.run import run
+from softact.geometry.base import GEOMETRIES, export
+from softact.run.start import run
 from softact.spec import load
 
 CONFIG = Path(__file__).resolve().parents[2] / "configs" / "woven_contracting.yaml"

@@ -12,13 +12,13 @@ import pytest
 
 from softact.cli import main as cli
 from softact.errors import MeshError, SpecError
-from softact.files import csv_text
+from softact.files.own_folder import Output
+from softact.files.text import csv_text
 from softact.optimise import page
 from softact.optimise.spec import Optimisation, place_of
 from softact.optimise.study import Trials, feasible
-from softact.output import Output
-from softact.results import read as read_results
-from softact.run import SolverCrashError
+from softact.results.folder import read as read_results
+from softact.run.start import SolverCrashError
 from softact.sweep import compute as computing
 from softact.sweep.axes import Axis
 from softact.sweep.cache import Cache

@@ -6,7 +6,7 @@ from softact import catalogue
 from softact import spec as specs
 from softact.errors import SpecError
 from softact.geometries import GEOMETRIES
-from softact.imported import Imported
+from softact.geometry.imported import Imported
 from softact.spec import Step
 
 OWN = [name for name, kind in GEOMETRIES.items() if not issubclass(kind, Imported)]

@@ -118,8 +118,8 @@ def test_every_command_finds_what_a_base_spec_names(command, folder, monkeypatch
         seen.append(spec)
         raise MeshError("seen")
 
-    for place in ("softact.run.run", "softact.sweep.compute.run", "softact.check.compare.run",
-                  "softact.geometry.export"):  # fmt: skip
+    for place in ("softact.run.start.run", "softact.sweep.compute.run", "softact.check.compare.run",
+                  "softact.geometry.base.export"):  # fmt: skip
         monkeypatch.setattr(place, record)
     monkeypatch.setattr("softact.converge.study._check", lambda spec, measures: None)
     Path("data.csv").write_text("step_fraction,elongation_mm\n0.5,1\n1,2\n")

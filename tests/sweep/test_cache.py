@@ -12,8 +12,8 @@ import pytest
 
 from softact import spec as specs
 from softact.errors import MeshError, SpecError
-from softact.results import read
-from softact.run import CannotWriteError, SolverCrashError
+from softact.results.folder import read
+from softact.run.start import CannotWriteError, SolverCrashError
 from softact.sweep import compute as computing
 from softact.sweep.cache import BusyError, Cache
 from softact.sweep.compute import compute

@@ -11,13 +11,13 @@ import bent_beam
 import meshio
 import pytest
 
-from softact import imported
 from softact import spec as specs
 from softact.cli import main as cli
-from softact.files import digest
+from softact.files.text import digest
 from softact.geometries.from_script import FromScript
 from softact.geometries.from_step import FromStep
-from softact.geometry import make_mesh
+from softact.geometry import imported
+from softact.geometry.base import make_mesh
 from softact.sweep import compute as computing
 from softact.sweep.cache import Cache
 from softact.sweep.compute import compute

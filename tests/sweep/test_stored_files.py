@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from softact import spec as specs
-from softact.fit.measured import run_columns
+from softact.measured.curve import run_columns
 from softact.optimise.spec import Optimisation
 from softact.spec import document
 from softact.sweep.points import Plan, changes_of, spec_at

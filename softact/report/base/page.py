@@ -14,7 +14,7 @@ from importlib.resources import files
 from pathlib import Path
 from string import Template
 
-from softact.files import write_atomic
+from softact.files.text import write_atomic
 from softact.report.base.plots import script_json
 
 

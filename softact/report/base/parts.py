@@ -4,7 +4,7 @@ import base64
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from softact.files import csv_text
+from softact.files.text import csv_text
 
 
 def banner(kind: str, head: str, text: str, items: Iterable[str | tuple[str, str]] = ()) -> str:

@@ -1,0 +1,122 @@
+"""What the solver takes, of a spec: the model, its supports and its load steps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from softact.bodies.layer import BondedLayer
+from softact.bodies.sheet import Ply, Sheet
+from softact.contact.rigid import Obstacle
+from softact.contact.surfaces import Touching
+from softact.geometry.base import Layout
+from softact.mesh.tetrahedra import Tetrahedra, distribute, of_sheets, read_msh
+from softact.model import Model, Support
+from softact.run.held import refuse_loose
+from softact.solve.ramp import LoadStep
+from softact.spec import Spec
+from softact.spec.path import joined, leaves
+
+NO_PARAMETERS = ("description", "source", "assumptions", "measures")  # of a spec: no values
+
+
+def build_model(comm, spec, mesh_file: Path):
+    """The ``Model`` of a spec on a mesh. Collective."""
+    layout = spec.geometry.layout()
+    if layout.regions:
+        mesh = distribute(comm, lambda: _held(read_msh(mesh_file, layout), layout, spec), layout)
+    else:
+        mesh = of_sheets(comm, spec.geometry.checked_mesh(), layout)
+    return Model(
+        mesh,
+        {name: law.material() for name, law in spec.materials.items()},
+        [_layer(layer) for layer in spec.layers],
+        spec.solver.element,
+        spec.geometry.wall_normal,
+        _obstacles(spec),
+        _touching(spec),
+        {name: _sheet(sheet) for name, sheet in spec.sheets.items()},
+    )
+
+
+def _held(tets: Tetrahedra, layout: Layout, spec) -> Tetrahedra:
+    refuse_loose(tets, layout, spec)
+    return tets
+
+
+def _layer(layer):
+    relaxed = layer.wrinkling and layer.wrinkling == "tension_field"
+    return BondedLayer(layer.surface, layer.material, layer.thickness, layer.bending, relaxed)
+
+
+def _sheet(sheet):
+    plies = [Ply(ply.material, ply.thickness, ply.angle, ply.incompressible) for ply in sheet.plies]
+    relaxed = sheet.wrinkling == "tension_field"
+    return Sheet(plies, relaxed, sheet.bending, tuple(sheet.axis))
+
+
+def supports_of(supports) -> list[Support]:
+    """The ``Support``s of a spec or of one of its steps."""
+    return [Support(s.surface, s.values) for s in supports]
+
+
+def _obstacles(spec):
+    return [
+        Obstacle(name, o.shape(), o.friction, o.active, o.load_cell, o.surfaces)
+        for name, o in spec.obstacles.items()
+    ]
+
+
+def _touching(spec):
+    return [Touching(c.name, c.groups, c.friction, c.distance) for c in spec.contact]
+
+
+def _dead_loads(spec, model) -> list[dict | None]:
+    """For each step {surface: force per undeformed area in MPa}, None where nothing changes."""
+    tractions, payloads, loads = {}, {}, []
+    for step in spec.steps:
+        changed = set()
+        if step.traction:
+            tractions[step.traction.surface] = np.asarray(step.traction.value)
+            changed.add(step.traction.surface)
+        if step.payload:
+            surface = step.payload.surface or model.mesh.layout.tip
+            area = model.mesh.layout.copies * model.surfaces.area(surface)
+            payloads[surface] = np.asarray(step.payload.force) / area
+            changed.add(surface)
+        now = {name: tractions.get(name, 0.0) + payloads.get(name, 0.0) for name in changed}
+        loads.append(now or None)
+    return loads
+
+
+def load_steps(spec, model) -> list[LoadStep]:
+    """The ``LoadStep``s of a spec on its model. Collective."""
+    copies = spec.geometry.layout().copies
+    return [
+        LoadStep(
+            name=step.name,
+            pressure=step.pressure,
+            gravity=step.gravity,
+            traction=dead_loads,
+            surface_pressure=step.surface_pressure,
+            inject={name: v / copies for name, v in step.inject.items()} if step.inject else None,
+            supports=supports_of(step.supports) if step.supports is not None else None,
+            shift={n: o.move for n, o in (step.obstacles or {}).items() if o.move is not None},
+            presence={
+                n: float(o.active)
+                for n, o in (step.obstacles or {}).items()
+                if o.active is not None
+            },
+            max_increment=step.largest_increment,
+        )
+        for step, dead_loads in zip(spec.steps, _dead_loads(spec, model), strict=True)
+    ]
+
+
+def parameters(spec: Spec) -> dict[str, Any]:
+    """The spec's values as columns: 'geometry.wall' -> '1 mm', 'steps.1.pressure.cavity' -> ..."""
+    dumped = spec.model_dump(mode="json", exclude_none=True)
+    values = leaves({key: value for key, value in dumped.items() if key not in NO_PARAMETERS})
+    return {joined(place): value for place, value in values if value not in ({}, [])}
