@@ -10,10 +10,10 @@ from typing import Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from softact.errors import SpecError
+from softact.fields import fault, fault_at
 from softact.files.text import digest
 from softact.nearest import nearest
 from softact.spec import Spec, document, part, spec_at
-from softact.spec.choice import fault, fault_at
 from softact.spec.faults import validated
 from softact.spec.kinds import read_as
 from softact.units import Dimensionless

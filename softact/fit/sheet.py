@@ -16,8 +16,8 @@ from pydantic import (
 )
 
 from softact.errors import SpecError
+from softact.fields import NAMES_SCHEMA
 from softact.spec.faults import validated
-from softact.spec.fields import NAMES_SCHEMA
 from softact.spec.kinds import read_as
 from softact.units import Dimension, Dimensionless, Length, Pressure
 

@@ -7,8 +7,8 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from softact.fields import fault, fault_at
 from softact.geometry.base import is_of_mesh
-from softact.spec.choice import fault, fault_at
 from softact.sweep.axes import Axis, quantity
 from softact.sweep.design import Coordinates, Design
 from softact.sweep.record import Record

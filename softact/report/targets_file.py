@@ -7,8 +7,8 @@ from typing import Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from softact.fields import fault, fault_at
 from softact.nearest import nearest
-from softact.spec.choice import fault, fault_at
 from softact.units import conversion, show
 
 #: How the names of figures end -> the unit for the registry.

@@ -5,22 +5,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from pydantic import BaseModel
-from pydantic_core import PydanticCustomError, ValidationError, core_schema
+from pydantic_core import core_schema
 
 from softact.errors import SpecError
+from softact.fields import fault, fault_at, given
 from softact.nearest import nearest
 from softact.units import show
-
-
-def fault(message: str) -> PydanticCustomError:
-    """Return an error that pydantic reports word for word (braces in it are no template)."""
-    return PydanticCustomError("softact", "{message}", {"message": message})
-
-
-def fault_at(place: tuple[str | int, ...], message: str, value: Any = None) -> ValidationError:
-    """Return an error about ``place``, seen from the value that is validated."""
-    details = {"type": fault(message), "loc": place, "input": value}
-    return ValidationError.from_exception_data("spec", [details])
 
 
 class Choice:
@@ -200,14 +190,3 @@ class MaterialChoice(Choice):
         }
         options = super().__get_pydantic_json_schema__(schema, handler)
         return {"anyOf": [name, file, overridden, options]}
-
-
-def given(data: Any) -> str:
-    """Return what stands where something else is wanted, for the start of an error line."""
-    if data is None:
-        return "no value is given"
-    if isinstance(data, dict):
-        return "a mapping is given"
-    if isinstance(data, list | tuple):
-        return "a list is given"
-    return f"{show(data)} is given"

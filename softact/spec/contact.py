@@ -6,7 +6,6 @@ from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import (
-    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -15,25 +14,22 @@ from pydantic import (
     model_validator,
 )
 
+from softact.fields import (
+    NAMES_SCHEMA,
+    Direction,
+    Name,
+    Point,
+    fault,
+    fault_at,
+    given,
+    one_or_more,
+    three,
+)
 from softact.geometry.base import Layout
 from softact.nearest import nearest
-from softact.spec.choice import Choice, fault, fault_at, given
-from softact.spec.fields import NAMES_SCHEMA, Name, one_or_more, three
+from softact.spec.choice import Choice
 from softact.units import Angle, Dimensionless, Length, show
 
-
-def _direction(value: tuple[float, float, float]) -> tuple[float, float, float]:
-    if math.hypot(*value) < 1e-9:
-        raise fault("all three are zero; write a direction such as [0, 0, 1]")
-    return value
-
-
-Point = Annotated[tuple[Length, Length, Length], BeforeValidator(three)]
-Direction = Annotated[
-    tuple[Dimensionless, Dimensionless, Dimensionless],
-    BeforeValidator(three),
-    AfterValidator(_direction),
-]
 Edge = Annotated[Length, Field(gt=0)]
 Edges = Annotated[tuple[Edge, Edge, Edge], BeforeValidator(three)]
 Turns = Annotated[tuple[Angle, Angle, Angle], BeforeValidator(three)]

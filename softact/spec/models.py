@@ -15,27 +15,24 @@ from pydantic import (
 )
 from pydantic_core.core_schema import ErrorType
 
-from softact.geometry.base import Geometry
-from softact.geometry.imported import Imported
-from softact.solve.settings import Predictor, Settings
-from softact.spec.checks import cross_faults, fibre_faults
-from softact.spec.choice import MaterialChoice, fault
-from softact.spec.contact import AnyObstacle, Contacts, ObstacleChange, resolved_contact
-from softact.spec.fields import (
+from softact.fields import (
     ALL_CAVITIES,
-    GEOMETRY,
-    AnyGeometry,
-    AnyMaterial,
     Component,
     Forces,
     Gravity,
-    LayerMaterial,
-    Measures,
     Name,
     Pressures,
     Vector,
     Volumes,
+    fault,
 )
+from softact.geometry.base import Geometry
+from softact.geometry.imported import Imported
+from softact.solve.settings import Predictor, Settings
+from softact.spec.checks import cross_faults, fibre_faults
+from softact.spec.choice import MaterialChoice
+from softact.spec.contact import AnyObstacle, Contacts, ObstacleChange, resolved_contact
+from softact.spec.fields import GEOMETRY, AnyGeometry, AnyMaterial, LayerMaterial, Measures
 from softact.spec.slots import walk
 from softact.spec.text import to_text
 from softact.units import Angle, Dimensionless, Length, Pressure

@@ -18,8 +18,7 @@ from pydantic import (
     model_validator,
 )
 
-from softact.spec.choice import fault, fault_at
-from softact.spec.fields import NAMES_SCHEMA, one_or_more
+from softact.fields import NAMES_SCHEMA, fault, fault_at, one_or_more
 from softact.units import conversion, show, split
 
 MOST_STEPS = 100_000

@@ -16,11 +16,10 @@ from pydantic import (
 )
 
 from softact.errors import SpecError
+from softact.fields import Name, fault_at
 from softact.nearest import nearest
 from softact.spec import document, loading
-from softact.spec.choice import fault_at
 from softact.spec.faults import validated
-from softact.spec.fields import Name
 from softact.spec.kinds import read_as
 from softact.spec.path import assign, check, dotted
 from softact.sweep.axes import Axis
