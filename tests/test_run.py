@@ -245,7 +245,8 @@ def test_log_and_verdict_stand_in_the_folder(tmp_path):
 def test_a_run_may_be_started_from_a_process_under_mpi(tmp_path):
     """Whoever has imported mpi4py hands Open MPI's variables on: mpirun ended with code 1."""
     code = (
-        "import sys; from mpi4py import MPI; from softact import spec; from softact.run.start import run\n"
+        "import sys; from mpi4py import MPI; from softact import spec\n"
+        "from softact.run.start import run\n"
         "outcome = run(spec.loads(sys.argv[1]), sys.argv[2], processes=2, report=False)\n"
         "print(outcome.status)"
     )
