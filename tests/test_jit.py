@@ -28,7 +28,8 @@ def kept(tmp_path):
 def loaded(source):
     """What a process of its own finds: a library stays in the one that has loaded it."""
     program = (
-        "import sys\nfrom pathlib import Path\nfrom mpi4py import MPI\nfrom softact.system import jit\n"
+        "import sys\nfrom pathlib import Path\nfrom mpi4py import MPI\n"
+        "from softact.system import jit\n"
         "print(jit.load_library(MPI.COMM_SELF, Path(sys.argv[1])).answer())"
     )
     done = subprocess.run([sys.executable, "-c", program, source], capture_output=True, text=True)
