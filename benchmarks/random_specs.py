@@ -235,7 +235,6 @@ def look(folder: Path) -> dict:
     from softact.run.from_spec import build_model, supports_of
     from softact.solve import checkpoint
     from softact.solve.newton import Loaded, Newton
-    from softact.system.term import SurfaceForce
 
     spec = specs.load(str(folder / "spec.yaml"))
     make_mesh(spec.geometry, folder / "again.msh")
@@ -244,8 +243,7 @@ def look(folder: Path) -> dict:
     if found is None:
         return {}
     state = found.state
-    for surface in state.traction:
-        model.add_surface_load(SurfaceForce, surface)
+    model.make_room(state.loads)
     newton = Newton(model, spec.solver.tolerance, 15)
     newton.set_supports(supports_of(spec.supports), state)
     return {

@@ -9,21 +9,21 @@ from typing import Any
 
 from softact import catalogue
 from softact.geometry.step_faces import Selection
-from softact.spec.contact import OBSTACLES, ObstacleChange, SurfaceContact
+from softact.loads import LOADS
+from softact.spec.contact import OBSTACLES, SurfaceContact
 from softact.spec.models import (
     Layer,
-    Payload,
     Ply,
     SheetOfLayers,
     Solver,
     Spec,
     Step,
     Support,
-    Traction,
 )
 from softact.spec.plausible import RANGES
 from softact.units import DIMENSIONS
 
+LOADED = {key: catalogue.model_in(load.annotation) for key, load in LOADS.items()}
 PAGE = Path(__file__).with_name("reference.md")
 
 PARTS = (
@@ -33,11 +33,10 @@ PARTS = (
     (Ply, "An entry of a sheet's `plies`"),
     (Support, "An entry of `supports`"),
     (Step, "An entry of `steps`"),
-    (Traction, "A step's `traction`"),
-    (Payload, "A step's `payload`"),
+    *((part, f"A step's `{key}`") for key, part in LOADED.items() if part and key != "obstacles"),
     *((model, f"An entry of `obstacles`: type `{name}`") for name, model in OBSTACLES.items()),
     (SurfaceContact, "An entry of `contact`"),
-    (ObstacleChange, "An entry of a step's `obstacles`"),
+    (LOADED["obstacles"], "An entry of a step's `obstacles`"),
     (Solver, "`solver`"),
     (Selection, "A value of `select`, of geometry `from_step`"),
 )

@@ -12,9 +12,10 @@ from pydantic.fields import FieldInfo
 
 from softact.geometries import GEOMETRIES
 from softact.geometry.base import Geometry
+from softact.loads import LOADS
 from softact.materials import CARDS, LAWS, Law, card_data
 from softact.measures import MEASURES
-from softact.spec import Payload, Step, Support, Traction
+from softact.spec import Step, Support
 from softact.spec.checks import made_of_sheets
 from softact.units import dimension_of
 
@@ -158,18 +159,26 @@ def _others(
 
 
 def loads() -> list[dict[str, Any]]:
-    """Return every load that a step may change."""
-    inner = {"traction": Traction, "payload": Payload, "supports": Support}
+    """Return every load that a step may change, and its supports."""
+    inner = {key: load.annotation for key, load in LOADS.items()} | {"supports": Support}
     return [
         {
             "name": entry["name"],
             "value": entry["value"],
             "unit": entry["unit"],
             "meaning": entry["meaning"],
-            "parameters": parameters(inner[entry["name"]]) if entry["name"] in inner else [],
+            "parameters": parameters(part) if (part := model_in(inner[entry["name"]])) else [],
         }
         for entry in parameters(Step, leave_out=NO_LOADS)
     ]
+
+
+def model_in(annotation: Any) -> type[BaseModel] | None:
+    """The model of pydantic that a type is or maps names to, None where it is neither."""
+    if get_origin(annotation) is dict:
+        return model_in(get_args(annotation)[1])
+    is_model = isinstance(annotation, type) and issubclass(annotation, BaseModel)
+    return annotation if is_model else None
 
 
 def measures() -> list[dict[str, Any]]:

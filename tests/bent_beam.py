@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from softact.geometry.base import Layout
+from softact.mesh.layout import Layout
 from softact.results.writer import ResultsWriter
 
 LENGTH, HALF_WIDTH, HEIGHT = 120.0, 8.0, 14.0

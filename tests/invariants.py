@@ -17,7 +17,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from softact.system.term import State, SurfaceForce
+from softact.system.term import EVERYTHING, State
 
 FORCES = 1e-5  # of the largest force in play
 WORK = 0.05  # of the larger of work and energy, over at least SOME increments
@@ -72,7 +72,9 @@ class Watch:
     def _closes(self) -> bool:
         """Whether the loads are those whose work is counted: no friction, no open surfaces."""
         state = self._last
-        return not any(v for v in state.surface_pressure.values()) and not len(self.model.contacts)
+        return not any(v for v in state["surface_pressure"].values()) and not len(
+            self.model.contacts
+        )
 
     def _forces(self, state: State, place: str) -> None:
         model = self.model
@@ -83,7 +85,7 @@ class Watch:
         free = np.linalg.norm(np.where(fixed, 0.0, force[dofs]))
         if free > FORCES * max(scale, 1e3 * model.force_floor):
             self.faults.append(f"{place}: {free:.2e} N are out of balance of {scale:.2e} N")
-        if any(v for v in state.surface_pressure.values()) or self._open():
+        if any(v for v in state["surface_pressure"].values()) or self._open():
             return
         loads = self._loads(state)
         total = np.where(fixed, force[dofs], 0.0).sum(axis=0) + loads
@@ -100,13 +102,17 @@ class Watch:
         """Weight, dead loads and forces of obstacles on the meshed part, N."""
         model, total = self.model, np.zeros(3)
         for solid in model.solids.values():
-            total += solid.material.density * solid.volumes.sum() * state.gravity
+            total += solid.material.density * solid.volumes.sum() * state["gravity"][EVERYTHING]
         for layer in model.layers:
-            mass = layer.material.density * layer.thickness * model.surfaces.area(layer.surface)
-            total += mass * state.gravity
-        for (kind, name), _ in model.surface_loads.items():
-            if kind is SurfaceForce and name in state.traction:
-                total += np.asarray(state.traction[name]) * model.surfaces.area(name)
+            mass = (
+                layer.made_of.material.density
+                * layer.made_of.thickness
+                * model.surfaces.area(layer.surface)
+            )
+            total += mass * state["gravity"][EVERYTHING]
+        for load in ("traction", "payload"):
+            for name, value in state[load].items():
+                total += value * model.surfaces.area(name)
         for contact in model.contacts:
             if contact.rigid:
                 total += contact.force(state)
@@ -118,11 +124,11 @@ class Watch:
         model, last = self.model, self._last
         work = 0.0
         for name in model.cavities:
-            mean = (last.pressure.get(name, 0.0) + now.pressure.get(name, 0.0)) / 2
+            mean = (last["pressure"].get(name, 0.0) + now["pressure"].get(name, 0.0)) / 2
             change = model.cavity_volume(now, name) - model.cavity_volume(last, name)
             work += mean * change
         way = now.x - last.x
-        for term in (*model.weights, *model.surface_loads.values()):
+        for term in (*model.weights, *model.load_terms.values()):
             for state in (last, now):
                 out = np.zeros_like(way)
                 term.add_force(state, out)

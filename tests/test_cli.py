@@ -202,13 +202,13 @@ def test_validate_applies_overrides(folder, capsys):
         (
             "loads",
             [
+                "supports",
                 "gravity",
                 "pressure",
                 "inject",
                 "traction",
                 "payload",
                 "surface_pressure",
-                "supports",
                 "obstacles",
             ],
         ),

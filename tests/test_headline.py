@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softact.geometry.base import Layout
+from softact.mesh.layout import Layout
 from softact.report import curves, headline, key_figures, labels, view
 from softact.results.folder import read
 from softact.results.writer import ResultsWriter

@@ -5,8 +5,8 @@ import pytest
 import step_files
 
 from softact.errors import SoftactError, SpecError
-from softact.geometry.base import Layout
 from softact.mesh.components import components
+from softact.mesh.layout import Layout
 from softact.mesh.tetrahedra import Tetrahedra
 from softact.run.held import refuse_loose
 from softact.run.start import run

@@ -6,7 +6,7 @@ import bent_beam
 import numpy as np
 import pytest
 
-from softact.geometry.base import Layout
+from softact.mesh.layout import Layout
 from softact.results.folder import read
 from softact.results.writer import ResultsWriter
 from softact.verdict.overlap import first_overlap, overlap

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from softact.geometry.base import Layout
+from softact.mesh.layout import Layout
 from softact.report import frames, obstacles, surface, view, viewer
 from softact.results.folder import read
 from softact.results.writer import ResultsWriter

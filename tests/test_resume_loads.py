@@ -11,8 +11,8 @@ from benchmarks import resume
 from softact import spec as specs
 from softact.catalogue import NO_LOADS
 from softact.geometry.base import make_mesh
+from softact.loads import BY_FIELD
 from softact.run.worker import solve
-from softact.solve.checkpoint import LOADS
 from softact.solve.passed import Passed
 from softact.spec import Step
 
@@ -101,7 +101,7 @@ def test_interrupted_inside_a_load(run, load):
 
 def test_every_load_is_interrupted():
     keys = set(Step.model_fields) - set(NO_LOADS)
-    assert set(LOADS) <= set(CASES)
+    assert set(BY_FIELD) <= set(CASES)
     assert keys <= set(CASES) | {"obstacles"}
 
 

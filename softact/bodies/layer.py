@@ -4,20 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from softact.bodies.membrane import BondedMembrane, Membrane
 from softact.bodies.plate import LayerBending, is_flat
+from softact.bodies.weight import Weight
 from softact.materials.plane_stress import GreenLaw
 from softact.materials.tension_field import KEPT_BONDED, relaxed
 from softact.mesh.triangles import Triangles
-from softact.system.term import Layer, Weight
+from softact.system import forms
+from softact.system.kernels import Coefficient, Kernel
+from softact.system.term import FUNCTIONS, Origin, State
+
+if TYPE_CHECKING:
+    from softact.model import Model
+    from softact.system.assembly import Assembler
+    from softact.system.term import Term
 
 
 @dataclass(frozen=True)
 class BondedLayer:
-    """A thin layer on a surface: its material (see ``softact.system.term.Layer``), thickness in mm.
+    """A thin layer on a surface: its material (see ``LayerMembrane``), thickness in mm.
 
     bending: part of a plate's bending stiffness E t³/12(1 − ν²); a woven fabric has little of it.
     relaxed: whether fine wrinkles take its compression (``softact.materials.tension_field``); None:
@@ -25,58 +34,68 @@ class BondedLayer:
     """
 
     surface: str
-    material: object
+    material: Any
     thickness: float
     bending: float = 1.0
     relaxed: bool | None = None
 
 
-class BondedLayers:
-    """The bonded layers of a model, in order, and their terms of the potential energy.
+class Layer:
+    """A bonded layer as a body: a membrane and, where it is flat, a plate.
 
-    membranes: a term for each layer. bending: terms of those that have bending stiffness.
+    made_of: see ``BondedLayer``. bending: term of its bending energy, None where it has none.
     """
 
-    def __init__(self, model, layers: Sequence[BondedLayer]):
-        self._model, self._all = model, tuple(layers)
-        terms = [(layer, self._bending(layer)) for layer in layers]
-        self._bent = [layer for layer, term in terms if term is not None]
-        self.bending = [term for _, term in terms if term is not None]
-        self.membranes = [self._membrane(layer) for layer in layers]
+    slowness = 0.0  # the solid below decides
 
-    def __iter__(self):
-        return iter(self._all)
-
-    def bends(self, layer: BondedLayer) -> bool:
-        """Whether the layer has bending stiffness."""
-        return layer in self._bent
-
-    def wrinkles(self, layer: BondedLayer) -> bool:
-        """Whether fine wrinkles take the compression of the layer."""
-        return not self.bends(layer) if layer.relaxed is None else layer.relaxed
+    def __init__(self, model: Model, made_of: BondedLayer):
+        self._model, self.made_of = model, made_of
+        self.bending = self._bending()
+        self.membrane = self._membrane()
 
     @property
-    def slacken(self) -> bool:
-        """Whether one of them can go slack."""
-        return any(map(self.wrinkles, self._all))
+    def surface(self) -> str:
+        """Name of the surface that it covers."""
+        return self.made_of.surface
 
     @property
-    def elastic(self) -> list:
-        """Terms of their stored energy."""
-        return [*self.membranes, *self.bending]
+    def wrinkles(self) -> bool:
+        """Whether fine wrinkles take its compression."""
+        return self.bending is None if self.made_of.relaxed is None else self.made_of.relaxed
 
-    def weights(self) -> list[Weight]:
-        """Weights of the layers that have a density."""
-        model = self._model
-        return [
-            Weight(la.material.density * la.thickness * model.unit_forces(la.surface))
-            for la in self._all
-            if la.material.density
-        ]
+    @property
+    def slackens(self) -> bool:
+        """See ``Body``."""
+        return self.wrinkles
 
-    def _bending(self, layer: BondedLayer) -> LayerBending | None:
+    @property
+    def smooth(self) -> bool:
+        """See ``Body``."""
+        return not self.wrinkles
+
+    @property
+    def elastic(self) -> Sequence[Term]:
+        """See ``Body``."""
+        return [self.membrane, self.bending] if self.bending is not None else [self.membrane]
+
+    @property
+    def stiffness(self) -> float:
+        """See ``Body``: the solid below decides."""
+        return 0.0
+
+    def weight(self) -> Weight | None:
+        """See ``Body``."""
+        density = self.made_of.material.density
+        if not density:
+            return None
+        return Weight(density * self.made_of.thickness * self._model.unit_forces(self.surface))
+
+    def inertia(self) -> None:
+        """See ``Body``: its mass is little beside that of the solid."""
+
+    def _bending(self) -> LayerBending | None:
         """The layer's bending term, None where it has none (see the docs)."""
-        model = self._model
+        model, layer = self._model, self.made_of
         nodes = model.surfaces.facet_nodes(model.surfaces.facets(layer.surface))
         everywhere = np.concatenate(model.comm.allgather(model.nodes.places[nodes].reshape(-1, 3)))
         if not layer.bending or model.degree != 2 or not is_flat(everywhere):
@@ -86,11 +105,11 @@ class BondedLayers:
         planes = tuple(model.mesh.layout.symmetry.values())
         return LayerBending(model.assembler, model.nodes, nodes, rigidity, poisson, planes)
 
-    def _membrane(self, layer: BondedLayer) -> Layer | Membrane:
-        model, material = self._model, layer.material
+    def _membrane(self) -> LayerMembrane | Membrane:
+        model, layer, material = self._model, self.made_of, self.made_of.material
         facets = model.surfaces.facets(layer.surface)
-        if not self.wrinkles(layer):
-            return Layer(model.assembler, facets, material, layer.thickness, model.degree)
+        if not self.wrinkles:
+            return LayerMembrane(model.assembler, facets, material, layer.thickness, model.degree)
         nodes = model.surfaces.facet_nodes(facets)
         table = model.assembler.add_table(model.nodes.blocks[nodes])
         places, dofs = model.nodes.places[nodes], model.nodes.dofs[nodes]
@@ -99,3 +118,59 @@ class BondedLayers:
         frames = triangles.frames(np.array([1.0, 0.0, 0.0]))
         relaxed_law = relaxed(law, material.poissons_ratio, KEPT_BONDED)
         return BondedMembrane(triangles, frames, [(relaxed_law, layer.thickness)])
+
+
+class LayerMembrane:
+    """Membrane energy of a thin elastic sheet bonded to a surface.
+
+    material: St. Venant-Kirchhoff with ``youngs_modulus`` (MPa), ``poissons_ratio``, ``density``
+    (tonne/mm³); thickness in mm.
+    """
+
+    def __init__(
+        self,
+        assembler: Assembler,
+        facets: np.ndarray,
+        material: Any,
+        thickness: float,
+        degree: int,
+    ):
+        self._size = 3 * FUNCTIONS[degree]
+        self._table = assembler.unknowns.cell_dofs
+        stiffness = material.youngs_modulus * thickness / (1 - material.poissons_ratio**2)
+        self._constants = [stiffness, material.poissons_ratio]
+        self._energy, self._force, self._tangent = (
+            Kernel(assembler, k, facets) for k in assembler.kernels("layer", degree)
+        )
+
+    def _u(self, x: np.ndarray) -> Coefficient:
+        return Coefficient(x, self._size, self._table)
+
+    def add_force(self, state: State, out: np.ndarray) -> None:
+        """See ``Term``."""
+        self._force.add_vector(out, self._size, [self._u(state.x)], self._constants)
+
+    def add_tangent(self, state: State, origin: Origin | None) -> None:
+        """See ``Term``."""
+        origin = origin or Origin((state.x,))
+        states = [*origin.states, *[state.x] * (forms.LAYER_STATES - len(origin.states))]
+        weights = [*origin.weights, *[0.0] * (forms.LAYER_STATES - len(origin.weights))]
+        self._tangent.add_matrix(
+            self._size,
+            [self._u(x) for x in (state.x, *states)],
+            [*self._constants, *weights, float(origin.linearised)],
+        )
+
+    def energy(self, state: State) -> float:
+        """See ``Term``."""
+        return self._energy.scalar([self._u(state.x)], self._constants)
+
+
+class Layers:
+    """The kind of body that a spec's ``layers`` are; see ``BodyKind``."""
+
+    key = "layers"
+
+    def build(self, model: Model, parts: Sequence[BondedLayer]) -> list[Layer]:
+        """See ``BodyKind``."""
+        return [Layer(model, layer) for layer in parts]

@@ -9,7 +9,7 @@ import numpy as np
 from softact.materials.plane_stress import SheetLaw
 from softact.materials.tension_field import PLACE, TensionField
 from softact.mesh.triangles import MEMBRANE_RULE, Triangles
-from softact.system.term import Origin, State, Weight, shared_forces
+from softact.system.term import Origin
 
 KEPT = 4  # states whose stresses are kept, see ``softact.bodies.solid``
 
@@ -136,46 +136,3 @@ class BondedMembrane(Membrane):
         moved = x[self.triangles.dofs]
         change = np.einsum("knc,kqni->kqci", moved, self.gradients, optimize=True)
         return self.undeformed + change
-
-
-def sheet_weight(triangles: Triangles, density: float, size: int) -> Weight:
-    """Gravity on a sheet in a system of ``size`` unknowns; density per area, tonne/mm²."""
-    shares = density * triangles.mass().sum(axis=2)
-    return Weight(shared_forces(triangles.dofs, shares, size))
-
-
-class SheetInertia:
-    """Inertia of a sheet in one implicit time step; see ``softact.system.term.Inertia``."""
-
-    def __init__(self, triangles: Triangles, density: float, size: int):
-        self._triangles = triangles
-        self._mass = density * triangles.mass()
-        self.time_step: float | None = None
-        self.away_from = np.zeros(size)
-
-    def momentum(self, velocity: np.ndarray) -> np.ndarray:
-        """Mass matrix times a velocity (local,)."""
-        out = np.zeros_like(velocity)
-        self._triangles.add_force(
-            np.einsum("knm,kmc->knc", self._mass, velocity[self._triangles.dofs]), out
-        )
-        return out
-
-    def add_force(self, state, out):
-        if self.time_step is not None:
-            out += self.momentum(state.x - self.away_from) / self.time_step**2
-
-    def add_tangent(self, state, origin):
-        if self.time_step is not None:
-            k, n = self._mass.shape[:2]
-            matrices = np.zeros((k, n, 3, n, 3))
-            for c in range(3):
-                matrices[:, :, c, :, c] = self._mass / self.time_step**2
-            self._triangles.table.add(matrices)
-
-    def energy(self, state: State):
-        """The potential of the step's inertia force, mJ."""
-        if self.time_step is None:
-            return 0.0
-        away = state.x - self.away_from
-        return float(away @ self.momentum(away)) / (2 * self.time_step**2)

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from softact.bodies.membrane import Membrane, SheetInertia, sheet_weight
+from softact.bodies.inertia import SheetInertia
+from softact.bodies.membrane import Membrane
 from softact.bodies.plate import LayerBending
+from softact.bodies.weight import Weight
 from softact.errors import MeshError, SpecError
 from softact.materials.plane_stress import sheet_law, small_strain_constants
 from softact.materials.tension_field import relaxed
@@ -17,7 +19,7 @@ from softact.mesh.sheets import SheetMesh, SheetNodes
 from softact.mesh.triangles import MEMBRANE_RULE, Triangles
 from softact.system.assembly import BlockTable
 from softact.system.nodes import Nodes
-from softact.system.term import Weight
+from softact.system.term import Term, shared_forces
 
 COINCIDENT = 1e-6  # of the sheet's size
 
@@ -76,13 +78,16 @@ class Sheet:
 class SheetPart:
     """One named sheet in a model: its triangles and terms.
 
-    patches: (k,) number of the piece between hinges of each triangle. bend: terms of the bending
+    patches: (k,) number of the piece between hinges of each triangle. size: number of unknowns of
+    the model. bend: terms of the bending
     energy, see ``bend``.
     """
 
-    def __init__(self, name: str, sheet: Sheet, triangles: Triangles, patches: np.ndarray):
+    def __init__(
+        self, name: str, sheet: Sheet, triangles: Triangles, patches: np.ndarray, size: int
+    ):
         self.name, self.sheet, self.triangles = name, sheet, triangles
-        self.patches = patches
+        self.patches, self._size = patches, size
         along = np.asarray(sheet.axis, dtype=float)
         directed = any(getattr(ply.law, "anisotropic", False) for ply in sheet.plies)
         across = np.abs(triangles.normals @ along) > (1 - 1e-6) * np.linalg.norm(along)
@@ -109,18 +114,32 @@ class SheetPart:
         axis = np.broadcast_to([np.cos(turned), np.sin(turned), 0.0], (count, 3))
         return ply.law.fibre_directions(axis, np.broadcast_to([0.0, 0.0, 1.0], (count, 3)))
 
+    slackens = False  # as a whole; its folds are found point by point
+    smooth = False
+
     @property
-    def elastic(self) -> list:
-        """Terms of its stored energy."""
+    def elastic(self) -> Sequence[Term]:
+        """See ``Body``."""
         return [self.membrane, *self.bend]
 
-    def weight(self, size: int) -> Weight:
-        """Its weight in a system of ``size`` unknowns."""
-        return sheet_weight(self.triangles, self.sheet.density, size)
+    @property
+    def slowness(self) -> float:
+        """See ``Body``: of waves in its plane."""
+        return self.sheet.density / self.sheet.stiffness
 
-    def inertia(self, size: int) -> SheetInertia:
-        """Its inertia in a system of ``size`` unknowns."""
-        return SheetInertia(self.triangles, self.sheet.density, size)
+    @property
+    def stiffness(self) -> float:
+        """See ``Body``."""
+        return self.sheet.stiffness * float(self.triangles.areas.sum()) ** 0.5
+
+    def weight(self) -> Weight:
+        """See ``Body``."""
+        shares = self.sheet.density * self.triangles.mass().sum(axis=2)
+        return Weight(shared_forces(self.triangles.dofs, shares, self._size))
+
+    def inertia(self) -> SheetInertia:
+        """See ``Body``."""
+        return SheetInertia(self.triangles, self.sheet.density)
 
 
 def node_numbers(
@@ -154,8 +173,9 @@ def make_parts(
     elements: np.ndarray,
     sheets: Mapping[str, Sheet],
     nodes: Nodes,
+    size: int,
 ) -> dict[str, SheetPart]:
-    """The sheets of a model; elements: (m, n) model nodes of all triangles."""
+    """The sheets of a model of so many unknowns; elements: (m, n) model nodes of all triangles."""
     parts, patches = {}, mesh.patches()
     for name, numbers in mesh.parts.items():
         if name not in sheets:
@@ -163,5 +183,5 @@ def make_parts(
         of_part = elements[numbers]
         table = BlockTable(nodes.blocks[of_part])
         triangles = Triangles(of_part, nodes.places[of_part], nodes.dofs[of_part], table)
-        parts[name] = SheetPart(name, sheets[name], triangles, patches[numbers])
+        parts[name] = SheetPart(name, sheets[name], triangles, patches[numbers], size)
     return parts

@@ -7,14 +7,18 @@ one, of as many stiffnesses: a moment passes from one to the next.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from softact.bodies.plate import LayerBending, is_flat
-from softact.bodies.sheet import SheetPart
+from softact.bodies.sheet import Sheet, SheetPart
 from softact.errors import SpecError
 from softact.system.assembly import Assembler
 from softact.system.nodes import Nodes
+
+if TYPE_CHECKING:
+    from softact.model import Model
 
 STRAIGHT = 1e-6  # sine of the angle to a plane of symmetry
 
@@ -59,3 +63,18 @@ def _plate(plate, assembler, nodes, symmetry) -> LayerBending:
     normal = part.triangles.normals[members[0]]
     planes = tuple(c for c in symmetry if abs(normal[c]) < STRAIGHT)
     return LayerBending(assembler, nodes, elements, rigidity, poisson, planes)
+
+
+class Sheets:
+    """The kind of body that a spec's ``sheets`` are; see ``BodyKind``. The model has made the parts
+    with its nodes; here they get their bending."""
+
+    key = "sheets"
+
+    def build(self, model: Model, parts: Mapping[str, Sheet]) -> list[SheetPart]:
+        """See ``BodyKind``."""
+        mesh = model.mesh
+        planes = tuple(mesh.layout.symmetry.values())
+        continuous = mesh.sheets.continuous if mesh.sheets else ()
+        add_bending(model.sheets, continuous, model.assembler, model.nodes, planes)
+        return list(model.sheets.values())

@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 import ctypes
+import functools
 import hashlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from softact import compat
+from softact.bodies.inertia import SolidInertia
+from softact.bodies.weight import Weight
+from softact.materials.base import Material
+from softact.materials.fibres import fibre_field
 from softact.materials.tensors import (
     COLUMNS,
     ROWS,
@@ -19,7 +27,17 @@ from softact.materials.tensors import (
 from softact.system import forms
 from softact.system.assembly import Assembler
 from softact.system.kernels import Coefficient, Kernel, pointer
-from softact.system.term import FUNCTIONS, InvertedElementError, Origin, State
+from softact.system.term import (
+    FUNCTIONS,
+    InvertedElementError,
+    Origin,
+    State,
+    TimeStep,
+    unit_forces,
+)
+
+if TYPE_CHECKING:
+    from softact.model import Model
 
 # States whose stresses are kept: those of a quadratic extrapolation, and the one it leads to.
 KEPT = 4
@@ -31,8 +49,17 @@ class Solid:
     fibres: points (n, 3) mm -> unit vectors (n, families, 3), for a material with fibres.
     """
 
-    def __init__(self, assembler: Assembler, cells, material, degree, pressure_degree, fibres=None):
-        self.assembler = assembler
+    def __init__(
+        self,
+        assembler: Assembler,
+        name: str,
+        cells: np.ndarray,
+        material: Material,
+        degree: int,
+        pressure_degree: int | None,
+        fibres: Callable[[np.ndarray], np.ndarray] | None = None,
+    ):
+        self.assembler, self.name = assembler, name
         self.cells = np.ascontiguousarray(cells, dtype=np.int32)
         self.material = material
         self._mixed = pressure_degree is not None
@@ -47,8 +74,8 @@ class Solid:
         self._residual, self._tangent = (Kernel(assembler, k, self.cells) for k in kernels)
         self.volumes = self._reference_volumes()
         self._kept: dict[bytes, tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
+        self._began: tuple[TimeStep, np.ndarray, np.ndarray] | None = None  # see ``_viscous``
         self.fibres = None if fibres is None else fibres(self._places(points))
-        self._viscosity: tuple[float, np.ndarray, np.ndarray] | None = None
 
     def corners(self, chosen: slice | np.ndarray | int = slice(None)) -> np.ndarray:
         """Undeformed corners (..., 4, 3) mm of the region's tetrahedra, or of chosen ones."""
@@ -121,28 +148,24 @@ class Solid:
             raise InvertedElementError
         c = np.matmul(f.transpose(0, 2, 1), f)
         stress, moduli = self.material.stress_tangent(c, self.fibres)
-        if self._viscosity:
-            more_stress, more_moduli = self._viscous(c)
+        if state.motion is not None and state.motion.resistance:
+            more_stress, more_moduli = self._viscous(c, state.motion)
             stress, moduli = stress + more_stress, moduli + more_moduli
         return *self._add_volumetric(stress, moduli, c, jacobian), jacobian
 
-    def resist(self, x: np.ndarray | None, resistance: float = 0.0) -> None:
-        """From here on, resist departing from the unknowns ``x`` (local,) as a Newtonian fluid
-        does in one time step of backward Euler; None: no longer.
+    def _viscous(self, c: np.ndarray, motion: TimeStep) -> tuple[np.ndarray, np.ndarray]:
+        """Stress (n, 6) and moduli (n, 6, 6) at C (n, 3, 3) of a Newtonian fluid in one time step
+        of backward Euler.
 
-        resistance: viscosity by shear modulus and time step. With C₀ the state's at x the stress is
-        η/Δt C₀⁻¹ (C − C₀) C₀⁻¹: 2 η times the rate of deformation, pulled back, whatever rotates.
+        With C₀ that of the state at its beginning the stress is η/Δt C₀⁻¹ (C − C₀) C₀⁻¹: 2 η times
+        the rate of deformation, pulled back, whatever rotates.
         """
-        self._viscosity = None
-        if x is not None:
-            f = self.deformation_gradient(x).reshape(-1, 3, 3)
-            c = np.matmul(f.transpose(0, 2, 1), f)
-            self._viscosity = resistance * self.material.shear_modulus, c, np.linalg.inv(c)
-        self._kept.clear()
-
-    def _viscous(self, c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Stress (n, 6) and moduli (n, 6, 6) of the resistance at C (n, 3, 3)."""
-        factor, before, inverse = self._viscosity
+        if self._began is None or self._began[0] is not motion:
+            f = self.deformation_gradient(motion.before).reshape(-1, 3, 3)
+            before = np.matmul(f.transpose(0, 2, 1), f)
+            self._began = motion, before, np.linalg.inv(before)
+        _, before, inverse = self._began
+        factor = motion.resistance * self.material.shear_modulus
         stress = factor * (inverse @ (c - before) @ inverse)
         return symmetric(stress), 2 * factor * symmetric_product(inverse)
 
@@ -200,7 +223,7 @@ class Solid:
 
     def _carried_stress(self, state, origin: Origin) -> np.ndarray:
         """Stress (n, 6) of the geometric stiffness, see ``Origin``."""
-        kept = [self._evaluate(State(x)) for x in origin.states]
+        kept = [self._evaluate(State(x, motion=state.motion)) for x in origin.states]
         if not origin.linearised:
             return sum(w * stress for w, (stress, _, _) in zip(origin.weights, kept, strict=True))
         stress, moduli, _ = kept[0]
@@ -214,6 +237,8 @@ class Solid:
         """``second_piola``, kept for the last few states: Newton asks for force and tangent at the
         same one, and for the stress of those that it came from."""
         key = hashlib.blake2b(state.x, digest_size=16).digest()
+        if state.motion is not None and state.motion.resistance:
+            key += state.motion.key
         found = self._kept.pop(key, None) or self.second_piola(state)
         self._kept[key] = found
         while len(self._kept) > KEPT:
@@ -230,6 +255,36 @@ class Solid:
             pushed += self.hydrostatic_pressure(state.x)[..., None, None] * np.eye(3)
         return pushed
 
+    # --- as a body --------------------------------------------------------------------------------
+
+    slackens = False
+    smooth = True
+
+    @property
+    def elastic(self) -> Sequence[Solid]:
+        """See ``Body``."""
+        return [self]
+
+    @property
+    def slowness(self) -> float:
+        """See ``Body``: of shear waves."""
+        return self.material.density / self.material.shear_modulus
+
+    @property
+    def stiffness(self) -> float:
+        """See ``Body``."""
+        volume = self.assembler.unknowns.comm.allreduce(float(self.volumes.sum()))
+        return self.material.shear_modulus * volume ** (2 / 3)
+
+    def weight(self) -> Weight:
+        """See ``Body``."""
+        unit = unit_forces(self.assembler, self.cells, self.degree)
+        return Weight(self.material.density * unit)
+
+    def inertia(self) -> SolidInertia:
+        """See ``Body``."""
+        return SolidInertia(self.assembler, self.cells, self.material.density, self.degree)
+
     def energy(self, state):
         f = self.deformation_gradient(state.x).reshape(-1, 3, 3)
         jacobian = determinant(f)
@@ -240,3 +295,35 @@ class Solid:
             density = density + self.material.logarithmic_excess(jacobian)[0]
         density = density + self.material.bulk_modulus * (jacobian - 1) ** 2 / 2
         return float(density @ self.volumes.ravel())
+
+
+@dataclass(frozen=True)
+class SolidParts:
+    """What the regions of a model are made of.
+
+    materials: region name -> law as the solver sees it. wall_normal: region name, points (n, 3) ->
+    the wall's normal there, for fibres. pressure_degree: None where there is no pressure unknown.
+    """
+
+    materials: Mapping[str, Material]
+    wall_normal: Callable[[str, np.ndarray], np.ndarray]
+    pressure_degree: int | None
+
+
+class Solids:
+    """The kind of body that a spec's ``materials`` are; see ``BodyKind``."""
+
+    key = "materials"
+
+    def build(self, model: Model, parts: SolidParts) -> list[Solid]:
+        """See ``BodyKind``."""
+        mesh = model.mesh
+        found = []
+        for number, name in enumerate(mesh.layout.regions):
+            material = parts.materials[name]
+            normal = functools.partial(parts.wall_normal, name)
+            fibres = fibre_field(material.law, mesh.layout.axis, normal)
+            cells = np.flatnonzero(mesh.region == number)
+            degrees = model.degree, parts.pressure_degree
+            found.append(Solid(model.assembler, name, cells, material, *degrees, fibres))
+        return found

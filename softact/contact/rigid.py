@@ -57,7 +57,7 @@ class RigidContact:
 
     def presence(self, state) -> float:
         """See the class."""
-        return float(state.presence.get(self.name, self.obstacle.active))
+        return float(state["presence"].get(self.name, self.obstacle.active))
 
     def gaps(self, state, x=None):
         """Signed gap (k, 12) mm at the quadrature points, normals and curvatures there."""
@@ -68,7 +68,7 @@ class RigidContact:
 
     def _places(self, state, x):
         """Places of the points (k, 12, 3) as seen from the obstacle."""
-        return self.facets.places(x) - state.shift.get(self.name, np.zeros(3))
+        return self.facets.places(x) - state["shift"].get(self.name, np.zeros(3))
 
     def _stiffness(self, state):
         return self.facets.stiffness * self._memory(state, "stiffness", 1.0)

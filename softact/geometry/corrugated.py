@@ -5,9 +5,10 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping
 
-from softact.geometry.base import THINNEST, Geometry, Layout
+from softact.geometry.base import THINNEST, Geometry
 from softact.geometry.boxes import Plane
 from softact.geometry.prisms import Prisms
+from softact.mesh.layout import Layout
 
 
 class Corrugated(Geometry):

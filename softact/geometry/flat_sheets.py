@@ -12,9 +12,10 @@ import numpy as np
 from pydantic import Field
 
 from softact.errors import SpecError
-from softact.geometry.base import MOST_THROUGH, Geometry, Layout
+from softact.geometry.base import MOST_THROUGH, Geometry
 from softact.geometry.cutting_pattern import Pattern
 from softact.geometry.steps import steps
+from softact.mesh.layout import Layout
 from softact.mesh.sheets import SheetMesh
 
 BetweenLines = Annotated[

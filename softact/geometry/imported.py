@@ -11,7 +11,7 @@ from pydantic import Field
 
 from softact.errors import NOT_UTF8, MeshError
 from softact.files.text import NAMES_A_FILE, digest
-from softact.geometry.base import Geometry, Layout, ThroughWall, make_mesh, tell
+from softact.geometry.base import Geometry, ThroughWall, make_mesh, tell
 from softact.geometry.gmsh_groups import add_mesh
 from softact.geometry.part_names import PartName, PartNameOrNone
 from softact.geometry.part_size import Drawn
@@ -19,6 +19,7 @@ from softact.geometry.subdivide import cut_mesh, fill
 from softact.mesh.components import components, gap, part_names
 from softact.mesh.file_mesh import FileMesh, only_named, straight, without_inner_walls
 from softact.mesh.joining import joined
+from softact.mesh.layout import Layout
 from softact.units import Length, is_utf8
 
 Names = Annotated[tuple[PartName, ...], Field(strict=False)]

@@ -57,11 +57,11 @@ class SheetCavity:
             wall.add_force(forces, out)
 
     def add_force(self, state, out):
-        if pressure := state.pressure.get(self.name, 0.0):
+        if pressure := state["pressure"].get(self.name, 0.0):
             self.add_volume_gradient(state.x, -pressure, out)
 
     def add_tangent(self, state, origin):
-        pressure = state.pressure.get(self.name, 0.0)
+        pressure = state["pressure"].get(self.name, 0.0)
         if not pressure:
             return
         weight = -pressure * self._weights
@@ -83,7 +83,7 @@ class SheetCavity:
             wall.table.add(np.moveaxis(matrices, 3, 2))
 
     def energy(self, state):
-        return -state.pressure.get(self.name, 0.0) * self.volume(state.x)
+        return -state["pressure"].get(self.name, 0.0) * self.volume(state.x)
 
 
 # v · _CROSS is the matrix of w -> v × w.

@@ -4,7 +4,7 @@ from softact.measures.base import Measure, per_cavity
 
 
 def _evaluate(snapshot):
-    pressures = snapshot.state.pressure
+    pressures = snapshot.state["pressure"]
     names = snapshot.layout.cavities
     if not names:
         return {}

@@ -10,8 +10,8 @@ import numpy as np
 
 from softact import compat
 from softact.errors import MeshError, SoftactError
-from softact.geometry.base import Layout
 from softact.mesh import leaks
+from softact.mesh.layout import Layout
 from softact.mesh.sheets import SheetMesh, on_facets
 
 # Local facet f of a tetrahedron is the one opposite to its vertex f (UFC numbering).

@@ -16,7 +16,7 @@ import h5py
 import numpy as np
 
 from softact.files.text import write_atomic
-from softact.geometry.base import Layout
+from softact.mesh.layout import Layout
 from softact.results.journal import Overlay, journal_of
 from softact.results.run_json import SOLVE_AGAIN, damaged
 

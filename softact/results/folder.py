@@ -19,7 +19,7 @@ import numpy as np
 
 from softact.errors import DamagedResultError, SpecError
 from softact.files.text import csv_rows
-from softact.geometry.base import Layout
+from softact.mesh.layout import Layout
 from softact.results import fields_file
 from softact.results.restart import RESTART
 from softact.results.run_json import (

@@ -15,7 +15,7 @@ import numpy as np
 
 from softact.errors import SpecError
 from softact.files.text import clear_temporaries, csv_cells, csv_text, write_atomic
-from softact.geometry.base import Layout
+from softact.mesh.layout import Layout
 from softact.results import fields_file
 from softact.results.fields_file import sheets_of, write_array, write_text
 from softact.results.folder import (

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from softact.bodies.layer import BondedLayer
 from softact.bodies.sheet import Ply, Sheet
 from softact.contact.rigid import Obstacle
 from softact.contact.surfaces import Touching
-from softact.geometry.base import Layout
+from softact.loads import LOADS
+from softact.loads.load_step import LoadStep
+from softact.loads.support import Support
+from softact.mesh.layout import Layout
 from softact.mesh.tetrahedra import Tetrahedra, distribute, of_sheets, read_msh
-from softact.model import Model, Support
+from softact.model import Model
 from softact.run.held import refuse_loose
-from softact.solve.ramp import LoadStep
 from softact.spec import Spec
 from softact.spec.path import joined, leaves
+from softact.system.term import Value
 
 NO_PARAMETERS = ("description", "source", "assumptions", "measures")  # of a spec: no values
 
@@ -73,46 +75,17 @@ def _touching(spec):
     return [Touching(c.name, c.groups, c.friction, c.distance) for c in spec.contact]
 
 
-def _dead_loads(spec, model) -> list[dict | None]:
-    """For each step {surface: force per undeformed area in MPa}, None where nothing changes."""
-    tractions, payloads, loads = {}, {}, []
-    for step in spec.steps:
-        changed = set()
-        if step.traction:
-            tractions[step.traction.surface] = np.asarray(step.traction.value)
-            changed.add(step.traction.surface)
-        if step.payload:
-            surface = step.payload.surface or model.mesh.layout.tip
-            area = model.mesh.layout.copies * model.surfaces.area(surface)
-            payloads[surface] = np.asarray(step.payload.force) / area
-            changed.add(surface)
-        now = {name: tractions.get(name, 0.0) + payloads.get(name, 0.0) for name in changed}
-        loads.append(now or None)
-    return loads
-
-
 def load_steps(spec, model) -> list[LoadStep]:
     """The ``LoadStep``s of a spec on its model. Collective."""
-    copies = spec.geometry.layout().copies
-    return [
-        LoadStep(
-            name=step.name,
-            pressure=step.pressure,
-            gravity=step.gravity,
-            traction=dead_loads,
-            surface_pressure=step.surface_pressure,
-            inject={name: v / copies for name, v in step.inject.items()} if step.inject else None,
-            supports=supports_of(step.supports) if step.supports is not None else None,
-            shift={n: o.move for n, o in (step.obstacles or {}).items() if o.move is not None},
-            presence={
-                n: float(o.active)
-                for n, o in (step.obstacles or {}).items()
-                if o.active is not None
-            },
-            max_increment=step.largest_increment,
-        )
-        for step, dead_loads in zip(spec.steps, _dead_loads(spec, model), strict=True)
-    ]
+    return [_load_step(step, model) for step in spec.steps]
+
+
+def _load_step(step, model) -> LoadStep:
+    loads: dict[str, Mapping[str, Value]] = {}
+    for key, value in step.loads.items():
+        loads |= LOADS[key].ends(value, model)
+    supports = supports_of(step.supports) if step.supports is not None else None
+    return LoadStep(step.name, supports, step.largest_increment, **loads)
 
 
 def parameters(spec: Spec) -> dict[str, Any]:

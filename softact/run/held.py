@@ -7,8 +7,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from softact.errors import SpecError
-from softact.geometry.base import Layout
 from softact.mesh.components import components, gap, part_names
+from softact.mesh.layout import Layout
 from softact.mesh.tetrahedra import Tetrahedra
 
 FREE = 1e-10  # of the stiffest motion: what is softer is not held

@@ -17,7 +17,8 @@ from softact.run.from_spec import load_steps, parameters, supports_of
 from softact.run.resuming import identity
 from softact.solve.checkpoint import pack
 from softact.solve.settings import Settings
-from softact.solve.stepping import Stepper, Trying
+from softact.solve.stepping import Stepper
+from softact.solve.walk import Trying
 from softact.spec import plausible
 from softact.verdict.judge import AMBER, RED, Reason, Verdict, judge
 
@@ -79,7 +80,7 @@ class Recorder:
         steps, supports = load_steps(self.spec, self.model), supports_of(self.spec.supports)
         progress = self.stepper.run(steps, supports, start, begin)
         times["solve"] = time.perf_counter() - started - self.write_time
-        times |= {"measure_and_write": self.write_time, **self.stepper.newton.times}
+        times |= {"measure_and_write": self.write_time, **self.stepper.walk.newton.times}
         memory = self.model.comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
         status = "no_equilibrium" if progress.stopped else "complete"
         messages = [progress.stopped, *progress.remarks, self._unstable(), *self._beyond_test()]
@@ -90,7 +91,7 @@ class Recorder:
             counts = {
                 "increments": len(progress.attempts) - progress.cutbacks - 1,
                 "cutbacks": progress.cutbacks,
-                **asdict(self.stepper.newton.counts),
+                **asdict(self.stepper.walk.newton.counts),
             }
             told = {"messages": messages, "notes": [*self.notes, *progress.notes]}
             started = time.perf_counter()

@@ -119,8 +119,8 @@ class Border:
 
     def add(self, state: State, change: np.ndarray) -> None:
         """Add δq to the pressures of ``state``."""
-        pressure = dict(state.pressure)
+        pressure = dict(state["pressure"])
         for direction, q in zip(self._control.directions, change, strict=True):
             for name, weight in direction.items():
                 pressure[name] = pressure.get(name, 0.0) + weight * q
-        state.pressure = pressure
+        state.put("pressure", pressure)

@@ -14,13 +14,12 @@ import numpy as np
 import scipy.spatial
 
 from softact.errors import SpecError
+from softact.loads import BY_FIELD
 from softact.results.restart import RESTART, of_another_version, seal, unseal
 from softact.solve.path import Point
 from softact.system.term import State
 
 SAME_PLACE = 1e-9  # of the body's size
-# All of a state but its unknowns and what contacts keep, which are stored in their own ways.
-LOADS = tuple(item.name for item in fields(State) if item.name not in ("x", "memory"))
 
 
 @dataclass
@@ -126,11 +125,11 @@ def _unpacked(model, path: Path, known: Mapping, file) -> Checkpoint:
         ("begun", known["begun"], vectors[0]),
         ("now", known["state"], vectors[count - 1]),
     ):
-        if set(loads) != set(LOADS):
+        if set(loads) != {field for field, load in BY_FIELD.items() if not load.holds_volume}:
             raise KeyError("loads")
         memory = _memory(file, known["processes"], when, model.comm)
         loads = {name: _array(value) for name, value in loads.items()}
-        states.append(State(x.copy(), **loads, memory=memory))
+        states.append(State(x.copy(), loads, memory))
     points = [
         Point(p["s"], x, np.array(p["q"], dtype=float))
         for p, x in zip(known["path"], vectors[1:count], strict=True)
@@ -190,7 +189,7 @@ def _find(stored: np.ndarray, wanted: np.ndarray) -> np.ndarray | None:
 
 
 def _loads(state: State) -> dict:
-    return {name: _plain(getattr(state, name)) for name in LOADS}
+    return {field: _plain(dict(values)) for field, values in state.loads.items()}
 
 
 def _plain(value):

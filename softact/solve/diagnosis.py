@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from softact.bodies.layer import BondedLayer
+from softact.bodies.layer import Layer
 from softact.materials.tensors import determinant
 from softact.measures.strain import INCOMPRESSIBLE
 from softact.model import Model
@@ -68,12 +68,12 @@ def _flat_cavities(model: Model, state: State) -> Iterator[str]:
 
 def _wrinkled_layers(model: Model, state: State) -> Iterator[str]:
     for layer in model.layers:
-        if model.layers.wrinkles(layer) or model.layers.bends(layer):
+        if layer.wrinkles or layer.bending is not None:
             continue
         areas, stress = _membrane(model, state, layer)
         parts = zip(*model.comm.allgather((areas, stress)), strict=True)
         areas, stress = (np.concatenate(part) for part in parts)
-        pressed = stress < -BARELY * layer.material.youngs_modulus
+        pressed = stress < -BARELY * layer.made_of.material.youngs_modulus
         part = areas[pressed].sum() / areas.sum()
         if part > WRINKLED:
             yield (
@@ -82,7 +82,7 @@ def _wrinkled_layers(model: Model, state: State) -> Iterator[str]:
             )
 
 
-def _membrane(model: Model, state: State, layer: BondedLayer):
+def _membrane(model: Model, state: State, layer: Layer):
     """Undeformed areas (k,) mm² and smallest principal stresses (k,) MPa of a layer's triangles
     with straight edges."""
     nodes = model.surfaces.facet_nodes(model.mesh.facets[layer.surface])[:, :3]
@@ -95,8 +95,9 @@ def _membrane(model: Model, state: State, layer: BondedLayer):
     trace, det = np.trace(change, axis1=1, axis2=2), np.linalg.det(change)
     gap = np.sqrt(np.maximum(trace**2 / 4 - det, 0.0))
     small, large = trace / 2 - gap, trace / 2 + gap
-    nu = layer.material.poissons_ratio
-    stress = layer.material.youngs_modulus / (1 - nu**2) * (small + nu * large)
+    material = layer.made_of.material
+    nu = material.poissons_ratio
+    stress = material.youngs_modulus / (1 - nu**2) * (small + nu * large)
     return np.sqrt(np.linalg.det(metric)) / 2, stress
 
 

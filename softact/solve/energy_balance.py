@@ -113,5 +113,5 @@ class EnergyBalance:
             unbalanced,
             internal - unbalanced + of_pressure,
             np.array([model.cavity_volume(state, name) for name in names]),
-            np.array([state.pressure.get(name, 0.0) for name in names]),
+            np.array([state["pressure"].get(name, 0.0) for name in names]),
         )

@@ -1,10 +1,27 @@
 """How long the next increment is, after one that was accepted and after one that failed."""
 
-# Newton counts that let the increment grow, and beyond which it shrinks.
-EASY, HARD = 5, 8
-GROWTH, SHRINK, CUT = 1.6, 0.7, 0.4
-# Part of the largest increment below which an accepted one always grows, by this factor at least.
-SMALL, RECOVERY = 0.1, 1.25
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Increments:
+    """easy, hard: Newton counts that let the increment grow, and beyond which it shrinks; growth,
+    shrink: by how much. cut: part that is kept after a failure. small: part of the largest
+    increment below which an accepted one always grows, by recovery at least. Measured on the
+    benchmark's finger (docs/performance.md)."""
+
+    easy: int = 5
+    hard: int = 8
+    growth: float = 1.6
+    shrink: float = 0.7
+    cut: float = 0.4
+    small: float = 0.1
+    recovery: float = 1.25
+
+
+INCREMENTS = Increments()
 
 
 def next_size(size: float, iterations: int, largest: float) -> float:
@@ -14,13 +31,13 @@ def next_size(size: float, iterations: int, largest: float) -> float:
     (a follower pressure on an open face) no increment would be small enough.
     """
     factor = growth(iterations)
-    if size < SMALL * largest:
-        factor = max(factor, RECOVERY)
+    if size < INCREMENTS.small * largest:
+        factor = max(factor, INCREMENTS.recovery)
     return min(largest, size * factor)
 
 
 def growth(iterations: int) -> float:
     """Factor for the next increment after so many iterations."""
-    if iterations <= EASY:
-        return GROWTH
-    return 1.0 if iterations <= HARD else SHRINK
+    if iterations <= INCREMENTS.easy:
+        return INCREMENTS.growth
+    return 1.0 if iterations <= INCREMENTS.hard else INCREMENTS.shrink

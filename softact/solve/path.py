@@ -52,11 +52,13 @@ class LoadDrive:
         self.holds_volume = bool(ramp.injected)
 
     def set(self, state, s, q):
-        state.pressure = state.pressure | dict(zip(self._ramp.injected, map(float, q), strict=True))
+        free = dict(zip(self._ramp.injected, map(float, q), strict=True))
+        if free:
+            state.put("pressure", {**state["pressure"], **free})
         return self._ramp.apply(state, s), self._ramp.control(s)
 
     def loads(self, state):
-        return np.array([state.pressure.get(name, 0.0) for name in self._ramp.injected])
+        return np.array([state["pressure"].get(name, 0.0) for name in self._ramp.injected])
 
     def fraction(self, point):
         return point.s
@@ -83,7 +85,7 @@ class VolumeDrive:
         return held, VolumeControl([self._change], np.array([s]))
 
     def loads(self, state):
-        along = sum(d * (state.pressure[n] - self._start[n]) for n, d in self._change.items())
+        along = sum(d * (state["pressure"][n] - self._start[n]) for n, d in self._change.items())
         return np.array([along / sum(d * d for d in self._change.values())])
 
     def fraction(self, point):

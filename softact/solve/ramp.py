@@ -2,37 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
 
 import numpy as np
 
-from softact.model import Support
+from softact.loads import BY_FIELD
+from softact.loads.load_step import LoadStep
 from softact.solve.border import VolumeControl
-from softact.system.term import State
-
-
-@dataclass(frozen=True)
-class LoadStep:
-    """Loads at the end of a step; they ramp linearly from the last ones. None: unchanged.
-
-    pressure: cavity -> MPa. gravity: (3,) mm/s². traction: surface -> (3,) MPa.
-    surface_pressure: surface -> MPa. inject: cavity -> mm³ added to the meshed part's volume; its
-    pressure is then an unknown. supports: replace the ones before. shift: obstacle -> (3,) mm from
-    where it was placed. presence: obstacle -> 1 (put there) or 0 (removed: its force fades over the
-    step). max_increment: fraction of the step, None for the solver's.
-    """
-
-    name: str
-    pressure: Mapping[str, float] | None = None
-    gravity: Sequence[float] | None = None
-    traction: Mapping[str, Sequence[float]] | None = None
-    surface_pressure: Mapping[str, float] | None = None
-    inject: Mapping[str, float] | None = None
-    supports: Sequence[Support] | None = None
-    shift: Mapping[str, Sequence[float]] | None = None
-    presence: Mapping[str, float] | None = None
-    max_increment: float | None = None
+from softact.system.term import State, Value
 
 
 class Ramp:
@@ -42,8 +19,6 @@ class Ramp:
     volume: (state, cavity) -> mm³.
     """
 
-    NAMED = ("pressure", "traction", "surface_pressure", "shift", "presence")
-
     def __init__(
         self,
         state: State,
@@ -51,21 +26,19 @@ class Ramp:
         held: tuple[np.ndarray, np.ndarray],
         volume: Callable[[State, str], float],
     ):
-        self._held = held
-        gravity = state.gravity if step.gravity is None else np.asarray(step.gravity, float)
-        self._gravity = state.gravity.copy(), gravity
-        self._named = {}
-        for kind in self.NAMED:
-            start, change = dict(getattr(state, kind)), getattr(step, kind) or {}
-            end = start | {name: np.asarray(v, float) for name, v in change.items()}
-            start = {name: start.get(name, np.zeros_like(v)) for name, v in end.items()}
-            if kind == "presence":  # what is put there is there from the start
-                start |= {name: value for name, value in end.items() if value == 1.0}
-            self._named[kind] = start, end
-        self._step = step
+        self._held, self._step = held, step
+        changes = {f: v for f, v in step.loads.items() if not BY_FIELD[f].holds_volume}
+        self._ends: dict[str, tuple[dict[str, Value], dict[str, Value]]] = {}
+        for field in {**state.loads, **changes}:
+            before, load = state[field], BY_FIELD[field]
+            end = {**before, **changes.get(field, {})}
+            start = {name: load.start(field, before.get(name), v) for name, v in end.items()}
+            self._ends[field] = start, end
         self._volumes = {
-            name: (now := volume(state, name), now + added)
-            for name, added in sorted((step.inject or {}).items())
+            name: (now := volume(state, name), now + float(added))
+            for field, values in step.loads.items()
+            if BY_FIELD[field].holds_volume
+            for name, added in sorted(values.items())
         }
 
     @property
@@ -74,18 +47,21 @@ class Ramp:
         return tuple(self._volumes)
 
     @property
+    def put_there(self) -> tuple[str, ...]:
+        """Obstacles that the step puts there or leaves there."""
+        return tuple(self._step.loads.get("presence", {}))
+
+    @property
     def pressures(self) -> dict[str, tuple[float, float]]:
         """Cavities whose pressure changes: (at the start, at the end), MPa."""
-        start, end = self._named["pressure"]
+        start, end = self._ends.get("pressure", ({}, {}))
         return {n: (float(start[n]), float(end[n])) for n in end if start[n] != end[n]}
 
     @property
     def only_pressures(self) -> bool:
         """Whether pressures, and no other loads, change in this step."""
-        step = self._step
-        others = (step.gravity, step.traction, step.surface_pressure, step.shift, step.presence)
-        changed = any(load is not None and len(load) > 0 for load in others)
-        return bool(self.pressures) and not self.injected and not changed
+        others = [values for field, values in self._step.loads.items() if field != "pressure"]
+        return bool(self.pressures) and not any(others)
 
     @property
     def moves_supports(self) -> bool:
@@ -98,14 +74,16 @@ class Ramp:
         The pressures of injected cavities stay as they are.
         """
 
-        def between(start, end):
+        def between(start: Value, end: Value) -> Value:
             return (1 - fraction) * start + fraction * end
 
-        free = {name: state.pressure.get(name, 0.0) for name in self.injected}
-        state.gravity = between(*self._gravity)
-        for kind, (start, end) in self._named.items():
-            setattr(state, kind, {name: between(start[name], end[name]) for name in start})
-        state.pressure |= free
+        free = {name: state["pressure"].get(name, 0.0) for name in self.injected}
+        state.loads = {
+            field: {name: between(start[name], end[name]) for name in start}
+            for field, (start, end) in self._ends.items()
+        }
+        if free:
+            state.put("pressure", {**state["pressure"], **free})
         return between(*self._held)
 
     def control(self, fraction: float) -> VolumeControl | None:

@@ -1,19 +1,19 @@
 """Faults between the parts of a spec, seen on the plain data so that all are told at once."""
 
-import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from softact.geometry.base import Geometry, Layout
+from softact.fields import Fault, Place
+from softact.geometry.base import Geometry
+from softact.loads import LOADS
+from softact.loads.base import surface_fault
 from softact.materials import Law
 from softact.measures import MEASURES
+from softact.mesh.layout import Layout
 from softact.nearest import nearest
-from softact.spec.document import Place
 from softact.units import show
-
-Fault = tuple[Place, str]
 
 RUBBER, CLOTH = "ecoflex-00-30", "{plies: [{material: woven-tpu-nylon, thickness: 0.2 mm}]}"
 
@@ -52,7 +52,7 @@ def cross_faults(data: Any, geometry: Geometry | None) -> Iterator[Fault]:
     yield from _made_of(data, "materials", "region", layout.regions, made_of_regions)
     yield from _made_of(data, "sheets", "sheet", tuple(layout.sheets), made_of_sheets)
     for index, layer in _mappings(data.get("layers")):
-        yield from _surface(layer, ("layers", index), layout)
+        yield from surface_fault(layer.get("surface"), ("layers", index, "surface"), layout)
     if data.get("supports") is not None:
         yield from _supports(data["supports"], ("supports",), layout)
     elif not layout.clamp and layout.regions:
@@ -195,7 +195,7 @@ def _touchable(name: str, place: Place, layout: Layout) -> Iterator[Fault]:
         known = ", ".join((*layout.surfaces, *layout.sheets))
         yield place, f"{show(name)} is a curve, which touches nothing; write one of: {known}"
     else:
-        yield from _known_surface(name, place, layout)
+        yield from surface_fault(name, place, layout)
 
 
 def _known_obstacles(step: dict, place: Place, known: Any) -> Iterator[Fault]:
@@ -206,68 +206,12 @@ def _known_obstacles(step: dict, place: Place, known: Any) -> Iterator[Fault]:
             yield (*place, "obstacles", name), f"there is no obstacle {show(name)}; {hint}"
 
 
-def _surface(part: dict, place: Place, layout: Layout) -> Iterator[Fault]:
-    if isinstance(part.get("surface"), str):
-        yield from _known_surface(part["surface"], (*place, "surface"), layout)
-
-
-def _known_surface(name: str, place: Place, layout: Layout) -> Iterator[Fault]:
-    known = (*layout.surfaces, *layout.sheets, *layout.curves)
-    if name not in known:
-        yield place, f"the geometry has no surface {show(name)}; {nearest(name, known)}"
-
-
 def _step(step: dict, place: Place, layout: Layout) -> Iterator[Fault]:
-    for key, example in (("pressure", "50 kPa"), ("inject", "2 ml")):
-        yield from _cavities(step.get(key), (*place, key), layout, example)
-    yield from _driven_twice(step, place)
-    if isinstance(step.get("traction"), dict):
-        yield from _surface(step["traction"], (*place, "traction"), layout)
-    if isinstance(step.get("payload"), dict):
-        yield from _payload(step["payload"], (*place, "payload"), layout)
-    if isinstance(step.get("surface_pressure"), dict):
-        for name in step["surface_pressure"]:
-            yield from _known_surface(name, (*place, "surface_pressure", name), layout)
+    for key, load in LOADS.items():
+        if step.get(key) is not None:
+            yield from load.faults(step[key], (*place, key), layout, step)
     if step.get("supports") is not None:
         yield from _supports(step["supports"], (*place, "supports"), layout)
-
-
-def _cavities(values: Any, place: Place, layout: Layout, example: str) -> Iterator[Fault]:
-    if isinstance(values, dict):
-        for cavity in values:
-            if cavity not in layout.cavities:
-                hint = nearest(cavity, layout.cavities)
-                yield (*place, cavity), f"the geometry has no cavity {show(cavity)}; {hint}"
-        if not values:
-            yield place, f"no cavity is named; write {{cavity: {example}}} or {example}"
-    if values is not None and not layout.cavities:
-        what = "pressure" if place[-1] == "pressure" else "volume"
-        yield place, f"the geometry has no cavity that could hold a {what}"
-
-
-def _driven_twice(step: dict, place: Place) -> Iterator[Fault]:
-    pressure, inject = step.get("pressure"), step.get("inject")
-    if pressure is None or inject is None:
-        return
-    both = isinstance(pressure, dict) and isinstance(inject, dict)
-    names = [n for n in inject if n in pressure] if both else ["all cavities"]
-    for name in names:
-        fault = f"{show(name)} has a pressure in this step too; drive a cavity by one of them"
-        yield (*place, "inject"), fault
-
-
-def _payload(payload: dict, place: Place, layout: Layout) -> Iterator[Fault]:
-    surface, force = payload.get("surface") or layout.tip, payload.get("force")
-    if isinstance(surface, str):
-        yield from _known_surface(surface, (*place, "surface"), layout)
-    if isinstance(force, list | tuple) and len(force) == 3:
-        for plane, axis in layout.symmetry.items():
-            if not re.match(r"\s*[-+]?[0.]+\s", f"{force[axis]} "):
-                yield (
-                    (*place, "force", axis),
-                    f"a force across the symmetry plane '{plane}' would pull its mirror image the "
-                    "other way; model the whole actuator or leave it out",
-                )
 
 
 def _supports(value: Any, place: Place, layout: Layout) -> Iterator[Fault]:
@@ -277,7 +221,7 @@ def _supports(value: Any, place: Place, layout: Layout) -> Iterator[Fault]:
     held = {"xyz"[index] for index in layout.symmetry.values()}
     seen: set[tuple[str, str]] = set()
     for index, support in supports:
-        yield from _surface(support, (*place, index), layout)
+        yield from surface_fault(support.get("surface"), (*place, index, "surface"), layout)
         components = _components(support)
         held |= components
         for component in sorted(components):

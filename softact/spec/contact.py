@@ -8,7 +8,6 @@ import numpy as np
 from pydantic import (
     BaseModel,
     BeforeValidator,
-    ConfigDict,
     Field,
     WithJsonSchema,
     model_validator,
@@ -18,6 +17,7 @@ from softact.fields import (
     NAMES_SCHEMA,
     Direction,
     Name,
+    Part,
     Point,
     fault,
     fault_at,
@@ -25,7 +25,7 @@ from softact.fields import (
     one_or_more,
     three,
 )
-from softact.geometry.base import Layout
+from softact.mesh.layout import Layout
 from softact.nearest import nearest
 from softact.spec.choice import Choice
 from softact.units import Angle, Dimensionless, Length, show
@@ -45,11 +45,7 @@ def _coefficient(value: Any) -> Any:
 Friction = Annotated[Dimensionless, BeforeValidator(_coefficient), Field(le=MOST_FRICTION)]
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
-
-
-class Obstacle(_Part):
+class Obstacle(Part):
     """What all obstacles have."""
 
     friction: Friction = Field(0.0, description="Coulomb coefficient")
@@ -184,23 +180,6 @@ class ObstacleChoice(Choice):
 AnyObstacle = Annotated[Obstacle, ObstacleChoice()]
 
 
-class ObstacleChange(_Part):
-    """What a step does with an obstacle."""
-
-    move: Point | None = Field(
-        None, description="where to, counted from where it was placed: [0 mm, 0 mm, 3 mm]"
-    )
-    active: bool | None = Field(
-        None, description="true puts it there, false removes it: its force fades over the step"
-    )
-
-    @model_validator(mode="after")
-    def _changes_something(self) -> Self:
-        if self.move is None and self.active is None:
-            raise fault("changes nothing; give it move or active")
-        return self
-
-
 Surfaces = Annotated[
     tuple[str, ...],
     BeforeValidator(one_or_more),
@@ -209,7 +188,7 @@ Surfaces = Annotated[
 ]
 
 
-class SurfaceContact(_Part):
+class SurfaceContact(Part):
     """Surfaces of bodies that may touch: themselves, or each other."""
 
     name: Name = Field("", description="default: contact_1, contact_2, ...")

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Iterable
+from collections.abc import Mapping
 from typing import Any, Literal, Self, get_args
 
 from pydantic import (
@@ -11,31 +11,25 @@ from pydantic import (
     Field,
     ModelWrapValidatorHandler,
     ValidationError,
+    create_model,
     model_validator,
 )
 from pydantic_core.core_schema import ErrorType
 
-from softact.fields import (
-    ALL_CAVITIES,
-    Component,
-    Forces,
-    Gravity,
-    Name,
-    Pressures,
-    Vector,
-    Volumes,
-    fault,
-)
+from softact.fields import Component, Name, fault
 from softact.geometry.base import Geometry
 from softact.geometry.imported import Imported
+from softact.loads import LOADS
+from softact.loads.base import Load
+from softact.mesh.layout import Layout
 from softact.solve.settings import Predictor, Settings
 from softact.spec.checks import cross_faults, fibre_faults
 from softact.spec.choice import MaterialChoice
-from softact.spec.contact import AnyObstacle, Contacts, ObstacleChange, resolved_contact
+from softact.spec.contact import AnyObstacle, Contacts, resolved_contact
 from softact.spec.fields import GEOMETRY, AnyGeometry, AnyMaterial, LayerMaterial, Measures
 from softact.spec.slots import walk
 from softact.spec.text import to_text
-from softact.units import Angle, Dimensionless, Length, Pressure
+from softact.units import Angle, Dimensionless, Length
 
 #: List of a spec -> the word that, with a number, names an entry without a name.
 UNNAMED = {"steps": "step", "contact": "contact"}
@@ -135,46 +129,12 @@ class Support(Model):
         return fixed | {"xyz".index(component): value for component, value in self.move.items()}
 
 
-class Traction(Model):
-    """A dead force per undeformed area on a surface: it keeps its direction."""
-
-    surface: str = Field(description="surface of the geometry")
-    value: Vector = Field(description="force per area along x, y, z")
-
-
-class Payload(Model):
-    """A dead force on a surface, shared out over its undeformed area: a weight that hangs there."""
-
-    surface: str | None = Field(None, description="surface of the geometry; by default its tip")
-    force: Forces = Field(description="force on the whole actuator along x, y, z")
-
-
-class Step(Model):
+class StepBase(Model):
     """A change of the loads or supports; loads ramp linearly from their last value."""
 
     name: Name = Field("", description="default: step_1, step_2, ...")
-    gravity: Gravity | None = Field(
-        None, description="direction times g, such as [0, 0, -1], or three accelerations"
-    )
-    pressure: Pressures | None = Field(
-        None, description="of all cavities, or {cavity: pressure}; below zero for a vacuum"
-    )
-    inject: Volumes | None = Field(
-        None,
-        description="volume added to a cavity in this step, as by a syringe; its pressure follows, "
-        "and stays when the step has ended. Of all cavities, or {cavity: volume}; below zero to "
-        "withdraw",
-    )
-    traction: Traction | None = Field(None, description="dead load on a surface")
-    payload: Payload | None = Field(None, description="dead force on a surface, the tip by default")
-    surface_pressure: dict[str, Pressure] | None = Field(
-        None, description="on faces that enclose no cavity: {surface: pressure}, pushing inwards"
-    )
     supports: tuple[Support, ...] | None = Field(
         None, strict=False, description="replace the supports from this step on"
-    )
-    obstacles: dict[Name, ObstacleChange] | None = Field(
-        None, description="obstacles moved, put there or removed: {name: {move: ...}}"
     )
     max_increment: Dimensionless | None = Field(
         None,
@@ -186,33 +146,38 @@ class Step(Model):
 
     @model_validator(mode="after")
     def _changes_something(self) -> Self:
-        if self.gravity is None and self._changes_only_gravity:
-            raise fault(
-                "this step changes nothing; give it gravity, pressure, inject, traction, payload, "
-                "supports or obstacles"
-            )
+        if self.supports is None and not self.loads:
+            raise fault(f"this step changes nothing; give it {', '.join(LOADS)} or supports")
         return self
 
-    def for_cavities(self, cavities: Iterable[str]) -> Self:
-        """The step with one pressure or volume for all written out for each cavity."""
-        written = {
-            key: dict.fromkeys(cavities, values[ALL_CAVITIES])
-            for key in ("pressure", "inject")
-            if (values := getattr(self, key)) and ALL_CAVITIES in values
-        }
-        return self.model_copy(update=written)
+    @property
+    def loads(self) -> dict[str, Any]:
+        """What the step loads: key -> value, without what it leaves alone."""
+        written = {key: getattr(self, key) for key in LOADS}
+        return {key: value for key, value in written.items() if value is not None}
+
+    def for_layout(self, layout: Layout) -> Self:
+        """The step with all that the geometry fills in."""
+        filled = {key: LOADS[key].for_layout(value, layout) for key, value in self.loads.items()}
+        return self.model_copy(update=filled)
 
     @property
     def largest_increment(self) -> float | None:
-        """``max_increment`` with its default for gravity, which is seldom hard; None: solver's."""
-        if self.max_increment is None and self._changes_only_gravity:
-            return 1.0
-        return self.max_increment
+        """``max_increment`` with its default for loads that are seldom hard; None: solver's."""
+        easy = self.supports is None and all(LOADS[key].easy for key in self.loads)
+        return 1.0 if self.max_increment is None and easy else self.max_increment
 
-    @property
-    def _changes_only_gravity(self) -> bool:
-        driven = (self.pressure, self.inject, self.traction, self.surface_pressure)
-        return (*driven, self.payload, self.supports, self.obstacles) == (None,) * 7
+
+def step_model(loads: Mapping[str, Load]) -> type[StepBase]:
+    """A step in which a spec may change ``loads``."""
+    fields: dict[str, Any] = {
+        key: (load.annotation | None, Field(None, description=load.description))
+        for key, load in loads.items()
+    }
+    return create_model("Step", __base__=StepBase, __doc__=StepBase.__doc__, **fields)
+
+
+Step = step_model(LOADS)
 
 
 USUAL = Settings()
@@ -325,7 +290,7 @@ class Spec(Model):
         if supports is None:
             clamp = Support(surface=layout.clamp, fix=("x", "y", "z")) if layout.clamp else None
             supports = (clamp,) if clamp else ()
-        steps = [step.for_cavities(layout.cavities) for step in self.steps]
+        steps = [step.for_layout(layout) for step in self.steps]
         contact = resolved_contact(self.contact, steps, layout)
         # Only here, before anybody else sees the new spec, a frozen model gets its defaults.
         self.__dict__.update(supports=supports, steps=tuple(steps), contact=contact)

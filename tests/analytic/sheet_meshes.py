@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from mpi4py import MPI
 
-from softact.geometry.base import Layout
+from softact.mesh.layout import Layout
 from softact.mesh.sheets import SheetMesh
 from softact.mesh.tetrahedra import of_sheets
 from softact.model import Model

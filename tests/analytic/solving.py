@@ -8,10 +8,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from mpi4py import MPI
 
-from softact.geometry.base import Layout
+from softact.loads.load_step import LoadStep
+from softact.mesh.layout import Layout
 from softact.mesh.tetrahedra import Tetrahedra, distribute
 from softact.model import Model, Support
-from softact.solve.stepping import LoadStep, Settings, Stepper, Trying
+from softact.solve.settings import Settings
+from softact.solve.stepping import Stepper
+from softact.solve.walk import Trying
 from softact.system.term import State
 
 CLAMP = Support("x_min", {0: 0.0, 1: 0.0, 2: 0.0})

@@ -6,10 +6,10 @@ import scipy.optimize
 from meshes import block, disc
 from solving import ROLLERS, build, solve
 
+from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
 from softact.model import Support
 from softact.solve.newton import Newton
-from softact.solve.stepping import LoadStep
 
 RADIUS, LENGTH = 12.7, 25.4  # mm
 

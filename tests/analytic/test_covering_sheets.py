@@ -10,11 +10,11 @@ from test_tangents import force, slope, tangent, to_global, to_local
 
 from softact.bodies.sheet import Ply, Sheet
 from softact.contact.surfaces import Touching
-from softact.geometry.base import Layout
+from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
+from softact.mesh.layout import Layout
 from softact.mesh.tetrahedra import distribute
 from softact.model import Model, Support
-from softact.solve.stepping import LoadStep
 
 C10 = 0.05
 RUBBER = LAWS["neo_hookean"].of(c10=C10, bulk_modulus=50.0)

@@ -11,12 +11,12 @@ from solving import ROLLERS, build, solve
 
 from softact.geometries.tube import Tube
 from softact.geometry.base import make_mesh
+from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
 from softact.measures import MEASURES
 from softact.measures.snapshot import Snapshot
 from softact.mesh.tetrahedra import distribute, read_msh
 from softact.model import Model, Support
-from softact.solve.stepping import LoadStep
 from softact.system.term import State
 
 MATRIX = dict(c10=0.14)

@@ -14,11 +14,11 @@ from softact.bodies.sheet import Ply, Sheet
 from softact.contact.rigid import Obstacle
 from softact.contact.shapes import Cylinder, Plane
 from softact.contact.surfaces import Touching
+from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
 from softact.mesh.sheets import SheetMesh
 from softact.mesh.tetrahedra import distribute
 from softact.model import Model, Support
-from softact.solve.stepping import LoadStep
 
 NYLON = LAWS["linear"].of(youngs_modulus=498.0, poissons_ratio=0.35)
 SOFT = LAWS["neo_hookean"].of(c10=0.05, bulk_modulus=50.0)

@@ -12,12 +12,12 @@ from solving import solve
 
 from softact.bodies.layer import BondedLayer
 from softact.bodies.sheet import Ply, Sheet
+from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
 from softact.mesh.sheets import SheetMesh
 from softact.mesh.tetrahedra import distribute
 from softact.model import Model, Support
 from softact.solve.newton import Newton
-from softact.solve.stepping import LoadStep
 
 E, NU, T = 498.0, 0.35, 0.2
 NYLON = LAWS["linear"].of(youngs_modulus=E, poissons_ratio=NU)

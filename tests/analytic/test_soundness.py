@@ -14,9 +14,9 @@ from softact.bodies.soundness import (
 )
 from softact.contact.surfaces import Touching
 from softact.errors import SpecError
+from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
 from softact.solve import acceptance
-from softact.solve.stepping import LoadStep
 
 SOFT = LAWS["neo_hookean"].of(c10=0.05, bulk_modulus=50.0)
 

@@ -7,9 +7,9 @@ from solving import build, solve
 from test_tangents import force, slope, tangent, to_global, to_local
 
 from softact.contact.surfaces import Touching
+from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
 from softact.model import Support
-from softact.solve.stepping import LoadStep
 
 SOFT = LAWS["neo_hookean"].of(c10=0.05, bulk_modulus=50.0)
 GAP = 0.02

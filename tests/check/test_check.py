@@ -179,10 +179,10 @@ def test_stored_cases_cover_what_they_should(monkeypatch):
 PLANTED = {
     "wrong constant": ("softact/cards/ecoflex-00-30.yaml", "2.225e-2", "2.252e-2",
                        "equibiaxial_ogden"),
-    "wrong sign of pressure": ("softact/system/term.py", "self._u(state.x), [pressure])",
+    "wrong sign of pressure": ("softact/loads/cavity_pressure.py", "self._u(state.x), [pressure])",
                                "self._u(state.x), [-pressure])", "thick_sphere_yeoh"),
-    "lost layer": ("softact/bodies/layer.py", "self._membrane(layer) for layer in layers]",
-                   "self._membrane(layer) for layer in layers[:0]]", "layer_in_tension"),
+    "lost layer": ("softact/bodies/layer.py", "Layer(model, layer) for layer in parts]",
+                   "Layer(model, layer) for layer in parts[:0]]", "layer_in_tension"),
 }  # fmt: skip
 
 

@@ -1,0 +1,83 @@
+"""What a body is: its stored energy, its mass, and what the solver has to know of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Protocol
+
+from softact.fields import Fault
+from softact.mesh.layout import Layout
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from softact.bodies.inertia import Inertia
+    from softact.bodies.weight import Weight
+    from softact.model import Model
+    from softact.system.term import Term
+
+
+class Body(Protocol):
+    """A region of tetrahedra, a layer, a sheet: what a model is made of.
+
+    elastic: terms of its stored energy. slowness: square of the inverse speed of its slowest wave,
+    s²/mm², 0 where others decide. slackens: whether it goes slack, so that a line search is wanted
+    on each step; smooth: whether its forces have no kinks. stiffness: force, N, of a strain of 1.
+    """
+
+    @property
+    def elastic(self) -> Sequence[Term]:
+        """See the class."""
+
+    @property
+    def slowness(self) -> float:
+        """See the class."""
+
+    @property
+    def slackens(self) -> bool:
+        """See the class."""
+
+    @property
+    def smooth(self) -> bool:
+        """See the class."""
+
+    @property
+    def stiffness(self) -> float:
+        """See the class. Collective."""
+
+    def weight(self) -> Weight | None:
+        """Its weight, None where it has none."""
+
+    def inertia(self) -> Inertia | None:
+        """Its inertia, for motions; None where it has none."""
+
+
+class BodyKind(Protocol):
+    """One kind of body; ``BODIES`` in ``softact.bodies`` holds them.
+
+    key: of what a model is made of, and of a spec.
+    """
+
+    key: str
+
+    def build(self, model: Model, parts: Any) -> Sequence[Body]:
+        """The bodies on a model whose nodes, unknowns and assembler are there. Collective.
+
+        parts: what ``Model`` was given under the key.
+        """
+
+
+class SpecBodyKind(BodyKind, Protocol):
+    """A kind of body whose key a spec gets by its registration alone.
+
+    annotation, description: of the key, for pydantic; nothing is its default.
+    """
+
+    annotation: Any
+    description: str
+
+    def faults(self, written: Any, layout: Layout) -> Iterator[Fault]:
+        """Yield what is wrong with the plain data of the key beside a geometry."""
+
+    def parts(self, value: Any) -> Any:
+        """What ``build`` takes, of the value of a valid spec."""
