@@ -21,7 +21,8 @@ WHY = "the potential energy falls in some direction, so the actuator would snap 
     "modes, changes",
     [((0, 1, 2), ["unstable from 20.00%"]),
      ((0, 1, 0, 0), ["unstable from 20.00%", "stable again from 30.00%"]),
-     ((0, 2, 0, 2, 2), ["unstable from 20.00%", "stable again from 30.00%", "unstable from 40.00%"]),
+     ((0, 2, 0, 2, 2), ["unstable from 20.00%", "stable again from 30.00%",
+                        "unstable from 40.00%"]),
      ((1, 0, 1, 0, 1, 0), ["unstable from 10.00%", "stable again from 20.00%",
                            "unstable from 30.00%", "stable again from 40.00%"])],
 )  # fmt: skip
