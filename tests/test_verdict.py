@@ -120,6 +120,19 @@ def test_volume_that_is_not_kept(tmp_path, share, told):
         assert "1.5, 1.5, 1.5 mm" in said
 
 
+def test_a_law_that_does_not_keep_the_volume_at_large_stretch(tmp_path, monkeypatch):
+    """Ecoflex of Agarwal: K = 2/d1 = 0.684 MPa, 24.7 times its shear modulus of 27.7 kPa. The layer
+    of paper does not claim to keep its volume."""
+    materials = "materials: {body: {card: ecoflex-00-30}, tab: {card: paper}}"
+    monkeypatch.setattr(bent_beam, "SPEC", bent_beam.SPEC + materials)
+    change = {"volume_change_beyond_percent": 97.0, "volume_change_p99": 1.31}
+    (reason,) = write(tmp_path / "r", [change]).reasons
+    assert reason.text.endswith(
+        "; bulk_modulus: 27.7 MPa in materials.body (K is 24.7 times the shear modulus now) keeps "
+        "it"
+    )
+
+
 @pytest.mark.parametrize(
     "found, bars, spec_hash, said",
     [("within", {"bending_angle_deg": 4.0}, "0f3a", ""),

@@ -15,9 +15,17 @@ from pathlib import Path
 
 import numpy as np
 
-from softact.errors import SpecError
+from softact.errors import SoftactError, SpecError
 from softact.files.text import write_atomic
-from softact.measures.strain import BEYOND_COLUMN, BOUND, JACOBIAN_COLUMN, PERCENTILE_COLUMN
+from softact.materials import compressible
+from softact.materials.cards import parse_material
+from softact.measures.strain import (
+    BEYOND_COLUMN,
+    BOUND,
+    INCOMPRESSIBLE,
+    JACOBIAN_COLUMN,
+    PERCENTILE_COLUMN,
+)
 from softact.results.folder import (
     COMPLETE,
     MESH_ERROR,
@@ -213,10 +221,27 @@ def _volume(results: Results) -> Iterator[Reason]:
     remedy = "refine the mesh there, or round a sharp corner"
     if shares[row] > WIDELY:
         remedy = (
-            "the law itself allows it at such stretches, as with ν = 0.48; bulk_modulus at 1000 "
-            "times the shear modulus keeps the volume"
+            "stresses come near the bulk modulus K, so that the law itself allows it and the forces "
+            f"fall short of those of a rubber that keeps its volume; {_stiffer_volume(results)}"
         )
     yield Reason("volume", f"{text}: {remedy}")
+
+
+def _stiffer_volume(results: Results) -> str:
+    """What keeps the volume, by region, as it is written in a spec."""
+    said = []
+    try:
+        for region, given in results.spec["materials"].items():
+            law = parse_material(given)
+            if law.initial_bulk_modulus >= INCOMPRESSIBLE * law.shear_modulus:
+                ratio = law.initial_bulk_modulus / law.shear_modulus
+                said.append(
+                    f"{compressible.nearly_incompressible(law)} in materials.{region} (K is "
+                    f"{ratio:.3g} times the shear modulus now)"
+                )
+    except (SoftactError, ValueError, KeyError, TypeError, AttributeError):
+        said = []  # the spec is damaged, which is told elsewhere
+    return f"{' and '.join(said) or 'a larger bulk_modulus'} keeps it"
 
 
 def _folded(results: Results) -> Iterator[Reason]:
