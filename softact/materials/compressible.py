@@ -22,8 +22,8 @@ def remarks(law: Law) -> Iterator[str]:
         yield (
             f"a bulk modulus K of {bulk:.4g} MPa beside fibres of {law.k1:.4g} MPa: where fibres "
             "should stretch, volume grows instead, and K decides the result; "
-            f"bulk_modulus: {_round(BULK_BY_FIBRES * law.k1)} MPa, or none of {', '.join(VOLUMETRIC)}, "
-            "lets the fibres decide"
+            f"bulk_modulus: {_round(BULK_BY_FIBRES * law.k1)} MPa, or none of "
+            f"{', '.join(VOLUMETRIC)}, lets the fibres decide"
         )
     elif law.law != "linear" and FOAM < bulk / mu < SOFTEST:
         yield (

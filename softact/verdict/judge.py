@@ -221,8 +221,9 @@ def _volume(results: Results) -> Iterator[Reason]:
     remedy = "refine the mesh there, or round a sharp corner"
     if shares[row] > WIDELY:
         remedy = (
-            "stresses come near the bulk modulus K, so that the law itself allows it and the forces "
-            f"fall short of those of a rubber that keeps its volume; {_stiffer_volume(results)}"
+            "stresses come near the bulk modulus K, so that the law itself allows it and the "
+            "forces fall short of those of a rubber that keeps its volume; "
+            f"{_stiffer_volume(results)}"
         )
     yield Reason("volume", f"{text}: {remedy}")
 
