@@ -4,10 +4,13 @@ Skipped where the folder is not there; files alike are made by OCC in ``tests/ge
 """
 
 import csv
+import re
+import shlex
 from pathlib import Path
 
 import pytest
 
+from softact.cli.main import main
 from softact.errors import MeshError
 from softact.geometry.base import look, make_mesh
 from softact.run.start import run
@@ -66,3 +69,45 @@ def test_a_part_drawn_in_mm_and_said_to_be_in_m(tmp_path):
     said: list[str] = []
     look(of_bladder("drawn_mm_said_m.step", ", unit: mm").geometry, said)
     assert "40 x 14 x 14 mm (in mm)" in said[0]
+
+
+TABLES = {
+    **{f"01-kgf_uni_{x}.csv": ("", "24 points, stretch 1.02 to 7.2") for x in "abcd"},
+    **{f"01-kgf_equi_{x}.csv": (":equibiaxial", "24 points, stretch 1.02 to 4.4") for x in "abcd"},
+    **{f"01-kgf_planar_{x}.csv": (":planar", "24 points, stretch 1.02 to 5") for x in "abcd"},
+    "03-bluehill-locale_probe.csv": ("", "86 points, stretch 1 to 3.38, stress to 462 kPa"),
+    "31-cauchy_strip.csv": ("", "120 points, stretch 1 to 2, stress to 399 kPa"),
+    "33-strain500fit_soft.csv": ("", "397 points, stretch 1 to 9.734, stress to 198 kPa"),
+}
+SIZES = {"length": "12 mm", "width": "6 mm", "thickness": "2 mm", "area": "600 mm^2"}
+REFUSED = {
+    "02-mts-two-line-header_strip.csv": ("", "87 points"),
+    "32-squisher_puck.csv": (":compression", "621 points"),
+}
+
+
+def fitted(capsys, folder: Path, *arguments: str) -> tuple[int, str]:
+    """Exit code and both outputs of ``softact fit``."""
+    with pytest.raises(SystemExit) as left:
+        main(["fit", *arguments, "--law", "neo_hookean", "--starts", "1", "-o", str(folder)])
+    return left.value.code, "".join(capsys.readouterr())
+
+
+@pytest.mark.parametrize("file", TABLES)
+def test_a_table_of_a_machine_is_read(file, tmp_path, capsys):
+    mode, said = TABLES[file]
+    code, told = fitted(capsys, tmp_path / "fit", f"{FIELD / file}{mode}")
+    assert code == 0 and said in told, told
+
+
+@pytest.mark.parametrize("file", REFUSED)
+def test_a_table_is_refused_with_the_command_that_reads_it(file, tmp_path, capsys):
+    """The command reads it once the specimen's sizes stand in place of the question marks."""
+    mode, said = REFUSED[file]
+    code, told = fitted(capsys, tmp_path / "fit", f"{FIELD / file}{mode}")
+    (command,) = re.findall(r"read it with: softact fit (.*), with the specimen's sizes", told)
+    assert code == 2 and not (tmp_path / "fit").exists()
+    for size, value in SIZES.items():
+        command = re.sub(rf"(--{size} )'[^']*'", rf"\1'{value}'", command)
+    code, told = fitted(capsys, tmp_path / "fit", *shlex.split(command))
+    assert code == 0 and said in told, told

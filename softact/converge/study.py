@@ -21,9 +21,7 @@ from softact.sweep.compute import Answer
 from softact.sweep.local import run_all
 from softact.sweep.record import Record
 from softact.sweep.version import run_key
-
-#: What a study, or one mesh of it, tells.
-WITHIN, NOT_CONVERGED, NOT_KNOWN = "within", "not converged", "not known"
+from softact.verdict.judge import NOT_CONVERGED, NOT_KNOWN, WITHIN
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,13 @@ from html import escape
 from softact.report import base, labels
 from softact.report.base import Section
 from softact.results.folder import MESH_ERROR, Results
+from softact.verdict.judge import NOT_CONVERGED, NOT_KNOWN, WITHIN
 
 #: Colour and head of what a study says: see ``softact.converge.study``.
 HEADS = {
-    "within": ("good", "Converged."),
-    "not known": ("warn", "Not known."),
-    "not converged": ("bad", "Not converged."),
+    WITHIN: ("good", "Converged."),
+    NOT_KNOWN: ("warn", "Not known."),
+    NOT_CONVERGED: ("bad", "Not converged."),
 }
 
 
@@ -27,21 +28,11 @@ class MeshErrors:
     story: Mapping = field(default_factory=dict)
     fault: str = ""
 
-    @property
-    def remark(self) -> str:
-        """What a reader of the figures has to know: "" where the mesh is fine enough, or nothing
-        is said of it."""
-        if self.fault or not self.story or self.story["verdict"] == "within":
-            return self.fault
-        within = f"{labels.number(100 * self.story['tolerance'])} %"
-        which = ", ".join(
-            spoken(name)
-            for name, told in self.story["measures"].items()
-            if told["verdict"] == self.story["verdict"]
-        )
-        if self.story["verdict"] == "not converged":
-            return f"the mesh has not converged within {within}: {which}"
-        return f"how far the mesh is from its limit is not known: {which}"
+    def worded(self, text: str) -> str:
+        """A text with the names of the study's columns as people say them."""
+        for name in self.story.get("measures", ()):
+            text = text.replace(name, spoken(name))
+        return text
 
 
 def read(results: Results) -> MeshErrors:
@@ -57,7 +48,7 @@ def read(results: Results) -> MeshErrors:
         spec_hash = story["levels"][story["level"]]["spec_hash"]
         found = MeshErrors(bars, story)
         _body(results, story)
-        str(found.remark)
+        found.worded("")
     except (OSError, ValueError, KeyError, IndexError, TypeError, AttributeError):
         return MeshErrors(fault=f"{MESH_ERROR} cannot be read: softact converge --into writes it")
     if spec_hash != results.run.get("spec_hash"):
@@ -78,7 +69,7 @@ def spoken(column: str) -> str:
 
 def words(verdict: str, tolerance: float) -> str:
     """A verdict in a table: "not known", "not converged", "within 5 % of the limit"."""
-    if verdict != "within":
+    if verdict != WITHIN:
         return verdict
     return f"within {labels.number(100 * tolerance)} % of the limit"
 

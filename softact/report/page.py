@@ -1,6 +1,7 @@
 """The text of report.html: one file that needs nothing else, not even a network."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from html import escape
 from importlib.resources import files
 from itertools import groupby
@@ -60,7 +61,7 @@ def html(
     name = str(spec.get("name") or results.directory.resolve().name)
     told = origin.assumptions(spec)
     errors = mesh_error.read(results)
-    faults = [*faults, errors.remark] if errors.remark else faults
+    faults = [*faults, errors.fault] if errors.fault else faults
     bars = {column: mesh_error.text(column, bar) for column, bar in errors.bars.items()}
     sections = [
         Section("figures", "Key figures", _figures(results, bars), "Figures"),
@@ -79,7 +80,7 @@ def html(
         sections,
         kicker="Data sheet of a soft actuator",
         kind="data sheet",
-        lead=_lead(results, verdict, spec, name, faults, bars),
+        lead=_lead(results, _worded(verdict, errors), spec, name, faults, bars),
         data={"view": view},
         style=(here / "style.css").read_text(encoding="utf-8"),
         script=(here / "report.js").read_text(encoding="utf-8"),
@@ -123,6 +124,12 @@ def _reached(results: Results, row: int) -> str:
 
 
 _KINDS = {GREEN: "good", AMBER: "warn", RED: "bad"}
+
+
+def _worded(verdict: Verdict, errors: mesh_error.MeshErrors) -> Verdict:
+    """The same verdict with the names of the study's columns as people say them."""
+    reasons = (replace(r, text=errors.worded(r.text)) for r in verdict.reasons)
+    return replace(verdict, reasons=tuple(reasons))
 
 
 def _banner(results: Results, verdict: Verdict, faults: list[str]) -> str:

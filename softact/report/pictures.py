@@ -12,7 +12,7 @@ from softact.report import frames, headline, labels
 from softact.report.frames import Group, Scene
 from softact.report.surface import Skin
 from softact.report.view import STRESS_COLOURS, View, states
-from softact.results.folder import Results, load, load_name
+from softact.results.folder import Results, load, load_name, load_text
 
 INK, _GREY = "#15202b", "#8a949b"
 _DPI = 160
@@ -138,12 +138,24 @@ def state_title(results: Results, number: float) -> str:
         label = labels.column(name)
         said = f"{labels.number(value(load(results)))} {label.unit}"
     else:
-        said = f"load {labels.number(value(load(results)))}"
+        said = _part_of_step(results, number)
     moved = headline.motions(results)
     if moved:
         shown = headline.short(results, moved[0], value(results.curve[moved[0]]))
         said += f"   ·   {shown}"
     return said
+
+
+def _part_of_step(results: Results, number: float) -> str:
+    """``load_text`` of what stands between two states, too, without a pressure."""
+    row = int(np.ceil(number))
+    if number == row or "step_fraction" not in results.curve:
+        return load_text(results, row)
+    loads = load(results)
+    begun = loads[row] - results.curve["step_fraction"][row]
+    part = np.interp(number, np.arange(len(loads)), loads) - begun
+    step = results.curve.get("step", [""] * len(loads))[row]
+    return f"{100 * part:.3g} % of step '{step}'"
 
 
 def _ring(axes, group: Group, places: np.ndarray) -> None:
@@ -174,8 +186,11 @@ def _axes_cross(axes, view: View, mm_per_inch: float, wide: float, tall: float, 
     axes.set_xlim(0, wide * mm_per_inch)
     axes.set_ylim(0, tall * mm_per_inch)
     length = round_down(0.6 * mm_per_inch)
-    start = np.array([0.35 * wide, 0.4 * tall]) * mm_per_inch
-    for name, direction in zip("xyz", view.project(np.eye(3)), strict=True):
+    directions = view.project(np.eye(3))
+    # Above the two lines of text, whichever way the arrows point.
+    start = (np.array([0.35 * wide, 0.32 * tall]) - [0.0, 0.11]) * mm_per_inch
+    start[1] -= min(0.0, length * float(directions[:, 1].min()) - 0.22 * mm_per_inch)
+    for name, direction in zip("xyz", directions, strict=True):
         end = start + length * direction
         axes.annotate(
             "", end, start, arrowprops={"arrowstyle": "-|>", "color": INK, "lw": 1.2,

@@ -9,7 +9,7 @@ from softact.report import headline, labels
 from softact.report.obstacles import COLOUR, Body, bodies
 from softact.report.surface import Skin, drawn, mirrored, skin
 from softact.report.view import STRESS_COLOURS, bending_view, colour_range
-from softact.results.folder import Results, load, load_name
+from softact.results.folder import Results, load, load_name, load_text
 from softact.verdict.reached import moving_rows, unstable_rows
 
 _MOST_STATES = 40
@@ -107,16 +107,15 @@ def _caption(results: Results, number: int) -> str:
     if number < 0:
         return "undeformed"
     name = load_name(results)
-    unit = labels.column(name).unit if name else ""
-    said = [f"{labels.number(load(results)[number])} {unit}".strip()]
-    if not name:
-        said = [f"load {said[0]}"]
+    said = [load_text(results, number)]
+    if name:
+        said = [f"{labels.number(load(results)[number])} {labels.column(name).unit}".strip()]
     moved = headline.motions(results)[:1]
     for column in [*moved, "max_principal_stress_MPa"]:
         if column in results.curve and np.isfinite(results.curve[column][number]):
             said.append(headline.figure(results, column, number).text)
     steps = results.curve.get("step", ())
-    if len(set(steps)) > 1:
+    if name and len(set(steps)) > 1:
         said.insert(0, str(steps[number]))
     if unstable_rows(results)[number]:
         said.append("not stable")

@@ -15,6 +15,7 @@ from softact.measures.snapshot import Snapshot, gather_mesh, gather_nodes
 from softact.results.folder import NO_EQUILIBRIUM, read
 from softact.run.from_spec import load_steps, parameters, supports_of
 from softact.run.resuming import identity
+from softact.run.unstable import unstable_text
 from softact.solve.checkpoint import pack
 from softact.solve.settings import Settings
 from softact.solve.stepping import Stepper
@@ -121,17 +122,8 @@ class Recorder:
     def _unstable(self) -> str | None:
         """What to say of unstable equilibria."""
         found = [attempt for attempt in self.stepper.progress.attempts if attempt.converged]
-        unstable = [i for i, attempt in enumerate(found) if attempt.unstable_modes > 0]
-        if not unstable:
-            return None
-        first, after = found[unstable[0]], found[unstable[-1] + 1 :]
-        again = ""
-        if after and self.model.contacts.symmetric:  # else the factors tell nothing
-            again = f"; stable again from {after[0].fraction:.2%} of step '{after[0].step}' on"
-        return (
-            f"unstable from {first.fraction:.2%} of step '{first.step}' on: the potential energy "
-            f"falls in some direction, so the actuator would snap or buckle{again}"
-        )
+        # With friction the factors tell nothing of a state that seems to be stable.
+        return unstable_text(found, again=self.model.contacts.symmetric)
 
     def _beyond_test(self) -> list[str]:
         """What to say of material that is stretched further at the end than its card was tested."""

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from softact.geometry.base import Geometry
-from softact.materials import Law
+from softact.materials import Law, compressible
 from softact.spec.document import Document, Place, dotted
 from softact.units import (
     ACCELERATION,
@@ -236,6 +236,7 @@ def _materials(spec) -> Iterator[Oddity]:
             yield from _say("solid", law.youngs_modulus, (*place, "youngs_modulus"))
         else:
             yield from _say("rubber", mu, place, "an initial shear modulus of")
+        yield from ((place, text) for text in compressible.remarks(law))
         yield from _law(law, place)
     if all(law.law == "linear" for law in spec.materials.values()) and spec.materials:
         yield from _say("softest", softest, ("materials",), "a shear modulus of")

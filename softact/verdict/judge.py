@@ -15,9 +15,17 @@ from pathlib import Path
 
 import numpy as np
 
-from softact.errors import SpecError
+from softact.errors import SoftactError, SpecError
 from softact.files.text import write_atomic
-from softact.measures.strain import BEYOND_COLUMN, BOUND, JACOBIAN_COLUMN, PERCENTILE_COLUMN
+from softact.materials import compressible
+from softact.materials.cards import parse_material
+from softact.measures.strain import (
+    BEYOND_COLUMN,
+    BOUND,
+    INCOMPRESSIBLE,
+    JACOBIAN_COLUMN,
+    PERCENTILE_COLUMN,
+)
 from softact.results.folder import (
     COMPLETE,
     MESH_ERROR,
@@ -45,6 +53,8 @@ QUASI_STATIC = 0.05
 #: Part of the largest load up to which the states may be those of a slow motion: sheets without
 #: stiffness cannot begin otherwise.
 BEGINNING = 0.1
+#: What a convergence study says of a mesh, from the best to the worst.
+WITHIN, NOT_KNOWN, NOT_CONVERGED = "within", "not known", "not converged"
 
 
 #: What each kind of reason is about, in the order in which they are told.
@@ -211,10 +221,28 @@ def _volume(results: Results) -> Iterator[Reason]:
     remedy = "refine the mesh there, or round a sharp corner"
     if shares[row] > WIDELY:
         remedy = (
-            "the law itself allows it at such stretches, as with ν = 0.48; bulk_modulus at 1000 "
-            "times the shear modulus keeps the volume"
+            "stresses come near the bulk modulus K, so that the law itself allows it and the "
+            "forces fall short of those of a rubber that keeps its volume; "
+            f"{_stiffer_volume(results)}"
         )
     yield Reason("volume", f"{text}: {remedy}")
+
+
+def _stiffer_volume(results: Results) -> str:
+    """What keeps the volume, by region, as it is written in a spec."""
+    said = []
+    try:
+        for region, given in results.spec["materials"].items():
+            law = parse_material(given)
+            if law.initial_bulk_modulus >= INCOMPRESSIBLE * law.shear_modulus:
+                ratio = law.initial_bulk_modulus / law.shear_modulus
+                said.append(
+                    f"{compressible.nearly_incompressible(law)} in materials.{region} (K is "
+                    f"{ratio:.3g} times the shear modulus now)"
+                )
+    except (SoftactError, ValueError, KeyError, TypeError, AttributeError):
+        said = []  # the spec is damaged, which is told elsewhere
+    return f"{' and '.join(said) or 'a larger bulk_modulus'} keeps it"
 
 
 def _folded(results: Results) -> Iterator[Reason]:
@@ -241,25 +269,31 @@ def _place(curve: Mapping[str, np.ndarray], stem: str, row: int) -> str:
 
 
 def _mesh(results: Results) -> Iterator[Reason]:
-    """A mesh whose error bars are above what was wanted."""
+    """A mesh of which a study does not say that it is within what was wanted."""
     try:
         story = json.loads((results.directory / MESH_ERROR).read_text(encoding="utf-8"))
         level = story["levels"][story["level"]]
-        if level["spec_hash"] != results.run.get("spec_hash"):
+        if level["spec_hash"] != results.run.get("spec_hash") or story["verdict"] == WITHIN:
             return
-        wanted = float(story["tolerance"])
-        values = {name: abs(float(results.curve[name][-1])) for name in story["error_bars"]}
-        parts = {n: float(bar) / max(values[n], 1e-300) for n, bar in story["error_bars"].items()}
+        within = f"{100 * float(story['tolerance']):g} %"
+        verdicts = {str(name): told["verdict"] for name, told in story["measures"].items()}
+        bars = {str(name): float(bar) for name, bar in story["error_bars"].items()}
+        values = {name: abs(float(results.curve[name][-1])) for name in bars}
         better = (story.get("recommended_mm") or {}).items()
     except (OSError, ValueError, KeyError, IndexError, TypeError, AttributeError):
         return  # not there; the report says of a file that cannot be read
-    above = {name: 100 * part for name, part in parts.items() if part > wanted}
-    coarse = ", ".join(f"{name} is known to {percent:.0f} %" for name, percent in above.items())
+    parts = {name: f" (known to {_percent(bars[name], values[name])})" for name in bars}
+    coarse = ", ".join(f"{n}{parts.get(n, '')}" for n, v in verdicts.items() if v == NOT_CONVERGED)
+    unknown = ", ".join(name for name, v in verdicts.items() if v not in (NOT_CONVERGED, WITHIN))
+    said = [f"the mesh has not converged within {within}: {coarse}"] if coarse else []
+    said += [f"how far the mesh is from its limit is not known: {unknown}"] if unknown else []
     sizes = ", ".join(f"{name} {size:.3g} mm" for name, size in better)
-    advice = f"; {sizes} is enough" if sizes else "; no mesh of the study is enough for all figures"
-    if coarse:
-        text = f"the mesh is not converged: {coarse}, where {100 * wanted:g} % was wanted{advice}"
-        yield Reason("mesh", text)
+    said.append(f"{sizes} is enough" if sizes else "no mesh of the study is known to be enough")
+    yield Reason("mesh", "; ".join(said))
+
+
+def _percent(bar: float, value: float) -> str:
+    return f"{100 * bar / value:.0f} %" if value > 0 else "more than its own size"
 
 
 def _overlap(results: Results) -> Iterator[Reason]:
