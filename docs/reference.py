@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from softact import catalogue
+from softact.contact.obstacles import OBSTACLES
 from softact.geometry.step_faces import Selection
 from softact.loads import LOADS
-from softact.spec.contact import OBSTACLES, SurfaceContact
+from softact.spec.contact import SurfaceContact
 from softact.spec.models import (
     Layer,
     Ply,

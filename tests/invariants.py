@@ -114,7 +114,7 @@ class Watch:
             for name, value in state[load].items():
                 total += value * model.surfaces.area(name)
         for contact in model.contacts:
-            if contact.rigid:
+            if contact.obstacle is not None:
                 total += contact.force(state)
         return total
 
@@ -153,7 +153,7 @@ class Watch:
 
     def _through(self, now: State, place: str) -> None:
         for contact in self.model.contacts:
-            if not contact.rigid or contact.presence(now) != 1.0:
+            if not contact.stands(now):
                 continue
             begin, end = (contact._places(s, s.x).reshape(-1, 3) for s in (self._last, now))
             size = np.repeat(contact.facets.size, contact.facets.areas.shape[1])

@@ -12,8 +12,10 @@ import numpy as np
 
 from softact.contact.facets import ContactFacets
 from softact.contact.friction import ELASTIC_SLIP, friction
+from softact.contact.obstacles.base import Shape
 from softact.contact.pressure import pressure
 from softact.contact.way import goes_deeper
+from softact.system.term import State
 
 # What a step of Newton's method may press in on its way, of the element size and of the
 # obstacle's room.
@@ -27,11 +29,11 @@ CHORD = 0.25
 
 @dataclass(frozen=True)
 class Obstacle:
-    """A rigid body: shape (see ``shapes``), Coulomb coefficient, whether it is there from the
+    """A rigid body: shape (see ``obstacles``), Coulomb coefficient, whether it is there from the
     start, whether it is a load cell, and the surfaces that may touch it (None: all outside)."""
 
     name: str
-    shape: object
+    shape: Shape
     friction: float = 0.0
     active: bool = True
     load_cell: bool = False
@@ -46,14 +48,16 @@ class RigidContact:
     ``memory[name.what]``: stiffness (factor), traction, slip and place at the last equilibrium.
     """
 
-    rigid = True
-
     def __init__(self, obstacle: Obstacle, facets: ContactFacets):
         self.obstacle, self.facets = obstacle, facets
         self.name, self.symmetric = obstacle.name, obstacle.friction == 0
 
     def _memory(self, state, what, default):
         return state.memory.get(f"{self.name}.{what}", default)
+
+    def stands(self, state: State) -> bool:
+        """See ``Contact``."""
+        return self.presence(state) == 1.0
 
     def presence(self, state) -> float:
         """See the class."""

@@ -22,6 +22,7 @@ from softact.contact.pressure import pressure
 from softact.contact.sight import strayed
 from softact.contact.slip import InTouch, SurfaceFriction
 from softact.errors import SpecError
+from softact.system.term import State
 
 # How far away a partner is looked for, and from which gap on room in the matrix is
 # kept for it; of the element size.
@@ -55,7 +56,7 @@ class SurfaceContact:
     ``memory[name.stiffness]``: factor of the penalty. friction: None where there is none.
     """
 
-    rigid = False
+    obstacle = None
 
     def __init__(self, touching: Touching, model):
         if model.comm.size > 1:
@@ -97,6 +98,14 @@ class SurfaceContact:
             nodes, numbers, self._side, self._reach, self._backs, self._overlooks
         )
         self._looked_from = nodes
+
+    def stands(self, state: State) -> bool:
+        """See ``Contact``."""
+        return False
+
+    def overrun(self, before: State, after: State) -> bool:
+        """See ``Contact``."""
+        return False
 
     def gaps(self, x):
         """Partner, place on it and gap (k, 12) of each quadrature point; see ``Closest``."""

@@ -53,7 +53,7 @@ class Obstacles(Load):
 
     def initial(self, model: Model) -> dict[str, dict[str, Value]]:
         """See ``Load.initial``."""
-        rigid = [contact.obstacle for contact in model.contacts if contact.rigid]
+        rigid = [c.obstacle for c in model.contacts if c.obstacle is not None]
         return {
             "shift": {obstacle.name: np.zeros(3) for obstacle in rigid},
             "presence": {obstacle.name: float(obstacle.active) for obstacle in rigid},

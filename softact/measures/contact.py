@@ -20,7 +20,7 @@ def _evaluate(snapshot):
     for contact in contacts:
         gap, ratio = contacts.smallest_gap(contact, state)
         worst = max(worst, -ratio)
-        if contact.rigid:
+        if contact.obstacle is not None:
             force = _whole(snapshot, contacts.force(contact, state))
             columns |= vector_columns(f"contact_force_{contact.name}_<xyz>_N", force)
             moved = state["shift"].get(contact.name, np.zeros(3))

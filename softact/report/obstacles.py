@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from pydantic import ValidationError
 
+from softact.contact.obstacles import OBSTACLES
 from softact.results.folder import Results
-from softact.spec.contact import OBSTACLES
 
 COLOUR = "#a3abb2"
 

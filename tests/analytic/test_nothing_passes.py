@@ -7,8 +7,11 @@ from solving import CLAMP, build, solve
 from test_soundness import cubic_pouch
 
 from softact.contact.crossing import crossed
+from softact.contact.obstacles.block import Block
+from softact.contact.obstacles.cylinder import Cylinder
+from softact.contact.obstacles.plane import Plane
+from softact.contact.obstacles.sphere import Sphere
 from softact.contact.rigid import Obstacle
-from softact.contact.shapes import Block, Cylinder, Plane, Sphere
 from softact.contact.sight import LITTLE, spheres, strayed
 from softact.contact.surfaces import Touching
 from softact.contact.way import goes_deeper

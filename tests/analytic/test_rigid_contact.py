@@ -6,9 +6,12 @@ from meshes import block
 from solving import ROLLERS, build, solve
 from test_tangents import force, slope, tangent, to_global, to_local
 
+from softact.contact.obstacles.block import Block
+from softact.contact.obstacles.cylinder import Cylinder
+from softact.contact.obstacles.plane import Plane
+from softact.contact.obstacles.sphere import Sphere
 from softact.contact.pressure import pressure
 from softact.contact.rigid import Obstacle
-from softact.contact.shapes import Block, Cylinder, Plane, Sphere
 from softact.errors import SpecError
 from softact.loads.load_step import LoadStep
 from softact.materials import LAWS

@@ -7,8 +7,8 @@ from solving import solve
 from test_tangents import force, slope, tangent, to_global, to_local
 
 from softact.bodies.sheet import Ply, Sheet
+from softact.contact.obstacles.plane import Plane
 from softact.contact.rigid import Obstacle
-from softact.contact.shapes import Plane
 from softact.contact.surfaces import Touching
 from softact.loads.load_step import LoadStep
 from softact.materials import LAWS

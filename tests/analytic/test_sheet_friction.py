@@ -11,8 +11,9 @@ from solving import build as build_solid
 from solving import solve
 
 from softact.bodies.sheet import Ply, Sheet
+from softact.contact.obstacles.cylinder import Cylinder
+from softact.contact.obstacles.plane import Plane
 from softact.contact.rigid import Obstacle
-from softact.contact.shapes import Cylinder, Plane
 from softact.contact.surfaces import Touching
 from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
