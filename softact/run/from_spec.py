@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from softact.bodies import BODIES
 from softact.bodies.layer import BondedLayer
 from softact.bodies.sheet import Ply, Sheet
 from softact.contact.rigid import Obstacle
@@ -40,7 +41,14 @@ def build_model(comm, spec, mesh_file: Path):
         _obstacles(spec),
         _touching(spec),
         {name: _sheet(sheet) for name, sheet in spec.sheets.items()},
+        _more(spec),
     )
+
+
+def _more(spec) -> dict[str, Any]:
+    """What bodies of further kinds are made of."""
+    values = {key: getattr(spec, key) for key, kind in BODIES.items() if kind.annotation}
+    return {key: BODIES[key].parts(value) for key, value in values.items() if value is not None}
 
 
 def _held(tets: Tetrahedra, layout: Layout, spec) -> Tetrahedra:

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from softact.bodies import BODIES
 from softact.fields import Fault, Place
 from softact.geometry.base import Geometry
 from softact.loads import LOADS
@@ -57,6 +58,9 @@ def cross_faults(data: Any, geometry: Geometry | None) -> Iterator[Fault]:
         yield from _supports(data["supports"], ("supports",), layout)
     elif not layout.clamp and layout.regions:
         yield from _supports([], ("supports",), layout)
+    for key, kind in BODIES.items():
+        if kind.annotation is not None and data.get(key) is not None:
+            yield from kind.faults(data[key], (key,), layout)
     yield from _obstacles(data.get("obstacles"), layout)
     for index, contact in _mappings(data.get("contact")):
         yield from _contact(contact, ("contact", index), layout)

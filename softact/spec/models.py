@@ -16,6 +16,8 @@ from pydantic import (
 )
 from pydantic_core.core_schema import ErrorType
 
+from softact.bodies import BODIES
+from softact.bodies.base import BodyKind
 from softact.fields import Component, Name, fault
 from softact.geometry.base import Geometry
 from softact.geometry.imported import Imported
@@ -226,7 +228,7 @@ class Solver(Model):
         return self
 
 
-class Spec(Model):
+class SpecBase(Model):
     """A soft actuator, its loads, and what to compute."""
 
     name: Name = Field("actuator", description="default: the name of the file")
@@ -268,7 +270,7 @@ class Spec(Model):
     @classmethod
     def _check(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
         """Collect the faults of single values and those between the parts, all at once."""
-        if isinstance(data, Spec):
+        if isinstance(data, SpecBase):
             return data
         data = _named(data)
         faults, spec = [], None
@@ -318,6 +320,19 @@ class Spec(Model):
                 del ply["incompressible"]  # as before there was a choice
         canonical = json.dumps(data, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(canonical.encode()).hexdigest()[:16]
+
+
+def spec_model(bodies: Mapping[str, BodyKind]) -> type[SpecBase]:
+    """A spec in which the kinds of body that have an annotation get their keys."""
+    fields: dict[str, Any] = {
+        key: (kind.annotation | None, Field(None, description=kind.description))
+        for key, kind in bodies.items()
+        if kind.annotation is not None
+    }
+    return create_model("Spec", __base__=SpecBase, __doc__=SpecBase.__doc__, **fields)
+
+
+Spec = spec_model(BODIES)
 
 
 def _named(data: Any) -> Any:
