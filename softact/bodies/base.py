@@ -19,13 +19,18 @@ if TYPE_CHECKING:
 class Body(Protocol):
     """A region of tetrahedra, a layer, a sheet: what a model is made of.
 
-    elastic: terms of its stored energy. slowness: square of the inverse speed of its slowest wave,
+    elastic: terms of its stored energy; external: further ones, whose energy is not the actuator's.
+    slowness: square of the inverse speed of its slowest wave,
     s²/mm², 0 where others decide. slackens: whether it goes slack, so that a line search is wanted
     on each step; smooth: whether its forces have no kinks. stiffness: force, N, of a strain of 1.
     """
 
     @property
     def elastic(self) -> Sequence[Term]:
+        """See the class."""
+
+    @property
+    def external(self) -> Sequence[Term]:
         """See the class."""
 
     @property

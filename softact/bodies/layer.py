@@ -47,6 +47,7 @@ class Layer:
     """
 
     slowness = 0.0  # the solid below decides
+    external: Sequence[Term] = ()
 
     def __init__(self, model: Model, made_of: BondedLayer):
         self._model, self.made_of = model, made_of

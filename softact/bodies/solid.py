@@ -32,6 +32,7 @@ from softact.system.term import (
     InvertedElementError,
     Origin,
     State,
+    Term,
     TimeStep,
     unit_forces,
 )
@@ -259,6 +260,8 @@ class Solid:
 
     slackens = False
     smooth = True
+
+    external: Sequence[Term] = ()
 
     @property
     def elastic(self) -> Sequence[Solid]:

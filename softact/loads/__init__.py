@@ -7,6 +7,7 @@ from softact.loads.injection import Injection
 from softact.loads.obstacles import Obstacles
 from softact.loads.payload import PayloadLoad
 from softact.loads.surface_pressure import SurfacePressure
+from softact.loads.torque import TorqueLoad
 from softact.loads.traction import TractionLoad
 
 LOADS: dict[str, Load] = {}
@@ -26,6 +27,7 @@ for _load in (
     Injection(),
     TractionLoad(),
     PayloadLoad(),
+    TorqueLoad(),
     SurfacePressure(),
     Obstacles(),
 ):

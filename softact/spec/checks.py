@@ -227,6 +227,12 @@ def _supports(value: Any, place: Place, layout: Layout) -> Iterator[Fault]:
     for index, support in supports:
         yield from surface_fault(support.get("surface"), (*place, index, "surface"), layout)
         components = _components(support)
+        yield from _turned(support.get("turn"), (*place, index, "turn", "axis"), layout)
+        if place[0] == "steps" and support.get("spring"):
+            yield (
+                (*place, index, "spring"),
+                "springs act from the start; write them under the spec's supports",
+            )
         held |= components
         for component in sorted(components):
             entry = (str(support.get("surface")), component)
@@ -239,9 +245,26 @@ def _supports(value: Any, place: Place, layout: Layout) -> Iterator[Fault]:
         yield place, f"nothing holds the actuator{clamp} along {component}; fix it on some surface"
 
 
+def _turned(turn: Any, place: Place, layout: Layout) -> Iterator[Fault]:
+    axis = turn.get("axis") if isinstance(turn, dict) else None
+    if not isinstance(axis, list | tuple) or len(axis) != 3:
+        return
+    for plane, normal in layout.symmetry.items():
+        for component in range(3):
+            if component != normal and axis[component] not in (0, 0.0):
+                yield (
+                    place,
+                    f"a rotation about an axis that is not normal to the symmetry plane '{plane}' "
+                    "would turn its mirror image the other way; model the whole actuator",
+                )
+                return
+
+
 def _components(support: dict) -> set[str]:
     names: set[str] = set()
-    for key in ("fix", "move"):
+    if isinstance(support.get("turn"), dict):
+        return set("xyz")
+    for key in ("fix", "move", "spring"):
         if isinstance(support.get(key), list | tuple | dict):
             names |= {entry for entry in support[key] if isinstance(entry, str)}
     return names & set("xyz")
