@@ -23,7 +23,7 @@ from unittest import mock
 import click
 from hypothesis import HealthCheck, Phase, given, seed, settings
 
-from benchmarks.fuzz_inputs import CUBE, FILES, calls, prepare
+from benchmarks.fuzz_inputs import CUBE, FILES, Input, calls, prepare
 from benchmarks.fuzz_judge import Ended, as_program, faults, in_process, inside, listing
 from benchmarks.fuzz_stand_ins import stand_ins
 
@@ -147,7 +147,7 @@ def _one(call, number, program, template, counts, keep, told) -> None:
         box, scratch = reach / "a" / "b" / "work", reach / "tmp"
         box.mkdir(parents=True)
         scratch.mkdir()
-        made = prepare(call, template, box)
+        made = prepare(call, number, template, box)
         with mock.patch.object(tempfile, "tempdir", str(scratch)), inside(box):
             before, started = listing(reach), time.monotonic()
             if program:
@@ -158,6 +158,8 @@ def _one(call, number, program, template, counts, keep, told) -> None:
                 counts.slowest = max(counts.slowest, time.monotonic() - started)
             after = listing(reach)
         counts.codes.setdefault(made.command, Counter())[ended.code] += 1
+        if keep:
+            _log(keep / "inputs.txt", number, made, ended)
         wrong = faults(made.arguments, ended, before, after)
         left = [path.name for path in scratch.iterdir()]
         wrong += [f"leaves {left[:3]} in the temporary folder"] if left else []
@@ -168,6 +170,15 @@ def _one(call, number, program, template, counts, keep, told) -> None:
                 told(line)
             if keep:
                 shutil.copytree(box, keep / f"{number:05d}", symlinks=True, dirs_exist_ok=True)
+
+
+def _log(path: Path, number: int, made: Input, ended: Ended) -> None:
+    """Add a line on an input: its number, exit code, call, and the last that it said."""
+    last = ended.err.strip().rpartition("\n")[2]
+    line = f"{number} [{ended.code}] {shlex.join(made.arguments)} ({'; '.join(made.told)}): {last}\n"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("a", encoding="utf-8", errors="backslashreplace") as file:
+        file.write(line)
 
 
 @click.command()

@@ -127,6 +127,11 @@ def commands() -> list[str]:
     return [name for name in names for _ in range(WEIGHTS.get(name, 2))]
 
 
+def _one_in(draw: Callable, count: int) -> bool:
+    """True once in so many times; Hypothesis prefers the ends of a range."""
+    return draw(st.integers(0, count - 1)) == count // 2
+
+
 def _values(parameter: click.Parameter, paths: list[str]) -> st.SearchStrategy[str]:
     if isinstance(parameter.type, click.Choice):
         return st.sampled_from(parameter.type.choices)
@@ -138,14 +143,13 @@ def _values(parameter: click.Parameter, paths: list[str]) -> st.SearchStrategy[s
 
 def _drawn_options(draw: Callable, command: click.Command, paths: list[str]) -> list[str]:
     found = []
-    for option in command.params:
-        if not isinstance(option, click.Option) or option.name in BEYOND:
-            continue
-        if not option.required and draw(st.integers(0, 5)):
+    known = [p for p in command.params if isinstance(p, click.Option) and p.name not in BEYOND]
+    for option in known:
+        if not (option.required or _one_in(draw, max(4, len(known) // 2))):
             continue
         found.append(option.opts[-1])
         if not option.is_flag:
-            wrong = draw(st.integers(0, 4)) == 0
+            wrong = _one_in(draw, 15)
             found.append(draw(TEXTS if wrong else _values(option, paths)))
     return found
 
@@ -163,7 +167,7 @@ def _drawn_arguments(draw: Callable, name: str, command: click.Command) -> list[
         usual = st.sampled_from(ARGUMENTS.get(name) or ("cube.yaml", "cube"))
         rare = st.one_of(TEXTS, st.sampled_from([*FILES, "cube", "studies"]))
         for _ in range(count):
-            found.append(draw(rare if draw(st.integers(0, 9)) == 0 else usual))
+            found.append(draw(rare if _one_in(draw, 25) else usual))
     return found
 
 
@@ -177,15 +181,18 @@ def calls(draw: Callable) -> tuple[str, list[str], int, bool]:
     resumed = name == "run" and draw(st.booleans())
     if resumed:
         options += ["--resume", "-o", "cube"]
-    if draw(st.integers(0, 30)) == 0:
+    if _one_in(draw, 40):
         options += draw(st.lists(TEXTS, min_size=1, max_size=2))
     return name, [*arguments, *options], draw(st.integers(0, 2**63)), resumed
 
 
-def prepare(call: tuple[str, list[str], int, bool], template: Path, box: Path) -> Input:
-    """Fill a folder with the files that a call reads, some of them made wrong."""
+def prepare(
+    call: tuple[str, list[str], int, bool], number: int, template: Path, box: Path
+) -> Input:
+    """Fill a folder with the files that a call reads, some of them made wrong. number: of the
+    input; Hypothesis likes to draw the same seed again."""
     name, arguments, seed, _ = call
-    draw = random.Random(seed)
+    draw = random.Random(f"{seed} {number}")
     made = Input(name, [name, *arguments])
     drawn = draw.choice(sorted(CONFIGS.glob("*.yaml")))
     cards = CONFIGS.parent / "softact" / "cards"

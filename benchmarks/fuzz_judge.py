@@ -9,6 +9,7 @@ import re
 import signal
 import subprocess
 import tempfile
+import threading
 import traceback
 import warnings
 from collections.abc import Iterator, Sequence
@@ -85,7 +86,7 @@ def _of_refusal(arguments: Sequence[str], err: str, before: dict, after: dict) -
         yield "says what cannot be printed"
     if max(map(len, lines)) > LONGEST_LINE:
         yield "says a line that is too long"
-    if len(set(lines)) < len(lines):
+    if len(set(lines)) < len(lines) and len(set(arguments)) == len(arguments):
         yield "says a line twice"
     if not any(_says_where(line, arguments) for line in lines):
         yield "does not say where"
@@ -136,6 +137,7 @@ def in_process(arguments: Sequence[str], folder: Path, limit: float) -> Ended:
         return code
 
     code: int | None = None
+    others = set(threading.enumerate())
     with inside(folder), redirect_stdout(out), redirect_stderr(err), warnings.catch_warnings():
         warnings.simplefilter("always")
         for kind in _QUIET:
@@ -145,6 +147,8 @@ def in_process(arguments: Sequence[str], folder: Path, limit: float) -> Ended:
                 code = _code(arguments)
         except HangsError:
             where.append(traceback.format_exc())
+        for thread in set(threading.enumerate()) - others:  # as a program they end with it
+            thread.join(limit)
     texts = []
     for stream in (out, err):
         stream.flush()
