@@ -247,7 +247,7 @@ def look(folder: Path) -> dict:
     newton = Newton(model, spec.solver.tolerance, 15)
     newton.set_supports(supports_of(spec.supports), state)
     return {
-        "residual": newton.imbalance(Loaded(state, newton.held(state)[0])),
+        "residual": newton.imbalance(Loaded(state, newton.held(state).start)),
         "jacobian": float(model.smallest_jacobian(state.x)),
         "tolerance": spec.solver.tolerance,
     }

@@ -1,6 +1,7 @@
 """Types of fields that are more than one value with a unit, and the faults that they raise."""
 
 import math
+import re
 from typing import Annotated, Any, Literal
 
 from pydantic import (
@@ -16,7 +17,16 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError, ValidationError
 
-from softact.units import ACCELERATION, Dimensionless, Force, Length, Pressure, Volume, show
+from softact.units import (
+    ACCELERATION,
+    Dimensionless,
+    Force,
+    Length,
+    Moment,
+    Pressure,
+    Volume,
+    show,
+)
 
 STANDARD_GRAVITY = 9810.0  # mm/s^2, as in the design: g = 9.81 m/s^2
 ALL_CAVITIES = "*"
@@ -98,6 +108,11 @@ def _each_or_all(schema: dict[str, Any]) -> dict[str, Any]:
     return {"anyOf": [schema, {"type": "object", "additionalProperties": schema}]}
 
 
+def is_zero(value: Any) -> bool:
+    """Whether a quantity of plain data is nought, such as ``0 N``."""
+    return bool(re.match(r"\s*[-+]?[0.]+\s", f"{value} "))
+
+
 def one_or_more(value: Any) -> Any:
     """Return a single name as a list of one."""
     return (value,) if isinstance(value, str) else value
@@ -132,6 +147,7 @@ Volumes = Annotated[
     WithJsonSchema(_each_or_all(VOLUME_SCHEMA)),
 ]
 Forces = Annotated[tuple[Force, Force, Force], BeforeValidator(three)]
+Moments = Annotated[tuple[Moment, Moment, Moment], BeforeValidator(three)]
 Vector = Annotated[tuple[Pressure, Pressure, Pressure], BeforeValidator(three)]
 
 

@@ -18,6 +18,7 @@ from softact.bodies.layer import BondedLayer, Layer
 from softact.bodies.named_surfaces import Surfaces
 from softact.bodies.sheet import Sheet, SheetPart, make_parts, node_numbers
 from softact.bodies.solid import Solid, SolidParts
+from softact.bodies.spring import SpringSupport
 from softact.bodies.weight import Weight
 from softact.contact.contacts import Contacts
 from softact.contact.facets import ContactFacets
@@ -27,7 +28,7 @@ from softact.errors import SpecError
 from softact.loads import BY_FIELD, LOADS
 from softact.loads.cavity_pressure import CavityPressure
 from softact.loads.sheet_cavity import SheetCavity
-from softact.loads.support import Support
+from softact.loads.support import Held, Support, Turned
 from softact.materials.base import Material
 from softact.materials.tensors import determinant
 from softact.mesh.sheets import nodes_of as sheet_nodes_of
@@ -90,12 +91,14 @@ class Model:
         self.bodies: list[Body] = [body for bodies in made.values() for body in bodies]
         self.solids: dict[str, Solid] = {solid.name: solid for solid in made["materials"]}
         self.layers: list[Layer] = list(made["layers"])
+        self.springs: list[SpringSupport] = list(made.get("springs", ()))
         self.cavities = {
             name: self._cavity(name, walls) for name, walls in mesh.layout.cavities.items()
         }
         weights = [body.weight() for body in self.bodies]
         self.weights: list[Weight] = [weight for weight in weights if weight is not None]
         self.supports: tuple[Support, ...] = ()
+        self.turned: list[Turned] = []
         self.inertia: list[Inertia] = []
         self.load_terms: dict[tuple[str, str], Term] = {}
         self.contacts = Contacts(
@@ -193,6 +196,7 @@ class Model:
             *self.cavities.values(),
             *self.weights,
             *self.load_terms.values(),
+            *(term for body in self.bodies for term in body.external),
             *self.inertia,
             *self.contacts,
         ]
@@ -303,22 +307,25 @@ class Model:
             np.add.at(out, dofs, solid.volumes @ np.abs(solid.pressure_values))
         return self.unknowns.sum_shared(out)
 
-    def set_supports(self, supports: Sequence[Support], state: State):
+    def set_supports(self, supports: Sequence[Support], state: State) -> Held:
         """Fix the given components and those normal to symmetry planes.
 
-        Returns (dofs, values): local unknowns and their prescribed displacements, mm.
-        Raises SpecError where two supports contradict.
+        Returns the displacements from those of ``state`` to the prescribed ones. Raises SpecError
+        where two supports contradict.
         """
         values = np.full(self.unknowns.local, np.nan)
         symmetry = self.mesh.layout.symmetry
         planes = [Support(name, {c: 0.0}) for name, c in symmetry.items()]
+        before, self.turned = self.turned, []
         for support in (*planes, *supports):
             nodes = self.surfaces.nodes(support.surface)
             if support.surface in symmetry:
                 nodes = np.concatenate([nodes, self.surfaces.covering(nodes)])
-            for component, prescribed in support.values.items():
+            if support.turn is not None:
+                self.turned.append(self._turned(support, nodes, state, before))
+            for component in support.components:
                 dofs = self.displacement_dofs[nodes, component]
-                value = state.x[dofs] if prescribed is None else prescribed
+                value = self._prescribed(support, component, state.x[dofs])
                 clash = self.sum(int(np.sum(np.abs(values[dofs] - value) > 1e-9)))
                 if clash:
                     raise SpecError(
@@ -330,4 +337,33 @@ class Model:
         dofs = np.flatnonzero(~np.isnan(values))
         self.assembler.fixed[:] = 0
         self.assembler.fixed[dofs] = 1
-        return dofs, values[dofs]
+        return Held(dofs, state.x[dofs], values[dofs], tuple(self.turned))
+
+    def _prescribed(self, support: Support, component: int, now: np.ndarray) -> np.ndarray | float:
+        if support.turn is not None:
+            return self.turned[-1].displacements(0.0, 1.0)[:, component]
+        value = support.values[component]
+        return now if value is None else value
+
+    def _turned(
+        self, support: Support, nodes: np.ndarray, state: State, before: Sequence[Turned]
+    ) -> Turned:
+        """The rotation of a support from where the surface is: at the angle to which it was turned
+        before, or else at its mean one, less than half a turn."""
+        turn, places = support.turn, self.nodes.places
+        axis = np.asarray(turn.axis) / np.linalg.norm(turn.axis)
+        points, weights = self.surfaces.points(support.surface)
+        sums = self.sum(np.append(weights @ places[points], weights.sum()))
+        centre = sums[:3] / sums[3] if turn.about is None else np.asarray(turn.about)
+        known = [t for t in before if t.surface == support.surface and axis @ t.axis > 1 - 1e-9]
+        if known:
+            start = known[0].end
+        else:
+            arms = places[points] - centre
+            arms = arms - np.outer(arms @ axis, axis)
+            moved = arms + state.x[self.displacement_dofs[points]]
+            sine = self.sum(float(weights @ np.cross(arms, moved) @ axis))
+            cosine = self.sum(float(weights @ np.sum(arms * moved, axis=1)))
+            start = float(np.degrees(np.arctan2(sine, cosine)))
+        dofs = self.displacement_dofs[nodes]
+        return Turned(support.surface, dofs, places[nodes], centre, axis, start, turn.angle)

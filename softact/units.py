@@ -118,9 +118,23 @@ ACCELERATION = Dimension("acceleration", "mm/s^2", ("m/s^2", "mm/s^2"), (), "-9.
 FORCE = Dimension("force", "N", ("N", "mN", "kN"), ("lbf",), "2 N")
 TIME = Dimension("time", "s", ("s", "ms"), ("min",), "0.5 s")
 VOLUME = Dimension("volume", "mm^3", ("mm^3", "ml"), ("cm^3", "l"), "1.5 ml")
+MOMENT = Dimension("moment", "N*mm", ("N*mm", "N*m"), (), "20 N*mm")
+STIFFNESS = Dimension("stiffness", "N/mm", ("N/mm", "N/m"), (), "2 N/mm")
 COMPLIANCE = Dimension("compliance", "1/MPa", ("1/MPa",), ("1/kPa",), "2.9 1/MPa")
 
-DIMENSIONS = (LENGTH, PRESSURE, DENSITY, ANGLE, ACCELERATION, FORCE, TIME, VOLUME, COMPLIANCE)
+DIMENSIONS = (
+    LENGTH,
+    PRESSURE,
+    DENSITY,
+    ANGLE,
+    ACCELERATION,
+    FORCE,
+    TIME,
+    VOLUME,
+    COMPLIANCE,
+    MOMENT,
+    STIFFNESS,
+)
 
 
 def split(text: str) -> tuple[str, str] | None:
@@ -265,6 +279,8 @@ Angle = Annotated[float, *_quantity(ANGLE)]
 Acceleration = Annotated[float, *_quantity(ACCELERATION)]
 Force = Annotated[float, *_quantity(FORCE)]
 Time = Annotated[float, *_quantity(TIME)]
+Moment = Annotated[float, *_quantity(MOMENT)]
+Stiffness = Annotated[float, *_quantity(STIFFNESS)]
 Volume = Annotated[float, *_quantity(VOLUME)]
 Compliance = Annotated[float, *_quantity(COMPLIANCE)]
 Dimensionless = Annotated[float, BeforeValidator(_parse_number)]

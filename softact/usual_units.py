@@ -20,6 +20,8 @@ USUAL: dict[str, dict[str, Fraction]] = {
         "N": {"N": 1, "mN": "1/1000", "kN": 1000},
         "s": {"s": 1, "ms": "1/1000", "min": 60},
         "mm^3": {"mm^3": 1, "mm³": 1, "cm^3": 1000, "ml": 1000, "mL": 1000, "l": 1000000},
+        "N*mm": {"N*mm": 1, "N*m": 1000},
+        "N/mm": {"N/mm": 1, "N/m": Fraction(1, 1000)},
         "1/MPa": {"1/MPa": 1, "1/kPa": 1000, "1/Pa": 1000000},
     }.items()
 }  # fmt: skip

@@ -208,6 +208,7 @@ def test_validate_applies_overrides(folder, capsys):
                 "inject",
                 "traction",
                 "payload",
+                "torque",
                 "surface_pressure",
                 "obstacles",
             ],

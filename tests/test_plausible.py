@@ -158,6 +158,18 @@ ODD = {
         "steps.0.gravity",
         "9.81 mm/s^2 is below what is usual for accelerations",
     ),
+    "moment": (
+        CUBE,
+        "steps.0.torque={surface: z_max, moment: [0 N*mm, 3 MN*m, 0 N*mm]}",
+        "steps.0.torque",
+        "above",
+    ),
+    "spring": (
+        CUBE,
+        "supports.1={surface: z_max, spring: {x: 1e-9 N/mm}}",
+        "supports.1.spring.x",
+        "below",
+    ),
     "motion": (
         CUBE,
         "supports.1.move.x=2 Mm",

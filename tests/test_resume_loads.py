@@ -27,6 +27,7 @@ solver: {initial_increment: 0.3, max_increment: 0.3}
 """
 # Only where the tangent is symmetric do its factors tell whether the state is stable.
 SYMMETRIC = BLOCK.replace(", friction: 0.3", "")
+FREE = "\n".join(line for line in BLOCK.splitlines() if "type: plane" not in line) + "\n"
 SPHERE = """
 geometry: {type: thick_sphere, mesh_size: 4 mm}
 materials: {body: {law: neo_hookean, c10: 0.1 MPa}}
@@ -40,6 +41,13 @@ CASES = {
     "gravity": (BLOCK, "gravity: [0, 1, -1]", LATER),
     "traction": (BLOCK, "traction: {surface: x_max, value: [2 kPa, 1 kPa, 0 kPa]}", LATER),
     "payload": (BLOCK, "payload: {surface: x_max, force: [20 mN, 0 N, 10 mN]}", LATER),
+    "torque": (BLOCK, "torque: {surface: x_max, moment: [0.1 N*mm, 0.2 N*mm, 0 N*mm]}", LATER),
+    "turn": (
+        FREE,
+        "supports: [{surface: x_min, fix: [x, y, z]}, "
+        "{surface: x_max, turn: {axis: [1, 0, 0], angle: 20 deg}}]",
+        "{name: later, surface_pressure: {y_max: 1 kPa}}",
+    ),
     "surface_pressure": (BLOCK, "surface_pressure: {x_max: 2 kPa}", LATER),
     "shift": (BLOCK, "obstacles: {table: {move: [0 mm, 0 mm, 0.3 mm]}}", LATER),
     "presence": (BLOCK, "obstacles: {cell: {active: true, move: [0 mm, 0 mm, -1 mm]}}", LATER),

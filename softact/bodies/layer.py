@@ -47,6 +47,7 @@ class Layer:
     """
 
     slowness = 0.0  # the solid below decides
+    external: Sequence[Term] = ()
 
     def __init__(self, model: Model, made_of: BondedLayer):
         self._model, self.made_of = model, made_of
@@ -166,11 +167,6 @@ class LayerMembrane:
         return self._energy.scalar([self._u(state.x)], self._constants)
 
 
-class Layers:
-    """The kind of body that a spec's ``layers`` are; see ``BodyKind``."""
-
-    key = "layers"
-
-    def build(self, model: Model, parts: Sequence[BondedLayer]) -> list[Layer]:
-        """See ``BodyKind``."""
-        return [Layer(model, layer) for layer in parts]
+def build(model: Model, parts: Sequence[BondedLayer]) -> list[Layer]:
+    """The layers of a model, see ``BodyKind``."""
+    return [Layer(model, layer) for layer in parts]

@@ -116,6 +116,7 @@ class SheetPart:
 
     slackens = False  # as a whole; its folds are found point by point
     smooth = False
+    external: Sequence[Term] = ()
 
     @property
     def elastic(self) -> Sequence[Term]:

@@ -65,16 +65,11 @@ def _plate(plate, assembler, nodes, symmetry) -> LayerBending:
     return LayerBending(assembler, nodes, elements, rigidity, poisson, planes)
 
 
-class Sheets:
-    """The kind of body that a spec's ``sheets`` are; see ``BodyKind``. The model has made the parts
-    with its nodes; here they get their bending."""
-
-    key = "sheets"
-
-    def build(self, model: Model, parts: Mapping[str, Sheet]) -> list[SheetPart]:
-        """See ``BodyKind``."""
-        mesh = model.mesh
-        planes = tuple(mesh.layout.symmetry.values())
-        continuous = mesh.sheets.continuous if mesh.sheets else ()
-        add_bending(model.sheets, continuous, model.assembler, model.nodes, planes)
-        return list(model.sheets.values())
+def build(model: Model, parts: Mapping[str, Sheet]) -> list[SheetPart]:
+    """The sheets of a model, see ``BodyKind``: it has made them with its nodes, here they get their
+    bending."""
+    mesh = model.mesh
+    planes = tuple(mesh.layout.symmetry.values())
+    continuous = mesh.sheets.continuous if mesh.sheets else ()
+    add_bending(model.sheets, continuous, model.assembler, model.nodes, planes)
+    return list(model.sheets.values())

@@ -32,6 +32,7 @@ from softact.system.term import (
     InvertedElementError,
     Origin,
     State,
+    Term,
     TimeStep,
     unit_forces,
 )
@@ -260,6 +261,8 @@ class Solid:
     slackens = False
     smooth = True
 
+    external: Sequence[Term] = ()
+
     @property
     def elastic(self) -> Sequence[Solid]:
         """See ``Body``."""
@@ -310,20 +313,15 @@ class SolidParts:
     pressure_degree: int | None
 
 
-class Solids:
-    """The kind of body that a spec's ``materials`` are; see ``BodyKind``."""
-
-    key = "materials"
-
-    def build(self, model: Model, parts: SolidParts) -> list[Solid]:
-        """See ``BodyKind``."""
-        mesh = model.mesh
-        found = []
-        for number, name in enumerate(mesh.layout.regions):
-            material = parts.materials[name]
-            normal = functools.partial(parts.wall_normal, name)
-            fibres = fibre_field(material.law, mesh.layout.axis, normal)
-            cells = np.flatnonzero(mesh.region == number)
-            degrees = model.degree, parts.pressure_degree
-            found.append(Solid(model.assembler, name, cells, material, *degrees, fibres))
-        return found
+def build(model: Model, parts: SolidParts) -> list[Solid]:
+    """The regions of a model, see ``BodyKind``."""
+    mesh = model.mesh
+    found = []
+    for number, name in enumerate(mesh.layout.regions):
+        material = parts.materials[name]
+        normal = functools.partial(parts.wall_normal, name)
+        fibres = fibre_field(material.law, mesh.layout.axis, normal)
+        cells = np.flatnonzero(mesh.region == number)
+        degrees = model.degree, parts.pressure_degree
+        found.append(Solid(model.assembler, name, cells, material, *degrees, fibres))
+    return found

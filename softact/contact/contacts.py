@@ -73,6 +73,10 @@ class Contacts:
         """Whether anything is in touch."""
         return any(self.smallest_gap(contact, state)[0] < 0.0 for contact in self._all)
 
+    def area(self, contact, state) -> float:
+        """Undeformed area (mm²) of the meshed part that is in touch."""
+        return self._comm.allreduce(contact.area(state))
+
     def force(self, contact, state):
         """Force (3,) N on the meshed part of the body."""
         return self._comm.allreduce(contact.force(state))

@@ -121,6 +121,12 @@ class RigidContact:
         """Force (3,) N of the obstacle on this process's part of the body."""
         return np.einsum("kq,kqc->c", self.facets.areas, self.tractions(state))
 
+    def area(self, state) -> float:
+        """Undeformed area in touch on this process, mm²."""
+        if self.presence(state) != 1.0:
+            return 0.0
+        return float(self.facets.areas[self.gaps(state)[0] < 0.0].sum())
+
     def add_force(self, state, out):
         if self.presence(state) == 1.0:
             on, traction, _, _ = self._evaluate(state)

@@ -174,6 +174,10 @@ class SurfaceContact:
             pairs += self.friction.pairs(state, facet, point, partner[facet, point])
         self.coupling.make_room(pairs)
 
+    def area(self, state) -> float:
+        """Undeformed area in touch on this process, mm²."""
+        return float(self._touch(state).area.sum())
+
     def energy(self, state):
         touch = self._touch(state)
         return float(touch.area @ touch.potential)

@@ -7,19 +7,28 @@ from softact.loads.injection import Injection
 from softact.loads.obstacles import Obstacles
 from softact.loads.payload import PayloadLoad
 from softact.loads.surface_pressure import SurfacePressure
+from softact.loads.torque import TorqueLoad
 from softact.loads.traction import TractionLoad
 
-LOADS: dict[str, Load] = {
-    load.key: load
-    for load in (
-        Gravity(),
-        Pressure(),
-        Injection(),
-        TractionLoad(),
-        PayloadLoad(),
-        SurfacePressure(),
-        Obstacles(),
-    )
-}
+LOADS: dict[str, Load] = {}
 #: The load of each field of a state.
-BY_FIELD: dict[str, Load] = {field: load for load in LOADS.values() for field in load.fields}
+BY_FIELD: dict[str, Load] = {}
+
+
+def register(load: Load) -> None:
+    """Make a load known to specs, states, checkpoints and the reference."""
+    LOADS[load.key] = load
+    BY_FIELD.update(dict.fromkeys(load.fields, load))
+
+
+for _load in (
+    Gravity(),
+    Pressure(),
+    Injection(),
+    TractionLoad(),
+    PayloadLoad(),
+    TorqueLoad(),
+    SurfacePressure(),
+    Obstacles(),
+):
+    register(_load)

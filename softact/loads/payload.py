@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic import Field
 
-from softact.fields import Fault, Forces, Part, Place
+from softact.fields import Fault, Forces, Part, Place, is_zero
 from softact.loads.base import Load, surface_fault
 from softact.loads.traction import SurfaceForce
 from softact.mesh.layout import Layout
@@ -44,7 +43,7 @@ class PayloadLoad(Load):
         if not isinstance(force, list | tuple) or len(force) != 3:
             return
         for plane, axis in layout.symmetry.items():
-            if not re.match(r"\s*[-+]?[0.]+\s", f"{force[axis]} "):
+            if not is_zero(force[axis]):
                 yield (
                     (*place, "force", axis),
                     f"a force across the symmetry plane '{plane}' would pull its mirror image the "

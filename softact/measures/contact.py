@@ -27,6 +27,8 @@ def _evaluate(snapshot):
             columns |= vector_columns(f"obstacle_{contact.name}_<xyz>_mm", moved)
             if contact.obstacle.load_cell:
                 blocked = force if blocked is None else blocked + force
+        area = snapshot.layout.copies * contacts.area(contact, state)
+        columns[f"contact_area_{contact.name}_mm2"] = area
         if math.isfinite(gap):
             columns[f"contact_gap_{contact.name}_mm"] = gap
     if blocked is not None:
@@ -44,6 +46,8 @@ CONTACT = Measure(
     | {
         "contact_gap_<contact>_mm": "smallest gap to an obstacle or of a contact, below zero: the "
         "largest overlap; empty where the obstacle is not there or no gap is near",
+        "contact_area_<contact>_mm2": "undeformed area in touch of the whole actuator; of two "
+        "surfaces in contact, the mean of theirs",
         "blocked_force_N": "size of the force on the obstacles with load_cell: true",
         "contact_overlap_percent": "largest overlap of all contacts, of the local element size",
     },

@@ -14,6 +14,12 @@ def _evaluate(snapshot):
     for surface in surfaces:
         if surface not in (layout.clamp, layout.tip):  # the tip's are ``held_tip``
             columns |= _columns(f"reaction_{surface}", *snapshot.reaction_at(surface, origin))
+    for body in snapshot.model.springs:
+        term = body.term
+        forces = snapshot.model.sum(term.forces(snapshot.state).sum(axis=0))
+        for plane in layout.symmetry.values():
+            forces = np.where(np.arange(3) == plane, 0.0, 2.0) * forces
+        columns |= vector_columns(f"spring_{term.surface}_<xyz>_N", forces)
     return columns
 
 
@@ -33,6 +39,7 @@ REACTION = Measure(
     "force and moment that each support exerts on the whole actuator, the clamp's first; where two "
     "hold the same edge, each has one half of the force there",
     _titles("reaction", "the clamp")
-    | _titles("reaction_<support>", "what holds another surface than clamp and tip"),
+    | _titles("reaction_<support>", "what holds another surface than clamp and tip")
+    | {f"spring_<support>_{c}_N": f"force of the springs on a surface along {c}" for c in "xyz"},
     _evaluate,
 )

@@ -6,7 +6,9 @@ Everything here is collective: all processes ask for the same things in the same
 from __future__ import annotations
 
 import functools
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse
@@ -18,6 +20,9 @@ from softact.measures.sheet_fields import sheet_stress, sheet_stretch, sheet_wri
 from softact.mesh.node_order import vtk_order
 from softact.model import Model
 from softact.system.term import State
+
+if TYPE_CHECKING:
+    from softact.measures.points import Probe
 
 # A tip that is a straight line: second by first singular value.
 STRAIGHT = 1e-9
@@ -54,6 +59,7 @@ class Snapshot:
     state: State
     previous: dict[str, float] = field(default_factory=dict)
     safety_factor: float = 1.0
+    probes: Mapping[str, Probe] = field(default_factory=dict)
     _cauchy: dict[str, np.ndarray] = field(default_factory=dict)
     _covers: dict[tuple[str, str], bool] = field(default_factory=dict)
 
@@ -257,7 +263,7 @@ class Snapshot:
         holders = np.zeros((2, self.model.unknowns.local))  # all of them, and those of the surface
         for support in self.model.supports:
             dofs = self.model.displacement_dofs[self.model.surfaces.nodes(support.surface)]
-            for component in support.values:
+            for component in support.components:
                 holders[0, dofs[:, component]] += 1
                 holders[1, dofs[:, component]] += self._holds(support.surface, surface)
         return self._forces * holders[1] / np.maximum(holders[0], 1)

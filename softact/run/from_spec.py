@@ -6,13 +6,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from softact.bodies import BODIES
 from softact.bodies.layer import BondedLayer
 from softact.bodies.sheet import Ply, Sheet
 from softact.contact.rigid import Obstacle
 from softact.contact.surfaces import Touching
 from softact.loads import LOADS
 from softact.loads.load_step import LoadStep
-from softact.loads.support import Support
+from softact.loads.support import Spring, Support, Turn
 from softact.mesh.layout import Layout
 from softact.mesh.tetrahedra import Tetrahedra, distribute, of_sheets, read_msh
 from softact.model import Model
@@ -40,7 +41,14 @@ def build_model(comm, spec, mesh_file: Path):
         _obstacles(spec),
         _touching(spec),
         {name: _sheet(sheet) for name, sheet in spec.sheets.items()},
+        {"springs": _springs(spec), **_more(spec)},
     )
+
+
+def _more(spec) -> dict[str, Any]:
+    """What bodies of further kinds are made of."""
+    values = {key: getattr(spec, key) for key, kind in BODIES.items() if kind.annotation}
+    return {key: BODIES[key].parts(value) for key, value in values.items() if value is not None}
 
 
 def _held(tets: Tetrahedra, layout: Layout, spec) -> Tetrahedra:
@@ -61,7 +69,19 @@ def _sheet(sheet):
 
 def supports_of(supports) -> list[Support]:
     """The ``Support``s of a spec or of one of its steps."""
-    return [Support(s.surface, s.values) for s in supports]
+    return [Support(s.surface, s.values, _turn(s.turn)) for s in supports if s.values or s.turn]
+
+
+def _turn(turn) -> Turn | None:
+    return turn and Turn(turn.axis, turn.angle, turn.about)
+
+
+def _springs(spec) -> list[Spring]:
+    return [
+        Spring(s.surface, tuple(s.spring.get(c, 0.0) for c in "xyz"))
+        for s in spec.supports
+        if s.spring
+    ]
 
 
 def _obstacles(spec):

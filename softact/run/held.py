@@ -56,7 +56,7 @@ def _sets_of_supports(spec) -> Iterable[tuple[str, Sequence]]:
 def _free(tets: Tetrahedra, layout: Layout, supports: Sequence, nodes: np.ndarray) -> str:
     """What a part can do as a whole, "" where it is held. nodes: (n,) whether each is of it."""
     held = [(surface, axis) for surface, axis in layout.symmetry.items()]
-    held += [(s.surface, axis) for s in supports for axis in s.values if s.surface in tets.surfaces]
+    held += [(s.surface, axis) for s in supports for axis in s.held if s.surface in tets.surfaces]
     middle = tets.points[nodes].mean(axis=0)
     size = float(np.abs(tets.points[nodes] - middle).max())
     stiffness = np.zeros((6, 6))

@@ -11,6 +11,7 @@ import numpy as np
 
 from softact.measures import MEASURES
 from softact.measures.failure import SHARE
+from softact.measures.points import locate
 from softact.measures.snapshot import Snapshot, gather_mesh, gather_nodes
 from softact.results.folder import NO_EQUILIBRIUM, read
 from softact.run.from_spec import load_steps, parameters, supports_of
@@ -46,6 +47,7 @@ class Recorder:
         self.notes, self._told_at = notes, time.monotonic()
         wanted = MEASURES if spec.measures == "all" else dict.fromkeys(spec.measures)
         self.measures = [MEASURES[name] for name in wanted]
+        self.probes = locate(model, spec.probes)
         settings = spec.solver.model_dump()
         settings.pop("element")
         self.stepper = Stepper(
@@ -150,7 +152,7 @@ class Recorder:
 
     def _accept(self, state, attempt, number) -> None:
         started = time.perf_counter()
-        snapshot = Snapshot(self.model, state, self.row, self.spec.safety_factor)
+        snapshot = Snapshot(self.model, state, self.row, self.spec.safety_factor, self.probes)
         row = {"step": attempt.step, "increment": number, "step_fraction": attempt.fraction}
         for measure in self.measures:
             row |= measure.evaluate(snapshot)

@@ -99,7 +99,7 @@ class EnergyBalance:
 
     def _held(self, vector: np.ndarray) -> np.ndarray:
         """Its values at the supported unknowns."""
-        return self._newton.held(replace(self._state, x=vector))[0]
+        return self._newton.held(replace(self._state, x=vector)).start
 
     def _at(self, s: float, q, x: np.ndarray) -> _Place:
         model, state = self._model, replace(self._state, x=x)

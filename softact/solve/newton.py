@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from petsc4py import PETSc
 
-from softact.loads.support import Support
+from softact.loads.support import Held, Support
 from softact.model import Model
 from softact.solve.border import ArcControl, Border, VolumeControl
 from softact.solve.factor import Factor
@@ -143,8 +143,7 @@ class Newton:
         displacement[model.displacement_dofs] = True
         self._is_force = displacement[: u.owned]
         self._volume_scale = self._norm(model.pressure_weights[: u.owned])
-        self._fixed_dofs = np.empty(0, dtype=int)
-        self._fixed_values = np.empty(0)
+        self._supported = Held(np.empty(0, dtype=int), np.empty(0), np.empty(0))
         self._x = u.create_vector()
         self._work = u.create_vector(), u.create_vector()
         self._max_iterations = max_iterations
@@ -183,11 +182,12 @@ class Newton:
 
     def set_supports(self, supports: Sequence[Support], state: State) -> None:
         """Change what is held from here on."""
-        self._fixed_dofs, self._fixed_values = self.model.set_supports(supports, state)
+        self._supported = self.model.set_supports(supports, state)
 
-    def held(self, state: State) -> tuple[np.ndarray, np.ndarray]:
-        """Displacements of the supported unknowns: now, and as the supports prescribe."""
-        return state.x[self._fixed_dofs], self._fixed_values
+    def held(self, state: State) -> Held:
+        """Displacements of the supported unknowns: from those of ``state`` to those that the
+        supports prescribe."""
+        return self._supported.seen_from(state.x)
 
     def solve(
         self,
@@ -206,11 +206,11 @@ class Newton:
         options = options or self.options
         floor = self.model.force_floor if options.force_floor is None else options.force_floor
         allowed = min(options.at_most or self._max_iterations, self._max_iterations)
-        state.x[self._fixed_dofs] = held
+        state.x[self._supported.dofs] = held
         guess, pressures = state.x[: self.model.unknowns.owned].copy(), dict(state["pressure"])
 
         def begin() -> None:
-            border = Border(self.model, control, self._fixed_dofs) if control else None
+            border = Border(self.model, control, self._supported.dofs) if control else None
             self._now = _Solve(state, origin, held, border, options, floor, allowed)
             self._x.setArray(guess)
             with np.errstate(all="ignore"):
@@ -237,16 +237,16 @@ class Newton:
             return None
         change = self._forces(later)[0] - self._forces(here)[0]
         rate = self._response(-change[: self.model.unknowns.owned]) / step
-        rate[self._fixed_dofs] = (later.held - here.held) / step
+        rate[self._supported.dofs] = (later.held - here.held) / step
         return rate
 
     def _forces(self, loaded: Loaded) -> tuple[np.ndarray, np.ndarray]:
         """Out-of-balance force, zero at supports, and internal force (local,)."""
         state = replace(loaded.state, x=loaded.state.x.copy())
-        state.x[self._fixed_dofs] = loaded.held
+        state.x[self._supported.dofs] = loaded.held
         with np.errstate(all="ignore"):
             force, internal = self.model.force(state)
-        force[self._fixed_dofs] = 0.0
+        force[self._supported.dofs] = 0.0
         return force, internal
 
     def _response(self, right: np.ndarray) -> np.ndarray:
@@ -271,7 +271,7 @@ class Newton:
         now.state.x = self.model.unknowns.to_local(x)
         self.counts.residual_evaluations += 1
         force, internal = self.model.force(now.state)
-        force[self._fixed_dofs] = now.state.x[self._fixed_dofs] - now.held
+        force[self._supported.dofs] = now.state.x[self._supported.dofs] - now.held
         f.setArray(force[:owned])
         now.internal = self._norm(internal[:owned][self._is_force])
         now.out_of_balance = self._norm(force[:owned][self._is_force])

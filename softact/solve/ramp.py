@@ -8,6 +8,7 @@ import numpy as np
 
 from softact.loads import BY_FIELD
 from softact.loads.load_step import LoadStep
+from softact.loads.support import Held
 from softact.solve.border import VolumeControl
 from softact.system.term import State, Value
 
@@ -15,7 +16,7 @@ from softact.system.term import State, Value
 class Ramp:
     """Loads, volumes and prescribed displacements between the start and the end of a step.
 
-    state: at the start. held: prescribed displacements (mm) at the start and at the end.
+    state: at the start. held: displacements that the supports prescribe on the way.
     volume: (state, cavity) -> mm³.
     """
 
@@ -23,7 +24,7 @@ class Ramp:
         self,
         state: State,
         step: LoadStep,
-        held: tuple[np.ndarray, np.ndarray],
+        held: Held,
         volume: Callable[[State, str], float],
     ):
         self._held, self._step = held, step
@@ -66,7 +67,7 @@ class Ramp:
     @property
     def moves_supports(self) -> bool:
         """Whether supports that this process holds move in this step."""
-        return not np.array_equal(*self._held)
+        return self._held.moves
 
     def apply(self, state: State, fraction: float) -> np.ndarray:
         """Set the loads of ``state``; returns the prescribed displacements (mm).
@@ -84,7 +85,7 @@ class Ramp:
         }
         if free:
             state.put("pressure", {**state["pressure"], **free})
-        return between(*self._held)
+        return self._held.at(fraction)
 
     def control(self, fraction: float) -> VolumeControl | None:
         """The prescribed volumes; None where there are none."""

@@ -64,7 +64,8 @@ class Stepper:
         if start:
             walk.restore(start, start.begun if inside else start.state)
         replaced = [step.supports for step in steps[: first + 1] if step.supports is not None]
-        walk.set_supports(replaced[-1] if replaced else supports)
+        for earlier in (supports, *replaced):  # angles are counted on from one to the next
+            walk.set_supports(earlier)
         if not start:
             walk.model.contacts.check_clear(walk.state)
             walk.model.contacts.remember(walk.state)

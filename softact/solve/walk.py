@@ -6,6 +6,7 @@ where Newton's method fails, is theirs.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 
@@ -121,12 +122,17 @@ class Walk:
 
     def __init__(self, model: Model, settings: Settings, listeners: Listeners):
         self.model, self.settings, self.listeners = model, settings, listeners
-        self.newton = Newton(model, settings.tolerance, settings.max_iterations)
-        self.newton.watch = self._watch
         self.progress = Progress()
         self.state = model.initial_state()
         self.rest = self._copy()
         self.accepted, self.control = 0, "load"
+
+    @functools.cached_property
+    def newton(self) -> Newton:
+        """Newton's method, made when all loads have made their terms and coupled their nodes."""
+        newton = Newton(self.model, self.settings.tolerance, self.settings.max_iterations)
+        newton.watch = self._watch
+        return newton
 
     # --- steps ----------------------------------------------------------------------------------
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from softact.bodies import BODIES
 from softact.fields import Fault, Place
 from softact.geometry.base import Geometry
 from softact.loads import LOADS
@@ -57,6 +58,9 @@ def cross_faults(data: Any, geometry: Geometry | None) -> Iterator[Fault]:
         yield from _supports(data["supports"], ("supports",), layout)
     elif not layout.clamp and layout.regions:
         yield from _supports([], ("supports",), layout)
+    for key, kind in BODIES.items():
+        if kind.annotation is not None and data.get(key) is not None:
+            yield from kind.faults(data[key], (key,), layout)
     yield from _obstacles(data.get("obstacles"), layout)
     for index, contact in _mappings(data.get("contact")):
         yield from _contact(contact, ("contact", index), layout)
@@ -223,6 +227,12 @@ def _supports(value: Any, place: Place, layout: Layout) -> Iterator[Fault]:
     for index, support in supports:
         yield from surface_fault(support.get("surface"), (*place, index, "surface"), layout)
         components = _components(support)
+        yield from _turned(support.get("turn"), (*place, index, "turn", "axis"), layout)
+        if place[0] == "steps" and support.get("spring"):
+            yield (
+                (*place, index, "spring"),
+                "springs act from the start; write them under the spec's supports",
+            )
         held |= components
         for component in sorted(components):
             entry = (str(support.get("surface")), component)
@@ -235,9 +245,26 @@ def _supports(value: Any, place: Place, layout: Layout) -> Iterator[Fault]:
         yield place, f"nothing holds the actuator{clamp} along {component}; fix it on some surface"
 
 
+def _turned(turn: Any, place: Place, layout: Layout) -> Iterator[Fault]:
+    axis = turn.get("axis") if isinstance(turn, dict) else None
+    if not isinstance(axis, list | tuple) or len(axis) != 3:
+        return
+    for plane, normal in layout.symmetry.items():
+        for component in range(3):
+            if component != normal and axis[component] not in (0, 0.0):
+                yield (
+                    place,
+                    f"a rotation about an axis that is not normal to the symmetry plane '{plane}' "
+                    "would turn its mirror image the other way; model the whole actuator",
+                )
+                return
+
+
 def _components(support: dict) -> set[str]:
     names: set[str] = set()
-    for key in ("fix", "move"):
+    if isinstance(support.get("turn"), dict):
+        return set("xyz")
+    for key in ("fix", "move", "spring"):
         if isinstance(support.get(key), list | tuple | dict):
             names |= {entry for entry in support[key] if isinstance(entry, str)}
     return names & set("xyz")

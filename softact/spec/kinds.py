@@ -28,8 +28,8 @@ KINDS = {
     "spec": _kind(
         "a spec",
         "to solve it: softact run {}",
-        "geometry materials layers sheets supports obstacles contact steps assumptions measures "
-        "safety_factor solver",
+        "geometry materials layers sheets supports obstacles contact steps probes assumptions "
+        "measures safety_factor solver",
     ),
     "sweep": _kind("a sweep", "to compute it: softact sweep {}", "base set axes design trends"),
     "optimise": _kind(

@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections.abc import Mapping
-from typing import Any, Literal, Self, get_args
+from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import (
     BaseModel,
@@ -16,7 +16,9 @@ from pydantic import (
 )
 from pydantic_core.core_schema import ErrorType
 
-from softact.fields import Component, Name, fault
+from softact.bodies import BODIES
+from softact.bodies.base import BodyKind
+from softact.fields import Component, Direction, Name, Point, fault
 from softact.geometry.base import Geometry
 from softact.geometry.imported import Imported
 from softact.loads import LOADS
@@ -29,10 +31,13 @@ from softact.spec.contact import AnyObstacle, Contacts, resolved_contact
 from softact.spec.fields import GEOMETRY, AnyGeometry, AnyMaterial, LayerMaterial, Measures
 from softact.spec.slots import walk
 from softact.spec.text import to_text
-from softact.units import Angle, Dimensionless, Length
+from softact.units import Angle, Dimensionless, Length, Stiffness
 
 #: List of a spec -> the word that, with a number, names an entry without a name.
 UNNAMED = {"steps": "step", "contact": "contact"}
+
+
+Spring = Annotated[Stiffness, Field(gt=0)]
 
 
 class Model(BaseModel):
@@ -100,6 +105,16 @@ class SheetOfLayers(Model):
     )
 
 
+class Turn(Model):
+    """A rotation of a surface as a rigid plate."""
+
+    axis: Direction = Field(description="direction of the axis: [1, 0, 0]")
+    angle: Angle = Field(description="counted from the undeformed state; whole turns count")
+    about: Point | None = Field(
+        None, description="a point of the axis; default: the middle of the surface"
+    )
+
+
 class Support(Model):
     """Components of the displacement of a surface that are held or prescribed."""
 
@@ -110,11 +125,23 @@ class Support(Model):
     move: dict[Component, Length] = Field(
         {}, description="components moved, counted from the undeformed state: {x: 2 mm}"
     )
+    turn: Turn | None = Field(None, description="a rotation, which prescribes all components")
+    spring: dict[Component, Spring] | None = Field(
+        None,
+        description="components held by springs from the undeformed state on: {x: 2 N/mm} of the "
+        "whole surface, spread over its area; not in a step's supports, which leave springs as "
+        "they are",
+    )
 
     @model_validator(mode="after")
     def _holds_something(self) -> Self:
-        if not self.fix and not self.move:
+        if not self.fix and not self.move and not self.turn and not self.spring:
             raise fault("neither fixes nor moves anything; write for example fix: [x, y, z]")
+        if self.turn and (self.fix or self.move or self.spring):
+            raise fault("turn prescribes x, y and z; leave fix, move and spring out")
+        for component in self.spring or {}:
+            if component in self.fix or component in self.move:
+                raise fault(f"'{component}' has a spring and is prescribed too; keep one")
         for component in self.fix:
             if component in self.move:
                 raise fault(f"'{component}' is both fixed and moved; keep one")
@@ -127,6 +154,12 @@ class Support(Model):
         """Component (0, 1, 2) -> prescribed displacement in mm, None: held where it is."""
         fixed: dict[int, float | None] = {"xyz".index(component): None for component in self.fix}
         return fixed | {"xyz".index(component): value for component, value in self.move.items()}
+
+    @property
+    def held(self) -> tuple[int, ...]:
+        """Components (0, 1, 2) that are prescribed or held by springs."""
+        springs = ("xyz".index(component) for component in self.spring or {})
+        return (0, 1, 2) if self.turn else (*self.values, *springs)
 
 
 class StepBase(Model):
@@ -226,7 +259,7 @@ class Solver(Model):
         return self
 
 
-class Spec(Model):
+class SpecBase(Model):
     """A soft actuator, its loads, and what to compute."""
 
     name: Name = Field("actuator", description="default: the name of the file")
@@ -258,6 +291,9 @@ class Spec(Model):
     steps: tuple[Step, ...] = Field(
         strict=False, description="in order; each starts from the last state"
     )
+    probes: dict[Name, Point] = Field(
+        {}, description="points of the undeformed actuator whose way is wanted: name -> place"
+    )
     safety_factor: Dimensionless = Field(
         2.0, ge=1, le=100, description="failure pressure over safe pressure"
     )
@@ -268,7 +304,7 @@ class Spec(Model):
     @classmethod
     def _check(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
         """Collect the faults of single values and those between the parts, all at once."""
-        if isinstance(data, Spec):
+        if isinstance(data, SpecBase):
             return data
         data = _named(data)
         faults, spec = [], None
@@ -311,13 +347,27 @@ class Spec(Model):
                 part.pop(text, None)
         if isinstance(self.geometry, Imported):
             data["geometry"]["file"] = self.geometry.content()
-        if not data["sheets"]:
-            del data["sheets"]  # as before there were any
+        for part in ("sheets", "probes"):
+            if not data[part]:
+                del data[part]  # as before there were any
         for ply in (ply for sheet in data.get("sheets", {}).values() for ply in sheet["plies"]):
             if not ply["incompressible"]:
                 del ply["incompressible"]  # as before there was a choice
         canonical = json.dumps(data, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(canonical.encode()).hexdigest()[:16]
+
+
+def spec_model(bodies: Mapping[str, BodyKind]) -> type[SpecBase]:
+    """A spec in which the kinds of body that have an annotation get their keys."""
+    fields: dict[str, Any] = {
+        key: (kind.annotation | None, Field(None, description=kind.description))
+        for key, kind in bodies.items()
+        if kind.annotation is not None
+    }
+    return create_model("Spec", __base__=SpecBase, __doc__=SpecBase.__doc__, **fields)
+
+
+Spec = spec_model(BODIES)
 
 
 def _named(data: Any) -> Any:

@@ -156,6 +156,8 @@ class Assembler:
 
         Returns their place in ``extra_values``. To be called before ``matrix`` is used.
         """
+        if "matrix" in self.__dict__:
+            raise RuntimeError("the matrix has its pattern already; couple unknowns before")
         start = len(self.extra_values)
         self._extra.append((rows, columns))
         self.extra_values = np.zeros(start + len(rows))

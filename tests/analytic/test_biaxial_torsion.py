@@ -57,7 +57,7 @@ def twisted(model, angle):
         np.zeros_like(z),
     ]
     state.x[model.displacement_dofs] = np.column_stack(twist)
-    outcome = newton.solve(state, newton.held(state)[0])
+    outcome = newton.solve(state, newton.held(state).start)
     assert outcome.converged, outcome.reason
     return state
 

@@ -38,7 +38,7 @@ def fallen(slack: int, monkeypatch):
     state.put("gravity", {EVERYTHING: np.array([0.0, 0.0, -GRAVITY])})
     solver = Newton(model, 1e-8, 15)
     solver.set_supports([Support("held", {0: 0.0, 1: 0.0, 2: 0.0})], state)
-    assert solver.solve(state, solver.held(state)[1]).converged
+    assert solver.solve(state, solver.held(state).end).converged
     return state.x[model.nodes.dofs], solver._factor._space
 
 

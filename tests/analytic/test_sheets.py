@@ -69,7 +69,7 @@ def test_wrinkled_strip_in_shear():
         newton.set_supports(supports, state)
         places = model.nodes.places
         state.x[model.nodes.dofs[:, 0]] = gamma * places[:, 1]
-        assert newton.solve(state, newton.held(state)[1]).converged
+        assert newton.solve(state, newton.held(state).end).converged
         part = model.sheets["sheet"]
         x = part.triangles.places.mean(axis=1)[:, 0]
         middle = np.abs(x - length / 2) < 5.0
