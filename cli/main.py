@@ -163,6 +163,10 @@ def _click(arguments: list[str]) -> object:
     """What click's own main does; that one would turn a broken pipe into exit code 1."""
     if instruction := os.environ.get("_SOFTACT_COMPLETE"):
         return shell_complete(softact, {}, "softact", "_SOFTACT_COMPLETE", instruction)
+    if "" in arguments:  # Path("") would be the current folder
+        raise click.UsageError(
+            f"word {arguments.index('') + 1} of the call is empty; is a variable of the shell unset?"
+        )
     try:
         with softact.make_context("softact", arguments) as context:
             return softact.invoke(context)
@@ -191,10 +195,14 @@ def _told(error: Exception) -> int:
 def _tell(error: Exception) -> int:
     """Print what went wrong in plain lines; return the exit code."""
     if isinstance(error, SoftactError):
-        for line in error.lines:
+        for line in dict.fromkeys(error.lines):
             click.echo(line, err=True)
         return error.exit_code
     if isinstance(error, click.ClickException):
+        from softact.units import one_line
+
+        # It holds words of the call as they are, with whatever a terminal might obey.
+        error.message = "\n".join(one_line(line) for line in error.message.split("\n"))
         error.show()
         return WRONG_INPUT
     if isinstance(error, OSError) and error.filename is not None:

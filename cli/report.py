@@ -62,6 +62,8 @@ def report(
     if animate:
         animation.check(animate)
     results = read(directory)
+    if animate:
+        animation.check_states(results)
     called = shlex.join(["softact", "report", str(directory)])
     read_in = read_all(measured, list(results.curve), columns, called)
     more = [partial(published.section, wanted=targets)] if targets else []
