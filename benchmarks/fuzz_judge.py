@@ -20,6 +20,7 @@ from unittest import mock
 
 from softact.child_processes import python
 from softact.cli import main as cli
+from softact.units import one_line
 
 CODES = (0, 1, 2, 3, 4)
 REFUSED = 2
@@ -28,6 +29,8 @@ PYTHON = re.compile(
     r"Traceback \(most recent|\.py:\d+: \w*Warning|fault in softact|<[\w.]+ object at 0x"
     r"|\bNoneType\b|validation errors? for|\w+Error\(|<class '"
 )
+#: A run that is finished is kept in the cache, whatever comes after.
+_KEPT = re.compile(r"/(results/\.runs|runs)/|/results/$")
 LONGEST_LINE = 1500
 _QUIET = DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning
 
@@ -76,6 +79,7 @@ def faults(arguments: Sequence[str], ended: Ended, before: dict, after: dict) ->
 
 def _of_refusal(arguments: Sequence[str], err: str, before: dict, after: dict) -> Iterator[str]:
     changed = sorted(k for k in before.keys() | after.keys() if before.get(k) != after.get(k))
+    changed = [path for path in changed if not _KEPT.search(path)]
     if changed:
         yield f"writes {', '.join(changed[:3])}"
     lines = [line for line in err.split("\n") if line.strip()]
@@ -94,9 +98,10 @@ def _of_refusal(arguments: Sequence[str], err: str, before: dict, after: dict) -
 
 def _says_where(line: str, arguments: Sequence[str]) -> bool:
     """Whether a line names a file, an option or a word of the call."""
-    if re.search(r"--?[\w-]+\b|\w\.(yaml|csv|json|h5|npz|db)\b|\bcommand\b|'.*'", line):
+    if re.search(r"--?[\w-]+\b|\w\.(yaml|csv|json|h5|npz|db)\b|\bcommand\b|\bword \d|'.*'", line):
         return True
-    return any(word in line for argument in arguments for word in argument.split("=", 1) if word)
+    words = [word for argument in arguments for word in argument.split("=", 1)]
+    return any(one_line(word) in line for word in words if word)
 
 
 @contextmanager

@@ -60,21 +60,28 @@ def _places(tree: Any) -> list[tuple[Any, Any]]:
     return found
 
 
-def _quantity(value: Any, draw: random.Random) -> Any:
-    """Another number or another unit."""
+def _quantity(value: Any, draw: random.Random, mild: bool = False) -> Any:
+    """Another number or another unit; a mild change keeps what is no number, and the unit."""
     number, _, unit = str(value).partition(" ")
     try:
         size = float(number)
     except ValueError:
-        return odd(draw)
+        return value if mild else odd(draw)
+    if mild:
+        size *= draw.choice((-1, 0, 0.3, 0.9, 1.1, 2, 3, 10))
+        return f"{size:g} {unit}".strip() if isinstance(value, str) else type(value)(size)
     if draw.random() < 0.4:
         return f"{number} {draw.choice(_UNITS)}".strip()
     size *= draw.choice((-1, 0, 0.5, 2, 10, 1e-3, 1e3, 1e-9, 1e9, 1e200))
     return f"{size:g} {unit}".strip() if isinstance(value, str) else size
 
 
-def _change(tree: Any, draw: random.Random) -> None:
+def _change(tree: Any, draw: random.Random, mild: bool) -> None:
     at, key = draw.choice(_places(tree))
+    if mild:
+        if not isinstance(at[key], dict | list | bool):
+            at[key] = _quantity(at[key], draw, mild)
+        return
     how = draw.choice(("lost", "odd", "odd", "quantity", "quantity", "named", "nested", "moved"))
     if how == "lost":
         del at[key]
@@ -96,12 +103,12 @@ def changed(text: str, times: int, draw: random.Random) -> bytes:
     if times and draw.random() < 0.15:
         raw = bytearray(text.encode())
         return bytes(draw.choice((*ANY, line_lost))(raw, draw))
-    tree = yaml.safe_load(text)
-    for _ in range(times):
+    tree, mild = yaml.safe_load(text), draw.random() < 0.4
+    for _ in range(4 * times if mild else times):
         if not tree:
             break
         try:
-            _change(tree, draw)
+            _change(tree, draw, mild)
         except TypeError:  # an odd value that is no key
             continue
     try:

@@ -33,12 +33,12 @@ _LAYOUT = Layout(regions=("body",), surfaces=("clamp",), cavities={})
 
 
 @contextmanager
-def stand_ins(restart: Path, failing: bool = True) -> Iterator[None]:
+def stand_ins(restart: Path, sound: str) -> Iterator[None]:
     """Everything slow replaced. restart: a restart file, which every run leaves a copy of.
-    failing: whether some runs fail."""
+    sound: hash of the spec whose runs do not fail."""
 
     def solve(self, notes: Sequence[str], processes: int, threads: int | None) -> Mapping:
-        return _solved(self.spec, self.directory, self.progress, restart, failing)
+        return _solved(self.spec, self.directory, self.progress, restart, sound)
 
     with ExitStack() as stack:
         for place, name, other in (
@@ -56,9 +56,9 @@ def _meshed(geometry, path: Path, timeout: float, part: str, said: list[str]) ->
         path.write_bytes(base.ENDS.get(path.suffix, b"mesh"))
 
 
-def _solved(spec, directory: Path, progress, restart: Path, failing: bool) -> Mapping:
+def _solved(spec, directory: Path, progress, restart: Path, sound: str) -> Mapping:
     number = zlib.crc32(spec.hash.encode())
-    ends = number % 10 if failing else None
+    ends = number % 10 if spec.hash != sound else None
     progress({"stage": "mesh"})
     if ends == 0:
         raise MeshError("block: gmsh did not finish within 300 s and was stopped")

@@ -164,8 +164,9 @@ def _click(arguments: list[str]) -> object:
     if instruction := os.environ.get("_SOFTACT_COMPLETE"):
         return shell_complete(softact, {}, "softact", "_SOFTACT_COMPLETE", instruction)
     if "" in arguments:  # Path("") would be the current folder
+        place = arguments.index("") + 1
         raise click.UsageError(
-            f"word {arguments.index('') + 1} of the call is empty; is a variable of the shell unset?"
+            f"word {place} of the call is empty ('{arguments[0]} ...'); is a shell variable unset?"
         )
     try:
         with softact.make_context("softact", arguments) as context:
@@ -193,16 +194,18 @@ def _told(error: Exception) -> int:
 
 
 def _tell(error: Exception) -> int:
-    """Print what went wrong in plain lines; return the exit code."""
+    """Print what went wrong in plain lines; return the exit code.
+
+    What it holds of the call and of files may be anything; a terminal shall not obey it.
+    """
+    from softact.units import printable
+
     if isinstance(error, SoftactError):
         for line in dict.fromkeys(error.lines):
-            click.echo(line, err=True)
+            click.echo(printable(line), err=True)
         return error.exit_code
     if isinstance(error, click.ClickException):
-        from softact.units import one_line
-
-        # It holds words of the call as they are, with whatever a terminal might obey.
-        error.message = "\n".join(one_line(line) for line in error.message.split("\n"))
+        error.message = "\n".join(map(printable, error.message.split("\n")))
         error.show()
         return WRONG_INPUT
     if isinstance(error, OSError) and error.filename is not None:

@@ -29,12 +29,6 @@ def check(kind: str) -> None:
         )
 
 
-def check_states(results: Results) -> None:
-    """Raise SpecError where there is nothing to animate."""
-    if not results.increments:
-        raise SpecError(f"{results.directory}: there are no states, so there is nothing to animate")
-
-
 def write_animation(directory: str | Path, kind: str) -> Path:
     """Write the film of a result folder; returns its path.
 
@@ -43,7 +37,8 @@ def write_animation(directory: str | Path, kind: str) -> Path:
     """
     check(kind)
     results = read(directory)
-    check_states(results)
+    if not results.increments:
+        raise SpecError(f"{directory}: there are no states, so there is nothing to animate")
     shots = _shots(results)
     path = Path(directory) / f"animation.{kind}"
     if kind == "gif":
