@@ -163,6 +163,11 @@ def _click(arguments: list[str]) -> object:
     """What click's own main does; that one would turn a broken pipe into exit code 1."""
     if instruction := os.environ.get("_SOFTACT_COMPLETE"):
         return shell_complete(softact, {}, "softact", "_SOFTACT_COMPLETE", instruction)
+    if "" in arguments:  # Path("") would be the current folder
+        place = arguments.index("") + 1
+        raise click.UsageError(
+            f"word {place} of the call is empty ('{arguments[0]} ...'); is a shell variable unset?"
+        )
     try:
         with softact.make_context("softact", arguments) as context:
             return softact.invoke(context)
@@ -189,12 +194,18 @@ def _told(error: Exception) -> int:
 
 
 def _tell(error: Exception) -> int:
-    """Print what went wrong in plain lines; return the exit code."""
+    """Print what went wrong in plain lines; return the exit code.
+
+    What it holds of the call and of files may be anything; a terminal shall not obey it.
+    """
+    from softact.units import printable
+
     if isinstance(error, SoftactError):
-        for line in error.lines:
-            click.echo(line, err=True)
+        for line in dict.fromkeys(error.lines):
+            click.echo(printable(line), err=True)
         return error.exit_code
     if isinstance(error, click.ClickException):
+        error.message = "\n".join(map(printable, error.message.split("\n")))
         error.show()
         return WRONG_INPUT
     if isinstance(error, OSError) and error.filename is not None:

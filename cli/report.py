@@ -66,12 +66,12 @@ def report(
     read_in = read_all(measured, list(results.curve), columns, called)
     more = [partial(published.section, wanted=targets)] if targets else []
     with held(directory, "report"):
+        if animate:  # first, since a machine may be unable to draw it
+            film = animation.write_animation(directory, animate)
         if forget:
             (directory / MEASURED).unlink(missing_ok=True)
         remember(directory, read_in)
         path = write_report(directory, more, tell_error)
-        if animate:
-            film = animation.write_animation(directory, animate)
     tell(directory, remembered(directory))
     for name in targets:
         verdicts = [published.judge(results, asked) for asked in published.requirements(name)]

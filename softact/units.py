@@ -177,8 +177,12 @@ def plain(value: Any) -> str:
 
 def one_line(text: str) -> str:
     """Return ``text`` without line breaks and characters that a terminal might obey."""
-    words = " ".join(text.split())
-    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in words)
+    return printable(" ".join(text.split()))
+
+
+def printable(text: str) -> str:
+    """Return ``text`` without characters that a terminal might obey or cannot show."""
+    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
 
 
 def is_utf8(text: str) -> bool:

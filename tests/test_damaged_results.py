@@ -6,11 +6,11 @@ import random
 import shutil
 
 import bent_beam
-import damaging
 import h5py
 import numpy as np
 import pytest
 
+from benchmarks import damaging
 from softact import spec as specs
 from softact.cli import main as cli
 from softact.converge import carry

@@ -185,7 +185,7 @@ def _unescaped(cell: str) -> str:
     return cell[1:] if cell.startswith("'") and _FORMULA.match(cell) else cell
 
 
-def json_text(data: Mapping) -> str:
+def json_text(data: Mapping | Sequence) -> str:
     """Strict JSON of ``data``: numpy values become plain ones, NaN and infinities null."""
     return json.dumps(_plain(data), indent=2, allow_nan=False) + "\n"
 

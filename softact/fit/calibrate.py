@@ -192,6 +192,12 @@ def given(request: Request, spec: Spec) -> tuple[Measured, list[Knob]]:
     """The measured curve, and the values to adjust. Raises SpecError where they do not go with the
     spec or with each other."""
     measured = _measured(request, spec)
+    fractions = measured.values.get("step_fraction", np.zeros(1))
+    if fractions.min() < 0 or fractions.max() > 1:  # before a run, not after
+        raise SpecError(
+            f"{measured.source}: step_fraction goes from {fractions.min():g} to "
+            f"{fractions.max():g}; in a step of a run it goes from 0 to 1"
+        )
     knobs = read_knobs(request.vary, spec)
     if not knobs:
         raise SpecError("nothing to adjust; name a value with --vary, such as materials.body.c10")

@@ -14,6 +14,8 @@ from softact.fit.encoding import read_text
 from softact.units import show
 
 MOST_CELLS = 1000
+#: No test measures more, in any unit; squares and plots of it would overflow.
+LARGEST = 1e100
 SEPARATORS = (";", "\t", ",", "|", None)  # None: blanks
 # What machines and spreadsheets write where they have no value.
 MISSING = {
@@ -166,7 +168,7 @@ def numbers(rows: Sequence[Row], places: Iterable[int]):
         faults[i] = []
         for r, cell in enumerate(column):
             number = value(cell, mark)
-            if number is not None and math.isfinite(number):
+            if number is not None and abs(number) <= LARGEST:
                 found[i][r] = number
             elif cell_kind(cell) != "missing":
                 faults[i].append((rows[r].line, cell_fault(cell, mark)))
@@ -176,8 +178,10 @@ def numbers(rows: Sequence[Row], places: Iterable[int]):
 def cell_fault(cell: str, mark: str = ".") -> str | None:
     """Return what is wrong with a cell that should hold a number, None where it does."""
     number = value(cell, mark)
-    if number is not None and math.isfinite(number):
+    if number is not None and abs(number) <= LARGEST:
         return None
+    if number is not None and math.isfinite(number):
+        return f"{show(cell)} is larger than anything that a test measures"
     if number is not None or _NOT_FINITE.fullmatch(_bare(cell)):
         return f"{show(cell)} is not a finite number"
     if mark == "?" and cell_kind(cell) == "number":

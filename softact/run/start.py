@@ -22,7 +22,7 @@ from softact.files.lock import held
 from softact.files.streams import UTF8
 from softact.files.text import json_text, write_atomic
 from softact.geometry.base import make_mesh
-from softact.results.folder import COMPLETE, INCOMPLETE
+from softact.results.folder import COMPLETE, INCOMPLETE, read
 from softact.results.run_log import RunLog
 from softact.run.resuming import to_resume
 from softact.spec import plausible
@@ -99,6 +99,7 @@ def run(
             notes.append(f"{directory}: there is nothing to go on from; solved from the beginning")
         finished = old is not None and old.finished_as(spec)
         if finished:
+            read(directory)  # what is damaged is told of before anything is written
             _remember(directory, measured)
             outcome = Outcome(COMPLETE, directory, None, old.verdict)
         else:

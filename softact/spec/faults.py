@@ -145,6 +145,7 @@ _TEXTS: dict[str, Callable[..., str]] = {
     "less_than": _bound("less than", "lt"),
     "less_than_equal": _bound("at most", "le"),
     "string_type": _wanted("text"),
+    "path_type": _wanted("the name of a file"),
     "string_pattern_mismatch": _pattern,
     "too_short": _short,
     "int_type": _wanted("a whole number"),
