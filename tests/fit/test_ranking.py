@@ -13,7 +13,7 @@ from softact.fit.data import Test, read_tests
 from softact.fit.fit import Options, fit, ranked
 from softact.fit.merit import LEAST, WORST, _folds, independent, merits, prediction
 from softact.fit.modes import nominal_stress
-from softact.fit.page import html
+from softact.fit.fit_page import html
 from softact.fit.problem import make_problem
 from softact.fit.reason import reason
 from softact.fit.run import Request, run
