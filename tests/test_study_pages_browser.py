@@ -18,8 +18,7 @@ from softact.optimise import optimise_page
 from softact.optimise.spec import Optimisation
 from softact.optimise.study import Trials
 from softact.sweep import compute as computing
-from softact.sweep import sweep_page
-from softact.sweep import table
+from softact.sweep import sweep_page, table
 from softact.sweep.cache import Cache
 from softact.sweep.spec import Sweep, read
 from softact.sweep.study import locally, open_study

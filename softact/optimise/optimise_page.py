@@ -15,8 +15,8 @@ from softact.optimise.study import Trials, feasible
 from softact.report import base, labels, write_report
 from softact.report.base import Section
 from softact.sweep import shape
-from softact.sweep.sweep_page import MOST_SHAPES, packed, thinned
 from softact.sweep.record import DamagedError, load
+from softact.sweep.sweep_page import MOST_SHAPES, packed, thinned
 
 TABLE, PAGE, BEST = "trials.csv", "optimise.html", "best"
 FILES = (DATABASE, TABLE, PAGE, BEST)
@@ -87,8 +87,8 @@ def html(trials: Trials, table: list[dict]) -> str:
 
 
 def _designs(trials: Trials) -> dict:
-    """What optimise.js shows of the trials that have values, by their numbers; ``first``: the one that
-    is shown before any click. Of many trials, some have their shapes on the page."""
+    """What optimise.js shows of the trials that have values, by their numbers; ``first``: the one
+    that is shown before any click. Of many trials, some have their shapes on the page."""
     best, solved = trials.best(), [t for t in trials.done if t.values is not None]
     some = [solved[n] for n in thinned(range(len(solved)), MOST_SHAPES)]
     shapes = {

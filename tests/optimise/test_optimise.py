@@ -53,7 +53,9 @@ def made_up(monkeypatch):
         bent_beam.write(directory, angle, 2, size={"nx": 6, "ny": 2, "nz": 7})
 
     monkeypatch.setattr(computing, "run", run)
-    monkeypatch.setattr(page, "write_report", lambda folder: (folder / "report.html").touch())
+    monkeypatch.setattr(
+        optimise_page, "write_report", lambda folder: (folder / "report.html").touch()
+    )
     return calls
 
 
@@ -316,7 +318,9 @@ def test_choices_of_any_type(tmp_path, made_up, values):
     text = text[: text.index("reference")]
     study = trials(tmp_path, text, trials=6)
     study.run(1, lambda trial, answer: None)
-    assert len(study.done) == 6 and optimise_page.write(study, Output(tmp_path, "optimize")).is_file()
+    assert (
+        len(study.done) == 6 and optimise_page.write(study, Output(tmp_path, "optimize")).is_file()
+    )
     assert {str(study.coordinates(t)["materials.body"]) for t in study.done} <= {
         str(value) for value in study.wanted.parameters[1].values
     }
