@@ -91,12 +91,12 @@ def a_report_of_a_mesh_study(top):
 def studies(top):
     (top / "sweep.yaml").write_text(
         f"{TOLD}{CUBE}axes: [{{path: geometry.length, values: [4 mm, 6 mm]}}]\n"
-        f"trends: [{{measure: bending_angle_deg, along: geometry.length, expect: increases, "
+        "trends: [{measure: bending_angle_deg, axis: geometry.length, does: rise, "
         f"source: {YAML}}}]\n"
     )
     study = open_study(*read(top / "sweep.yaml", Sweep), Cache(top / "runs"))
     study.compute(locally(1), lambda point, answer: None)
-    sweeping.write(study, Output(top / "sweep", "sweep"))
+    sweeping.write(study, None, Output(top, "sweep"))
     (top / "opt.yaml").write_text(
         f"{TOLD}{CUBE}parameters: [{{path: geometry.length, from: 4 mm, to: 20 mm}}]\n"
         "objectives: [{measure: bending_angle_deg, goal: maximise}]\ntrials: 2\n"
@@ -104,7 +104,7 @@ def studies(top):
     trials = Trials(*read(top / "opt.yaml", Optimisation), Cache(top / "runs"), top)
     trials.run(1, lambda trial, answer: None)
     path = optimise_page.write(trials, Output(top, "optimize"))
-    return {"sweep": top / "sweep" / "sweep.html", "optimisation": path}
+    return {"sweep": top / "sweep.html", "optimisation": path}
 
 
 def a_fit(top):
