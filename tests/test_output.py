@@ -68,7 +68,7 @@ def folder(tmp_path, monkeypatch):
         bent_beam.write(directory, angle, 2, size=size)
 
     monkeypatch.setattr(computing, "run", run)
-    monkeypatch.setattr("softact.optimise.page.write_report",
+    monkeypatch.setattr("softact.optimise.optimise_page.write_report",
                         lambda folder: (folder / "report.html").touch())  # fmt: skip
     return tmp_path
 

@@ -13,8 +13,8 @@ from softact.fit.candidates import Candidate, chosen
 from softact.fit.card import card_text, numbers
 from softact.fit.data import Test, read_tests
 from softact.fit.fit import Fit, Options, fit, ranked
+from softact.fit.fit_page import html
 from softact.fit.held import first_fault, hold
-from softact.fit.page import html
 from softact.fit.plausible import warnings
 from softact.fit.plot import write_plot
 from softact.fit.sheet import TestSheet

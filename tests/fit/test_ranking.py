@@ -11,9 +11,9 @@ from softact.fit import candidates
 from softact.fit.candidates import CANDIDATES
 from softact.fit.data import Test, read_tests
 from softact.fit.fit import Options, fit, ranked
+from softact.fit.fit_page import html
 from softact.fit.merit import LEAST, WORST, _folds, independent, merits, prediction
 from softact.fit.modes import nominal_stress
-from softact.fit.page import html
 from softact.fit.problem import make_problem
 from softact.fit.reason import reason
 from softact.fit.run import Request, run
