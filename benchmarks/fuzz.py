@@ -2,15 +2,15 @@
 
 Hypothesis draws what is called, by seed: the same seed gives the same inputs. Specs, studies, cards
 and test data are changed in a few places, result folders damaged, options made odd. Most calls are
-made in this process, with stand-ins for gmsh, the solver and the drawing; every so many as a program
-of its own, with all that is real. What is asked of each stands in ``benchmarks.fuzz_judge``; the
-folder of one that fails is kept.
+made in this process, with stand-ins for gmsh, the solver and the drawing; every so many as a
+program of its own, with all that is real. What is asked of each stands in
+``benchmarks.fuzz_judge``; the folder of one that fails is kept.
 """
 
 from __future__ import annotations
 
-import random
 import json
+import random
 import shlex
 import shutil
 import sys
