@@ -95,7 +95,7 @@ ARGUMENTS = {
     "report": ("cube", "cube", "cube", "studies/results/walls", "studies"),
     "compare": ("cube", "other", "cube", "other", "studies/results/walls"),
     "fit": ("data.csv", "data.csv:planar", "data.csv:compression", "tests.yaml", "curve.csv"),
-    "check": ("case.yaml", "uniaxial_yeoh"), "optimize": ("opt.yaml",), "sweep": ("sweep.yaml",),
+    "check": ("case.yaml", "case.yaml", "pulled"), "optimize": ("opt.yaml",), "sweep": ("sweep.yaml",),
     "list": ("yeoh", "ecoflex-00-30", "pneunet", "bending", "pressure"), "schema": (), "doctor": (),
 }  # fmt: skip
 #: How often each is called; those that read the most, the most.
@@ -169,7 +169,8 @@ def _drawn_arguments(draw: Callable, name: str, command: click.Command) -> list[
             found.append(draw(st.sampled_from(argument.type.choices)))
             continue
         many = argument.nargs == -1
-        count = draw(st.sampled_from((1, 2, 2, 3) if many else (1,)))
+        fewest = 1 if argument.required else 0
+        count = draw(st.sampled_from((fewest, 1, 2, 2, 3) if many else (1,)))
         usual = st.sampled_from(ARGUMENTS.get(name) or ("cube.yaml", "cube"))
         rare = st.one_of(TEXTS, st.sampled_from([*FILES, "cube", "studies"]))
         for _ in range(count):
@@ -200,12 +201,16 @@ def prepare(call: tuple[str, list[str]], draw: random.Random, template: Path, bo
         "spec.yaml": drawn.read_text(encoding="utf-8"),
         "card.yaml": draw.choice(sorted(cards.glob("*.yaml"))).read_text(encoding="utf-8"),
     }
+    if name == "check":  # those that it knows by name
+        texts["configs/reference/pulled.yaml"] = CASE
     named = [n for n in texts if any(n in argument for argument in arguments)]
+    named += ["configs/reference/pulled.yaml"] if "pulled" in arguments else []
     wrong = draw.choice(named) if named and draw.random() < 0.7 else None
     if wrong == "sweep.yaml" and draw.random() < 0.3:
         wrong = "cube.yaml"  # its base
     for file, text in texts.items():
         times = draw.choice((1, 1, 2, 4)) if file == wrong else 0
+        (box / file).parent.mkdir(parents=True, exist_ok=True)
         (box / file).write_bytes(_content(file, text, times, draw))
         if times:
             made.told.append(f"{file} changed")

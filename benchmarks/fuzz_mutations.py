@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
+from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
@@ -46,7 +47,7 @@ def odd(draw: random.Random) -> Any:
     """A value of any kind that seldom fits."""
     if draw.random() < 0.6:
         return draw.choice(ODD_TEXTS)
-    return draw.choice(ODD_VALUES)
+    return deepcopy(draw.choice(ODD_VALUES))
 
 
 def _places(tree: Any) -> list[tuple[Any, Any]]:
@@ -88,7 +89,7 @@ def _change(tree: Any, draw: random.Random, mild: bool) -> None:
     elif how == "named" and isinstance(at, dict):
         at[draw.choice((odd, lambda d: f"{key}x", lambda d: str(key).upper()))(draw)] = at.pop(key)
     elif how == "nested":
-        at[key] = draw.choice(([at[key]], {"a": at[key]}, [at[key], at[key]]))
+        at[key] = draw.choice(([at[key]], {"a": at[key]}, [at[key], deepcopy(at[key])]))
     elif how == "moved":
         other, place = draw.choice(_places(tree))
         at[key] = yaml.safe_load(yaml.safe_dump(other[place]))
