@@ -78,11 +78,13 @@ FITTING = {
     "processes": ["1", "2"], "jobs": ["1", "2"], "trials": ["1", "3"], "most": ["2", "3"],
     "starts": ["1", "2"], "length": ["30 mm"], "width": ["10 mm"], "thickness": ["2 mm"],
     "area": ["20 mm^2"], "cycle": ["1", "last"], "toe": ["1 kPa"], "stretch_from": ["1.1"],
-    "stretch_to": ["1.8"], "smooth": ["5"], "points": ["8"], "sigma": ["1 kPa"], "fix": ["c20=0 kPa"],
+    "stretch_to": ["1.8"], "smooth": ["5"], "points": ["8"], "sigma": ["1 kPa"],
+    "fix": ["c20=0 kPa"],
     "compare": ["ecoflex-00-30", "card.yaml"], "density": ["1000 kg/m^3"], "strength": ["1 MPa"],
     "method": ["least-squares", "Nelder-Mead", "COBYLA"], "name": ["mine"], "x": ["step_fraction"],
     "measures": ["elongation_mm", "max_principal_stress_MPa"], "tolerance": ["5 %", "0.1"],
-    "factor": ["1.5", "2"], "into": ["other", "other", "cube"], "cache_folder": ["runs"], "timeout": ["10"],
+    "factor": ["1.5", "2"], "into": ["other", "other", "cube"], "timeout": ["10"],
+    "cache_folder": ["runs"],
     "junit_file": ["check.xml"], "reason": ["mended"], "seed": ["1"], "interface": ["lo"],
     "slurm_option": ["queue=short"], "output": ["out", "cube", "studies/results/walls", "x/y"],
 }  # fmt: skip
@@ -95,12 +97,14 @@ ARGUMENTS = {
     "report": ("cube", "cube", "cube", "studies/results/walls", "studies"),
     "compare": ("cube", "other", "cube", "other", "studies/results/walls"),
     "fit": ("data.csv", "data.csv:planar", "data.csv:compression", "tests.yaml", "curve.csv"),
-    "check": ("case.yaml", "case.yaml", "pulled"), "optimize": ("opt.yaml",), "sweep": ("sweep.yaml",),
+    "check": ("case.yaml", "case.yaml", "pulled"), "optimize": ("opt.yaml",),
+    "sweep": ("sweep.yaml",),
     "list": ("yeoh", "ecoflex-00-30", "pneunet", "bending", "pressure"), "schema": (), "doctor": (),
 }  # fmt: skip
 #: How often each is called; those that read the most, the most.
 WEIGHTS = {"run": 5, "validate": 8, "report": 5, "compare": 4, "sweep": 4, "fit": 4, "converge": 3,
-           "optimize": 3, "calibrate": 3, "check": 3, "mesh": 3, "schema": 1, "list": 1, "doctor": 1}  # fmt: skip
+           "optimize": 3, "calibrate": 3, "check": 3, "mesh": 3, "schema": 1, "list": 1,
+           "doctor": 1}  # fmt: skip
 
 
 @dataclass

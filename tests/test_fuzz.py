@@ -1,4 +1,4 @@
-"""A hundred inputs of the fuzzer (``benchmarks.fuzz``), and what it has found, as one for its kind."""
+"""A hundred inputs of the fuzzer (``benchmarks.fuzz``), and what it has found by now."""
 
 import dataclasses
 import json
@@ -13,8 +13,8 @@ from benchmarks.fuzz_inputs import CUBE, MEASURED, TENSION, commands
 from benchmarks.fuzz_judge import Ended, faults, in_process, listing
 from softact.fit.candidates import CANDIDATES
 from softact.fit.card import numbers
-from softact.fit.fit import Options, fit
 from softact.fit.data import Test
+from softact.fit.fit import Options, fit
 from softact.report import frames
 
 
@@ -27,22 +27,18 @@ def cube(tmp_path_factory):
 
 
 def test_a_hundred_inputs_end_as_they_should(cube, tmp_path):
-    make_template(tmp_path, lambda folder: shutil.copytree(cube, folder))
-    counts = fuzz(100, 0, tmp_path)
-    assert counts.faults == [], "\n".join(line for fault in counts.faults for line in fault.lines())
-    assert set(counts.codes) == set(commands())
-    assert sum(counter.total() for counter in counts.codes.values()) == 100
-
-
-def test_the_same_seed_gives_the_same_inputs(cube, tmp_path):
+    """The first of them again, since the same seed gives the same inputs."""
     template = tmp_path / "template"
     template.mkdir()
     make_template(template, lambda folder: shutil.copytree(cube, folder))
-    logs = []
-    for name in ("first", "again"):
-        fuzz(20, 3, template, keep=tmp_path / name)
-        logs.append((tmp_path / name / "inputs.txt").read_text())
-    assert logs[0] == logs[1] != ""
+    counts = fuzz(100, 0, template, keep=tmp_path / "whole")
+    assert counts.faults == [], "\n".join(line for fault in counts.faults for line in fault.lines())
+    assert set(counts.codes) == set(commands())
+    fuzz(10, 0, template, keep=tmp_path / "first")
+    whole, first = (
+        (tmp_path / name / "inputs.txt").read_text().splitlines() for name in ("whole", "first")
+    )
+    assert len(whole) == 100 and first == whole[:10]
 
 
 def test_the_judges_see_what_is_wrong():
@@ -152,3 +148,11 @@ def test_what_is_no_name_of_a_file_is_told_in_words(tmp_path, file):
     (line,) = refused(tmp_path, "fit", "tests.yaml")
     assert line.startswith("tests.yaml:2: tests.0.file: ")
     assert line.endswith("given; the name of a file is wanted")
+
+
+def test_a_list_of_tests_says_where_it_names_a_file_that_is_not_there(tmp_path):
+    (tmp_path / "tests.yaml").write_text("tests:\n  - {file: data.csv}\n  - file: planar\n")
+    (tmp_path / "data.csv").write_text(TENSION)
+    for command in ("fit", "validate"):
+        (line,) = refused(tmp_path, command, "tests.yaml")
+        assert line == "tests.yaml:3: tests.1.file: planar: there is no such file"
