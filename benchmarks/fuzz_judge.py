@@ -20,7 +20,7 @@ from unittest import mock
 
 from softact.child_processes import python
 from softact.cli import main as cli
-from softact.units import one_line
+from softact.units import one_line, printable
 
 CODES = (0, 1, 2, 3, 4)
 REFUSED = 2
@@ -101,7 +101,7 @@ def _says_where(line: str, arguments: Sequence[str]) -> bool:
     if re.search(r"--?[\w-]+\b|\w\.(yaml|csv|json|h5|npz|db)\b|\bcommand\b|\bword \d|'.*'", line):
         return True
     words = [word for argument in arguments for word in argument.split("=", 1)]
-    return any(one_line(word) in line for word in words if word)
+    return any(said(word) in line for word in words if word for said in (one_line, printable))
 
 
 @contextmanager

@@ -18,8 +18,9 @@ ODD_TEXTS = (
     "1 mm", "-1 mm", "0 mm", "1e30 mm", "1e-30 mm", "1 kPa", "1 mm^2", "1 furlong", "1 kg/cm^2",
     "5 %", "20 degC", "1 mm mm", "1 mm/0", "mm", "(", "1 mm..2 mm", "2 kPa..1 kPa", "..", ".", "=",
     "a=", "=b", "a=b", "a.b.c=1", "x" * 300, "ä", "☃", "e\u0301", "\u202e", "a\nb", "a\tb",
-    "\x1b[1m", "\udcff", "*", "?", "[", "${HOME}", "%s", "{}", "'", '"', "<b>", "`id`", "null", "true",
-    "../x", "yes", "2026-01-01", "cube", "cube/run.json", "spec.yaml", "missing.yaml", "results/a/b", ".."
+    "\x1b[1m", "\udcff", "*", "?", "[", "${HOME}", "%s", "{}", "'", '"', "<b>", "`id`", "null",
+    "true", "../x", "yes", "2026-01-01", "cube", "cube/run.json", "spec.yaml", "missing.yaml",
+    "results/a/b", "..",
 )  # fmt: skip
 ODD_VALUES = (
     None, True, False, -1, 0, 1, 3, 1e308, -1e308, 10**30, float("nan"), float("inf"), 1e-320,
