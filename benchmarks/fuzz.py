@@ -3,7 +3,7 @@
 Hypothesis draws what is called, by seed: the same seed gives the same inputs. Specs, studies, cards
 and test data are changed in a few places, result folders damaged, options made odd. Most calls are
 made in this process, with stand-ins for gmsh, the solver and the drawing; one of so many as a
-program of its own, with all that is real. What is asked of each is in ``benchmarks.fuzz_judge``; the
+program of its own, with all that is real. What is asked of each: ``benchmarks.fuzz_judge``. The
 folder of one that fails is kept.
 """
 
