@@ -1,4 +1,5 @@
-"""A name with <, & and quotes, wherever it comes from, is a text on each page: escaped, and once."""
+"""A name with <, & and quotes, wherever it comes from, is a text on each page: escaped, and
+once."""
 
 import re
 from html.parser import HTMLParser
