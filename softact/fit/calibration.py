@@ -1,5 +1,6 @@
 """What a calibration is asked for, its trials, and what it has found."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
