@@ -44,12 +44,12 @@ def optimize(
     Example:
       softact optimize configs/sweeps/pneunet_optimise.yaml -j 2
     """
-    from softact.files.own_folder import Output
     from softact.optimise import optimise_page
     from softact.optimise.check import check
     from softact.optimise.spec import Optimisation
     from softact.optimise.store import DATABASE
     from softact.optimise.study import Trials, feasible
+    from softact.results.own_folder import Output
     from softact.sweep.cache import DEFAULT, Cache
     from softact.sweep.spec import read
 

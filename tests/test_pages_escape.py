@@ -13,7 +13,6 @@ from test_study_pages_browser import LAW, STRETCH
 
 from softact.converge import output as convergence
 from softact.converge.carry import carry_into
-from softact.files.own_folder import Output
 from softact.fit.modes import nominal_stress
 from softact.fit.run import Request
 from softact.fit.run import run as fit
@@ -25,6 +24,7 @@ from softact.optimise.study import Trials
 from softact.report import overlay, pictures, write_report
 from softact.report.base import Section, banner, card, download, frame, note, page, table
 from softact.report.compare import write_comparison
+from softact.results.own_folder import Output
 from softact.results.writer import ResultsWriter
 from softact.sweep import compute as computing
 from softact.sweep import output as sweeping

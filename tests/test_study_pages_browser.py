@@ -8,7 +8,6 @@ import pytest
 from browsing import DESK, FITS_PAPER, PHONE, assert_quiet_and_fits
 from sweep.folders import CUBE, instead_of_run
 
-from softact.files.own_folder import Output
 from softact.fit.modes import nominal_stress
 from softact.fit.run import Request
 from softact.fit.run import run as fit
@@ -17,6 +16,7 @@ from softact.materials import LAWS
 from softact.optimise import optimise_page
 from softact.optimise.spec import Optimisation
 from softact.optimise.study import Trials
+from softact.results.own_folder import Output
 from softact.sweep import compute as computing
 from softact.sweep import sweep_page, table
 from softact.sweep.cache import Cache

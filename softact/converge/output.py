@@ -9,10 +9,10 @@ from markupsafe import Markup
 
 from softact.converge.richardson import FINER, SAFETY
 from softact.converge.study import NOT_CONVERGED, Convergence
-from softact.files.own_folder import Output
 from softact.files.text import csv_text, json_text, write_atomic
 from softact.report import base, labels, mesh_error
 from softact.report.base import Section
+from softact.results.own_folder import Output
 
 _UNKNOWN = "not known"
 

@@ -32,10 +32,10 @@ from softact.errors import GmshKilledError, MeshError, SoftactError, SpecError
 from softact.files.streams import UTF8
 from softact.files.text import replacing
 from softact.geometry.cutting_pattern import Pattern
-from softact.geometry.gmsh_groups import MOST_TETRAHEDRA
 from softact.geometry.scripts import as_code
 from softact.geometry.steps import steps
 from softact.geometry.walls import Wall
+from softact.mesh.cells import MOST_TETRAHEDRA
 from softact.mesh.layout import Layout
 from softact.units import LENGTH, dimension_of, one_line
 
@@ -218,15 +218,6 @@ def _line_error(geometry: Geometry, name: str, fault: str) -> InitErrorDetails:
     # The text goes in as context: braces in it are no template.
     error = PydanticCustomError("geometry", "{fault}", {"fault": fault})
     return InitErrorDetails(type=error, loc=(name,), input=getattr(geometry, name, None))
-
-
-def __getattr__(name: str):
-    # The geometry files import this module, so the registry can only be looked up afterwards.
-    if name == "GEOMETRIES":
-        from softact.geometries import GEOMETRIES
-
-        return GEOMETRIES
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def tell(text: str) -> None:
@@ -416,7 +407,7 @@ def main(kind: type[Geometry]) -> None:
 
 def _as_in_spec(text: str):
     """6 is a number, true a truth, and '16 mm' a text, as YAML reads them."""
-    from softact.spec.document import scalar
+    from softact.files.document import scalar
 
     try:
         return scalar(text)

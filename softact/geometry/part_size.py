@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from softact.errors import MeshError
-from softact.geometry.base import MOST_TETRAHEDRA
 from softact.geometry.step_names import UNITS
+from softact.mesh.cells import MOST_TETRAHEDRA
 
 # Least numbers of tetrahedra in a cube of their edge, and of triangles in a square of theirs.
 IN_A_CUBE, IN_A_SQUARE = 6.0, 2.3

@@ -14,9 +14,10 @@ from math import pi
 import numpy as np
 
 from softact.geometry.boxes import OUTSIDE, SAME_PLANE, Plane
-from softact.geometry.gmsh_groups import add_mesh, check_number, prism_sides, prism_tetrahedra
+from softact.geometry.gmsh_groups import add_mesh, prism_sides, prism_tetrahedra
 from softact.geometry.steps import steps
 from softact.geometry.subdivide import TRIANGLE, Pieces
+from softact.mesh.cells import check_number
 
 # The least number of edges of a full circle: its polygon lacks 2.6 % of the area.
 EDGES_OF_A_CIRCLE = 16

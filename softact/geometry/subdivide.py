@@ -14,7 +14,8 @@ from itertools import permutations, product
 
 import numpy as np
 
-from softact.geometry.gmsh_groups import add_mesh, check_number
+from softact.geometry.gmsh_groups import add_mesh
+from softact.mesh.cells import check_number
 
 #: Sides of a gmsh circle in a mesh that is going to be cut, at least: or a side of a thin round
 #: wall would cross the other one.

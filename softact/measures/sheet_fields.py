@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from softact.contact.facets import shape_functions
 from softact.materials.tensors import symmetric
-from softact.mesh.triangles import MEMBRANE_RULE, average
+from softact.mesh.triangles import MEMBRANE_RULE, average, shape_functions
 
 
 def _at_nodes(model, values_of) -> np.ndarray:

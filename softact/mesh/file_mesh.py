@@ -13,9 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from softact.errors import MeshError
-from softact.geometry.base import MOST_TETRAHEDRA
-from softact.geometry.gmsh_groups import upright
 from softact.mesh.boundary import face_keys
+from softact.mesh.cells import MOST_TETRAHEDRA, upright
 from softact.mesh.components import FACES, Skin, place
 from softact.mesh.layout import Layout
 from softact.nearest import likely

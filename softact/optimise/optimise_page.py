@@ -8,12 +8,12 @@ from typing import Any
 
 from markupsafe import Markup
 
-from softact.files.own_folder import Output
 from softact.files.text import csv_text, write_atomic
 from softact.optimise.store import DATABASE
 from softact.optimise.study import Trials, feasible
 from softact.report import base, labels, write_report
 from softact.report.base import Section
+from softact.results.own_folder import Output
 from softact.sweep import shape
 from softact.sweep.record import DamagedError, load
 from softact.sweep.sweep_page import MOST_SHAPES, packed, thinned

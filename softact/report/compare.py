@@ -8,11 +8,11 @@ import numpy as np
 from markupsafe import Markup
 
 from softact.errors import SpecError
-from softact.files.own_folder import Output
 from softact.files.text import csv_text, write_atomic
 from softact.report import base, curves, labels, requirements, targets
 from softact.report.base import Plot, Section
 from softact.results.folder import Results, load, load_name, read
+from softact.results.own_folder import Output
 from softact.spec.kinds import expect_results
 from softact.spec.path import joined, leaves
 from softact.verdict.judge import AMBER, GREEN, RED, WORDS, Verdict, judge

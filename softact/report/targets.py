@@ -9,6 +9,7 @@ from importlib.resources import files
 import numpy as np
 
 from softact.errors import SpecError
+from softact.files import document
 from softact.nearest import nearest
 from softact.report import base, body, labels
 from softact.report.base import Plot, Section
@@ -16,7 +17,6 @@ from softact.report.base.templates import macros
 from softact.report.curves import at_load
 from softact.report.targets_file import Asked, TargetsFile, in_unit_of
 from softact.results.folder import Results, load, load_name
-from softact.spec import document
 from softact.spec.faults import validated
 
 MET, NOT_MET, UNKNOWN = "met", "not met", "not known"

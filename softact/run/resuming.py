@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from softact.errors import DamagedResultError, SpecError
+from softact.files.restart import RESTART, of_another_version, unseal
 from softact.geometry.base import Geometry
 from softact.geometry.imported import Imported, mesh_digest
 from softact.results.folder import COMPLETE, INCOMPLETE, read_run
-from softact.results.restart import RESTART, of_another_version, unseal
 from softact.verdict.judge import Verdict, from_data
 
 # What a resumed run may have changed: texts, and what comes after its last increment.

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from softact.files.own_folder import Output
 from softact.files.text import csv_text, write_atomic
+from softact.results.own_folder import Output
 from softact.sweep import sensitivity, sweep_page, table
 from softact.sweep.sensitivity import Sample
 from softact.sweep.study import Study

@@ -12,12 +12,12 @@ import pytest
 
 from softact.cli import main as cli
 from softact.errors import MeshError, SpecError
-from softact.files.own_folder import Output
 from softact.files.text import csv_text
 from softact.optimise import optimise_page
 from softact.optimise.spec import Optimisation, place_of
 from softact.optimise.study import Trials, feasible
 from softact.results.folder import read as read_results
+from softact.results.own_folder import Output
 from softact.run.start import SolverCrashError
 from softact.sweep import compute as computing
 from softact.sweep.axes import Axis

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from pyarrow import parquet
 
-from softact.files.own_folder import Output
+from softact.results.own_folder import Output
 from softact.sweep import compute as computing
 from softact.sweep import sensitivity, sweep_page, table
 from softact.sweep.cache import Cache
