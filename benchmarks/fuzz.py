@@ -135,8 +135,8 @@ def fuzz(
     """Make so many inputs by a seed and judge how each ends.
 
     every: one of so many is called as a program; 0: none. keep: where the folders of inputs that
-    fail go. told: hears of these, and of how far it is. first: number of the first input, a multiple
-    of ``BATCH``: what one seed gives may be called in parts.
+    fail go. told: hears of these, and of how far it is. first: number of the first input, some
+    multiple of ``BATCH``: what one seed gives may be called in parts.
     """
     counts = Counts()
 
