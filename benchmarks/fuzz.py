@@ -130,16 +130,18 @@ def fuzz(
     every: int = 0,
     keep: Path | None = None,
     told: Callable[[str], None] = lambda line: None,
+    first: int = 0,
 ) -> Counts:
     """Make so many inputs by a seed and judge how each ends.
 
     every: one of so many is called as a program; 0: none. keep: where the folders of inputs that
-    fail go. told: hears of these, and of how far it is.
+    fail go. told: hears of these, and of how far it is. first: number of the first input, some
+    multiple of ``BATCH``: what one seed gives may be called in parts.
     """
     counts = Counts()
 
     def one(call) -> None:
-        done = sum(counter.total() for counter in counts.codes.values())
+        done = first + sum(counter.total() for counter in counts.codes.values())
         program = bool(every) and done % every == 0 and call[0] in AS_PROGRAM
         _one(call, (number, done), program, template, counts, keep, told)
         if (done + 1) % 500 == 0:
@@ -147,9 +149,9 @@ def fuzz(
 
     names = commands()
     with _replaced(template):
-        for batch, start in enumerate(range(0, inputs, BATCH)):
+        for batch, start in enumerate(range(first, first + inputs, BATCH), first // BATCH):
             drawn = settings(
-                max_examples=min(BATCH, inputs - start),
+                max_examples=min(BATCH, first + inputs - start),
                 database=None,
                 deadline=None,
                 phases=[Phase.generate],
@@ -211,13 +213,14 @@ def _log(path: Path, number: int, made: Input, ended: Ended) -> None:
     show_default=True,
     help="One of so many is called as a program, with all that is real; 0: none.",
 )
+@click.option("--first", type=click.IntRange(0), default=0, help="Number of the first input.")
 @click.option("--keep", type=click.Path(path_type=Path), default=Path("results/fuzz"))
-def main(inputs: int, number: int, every: int, keep: Path) -> None:
+def main(inputs: int, number: int, every: int, first: int, keep: Path) -> None:
     """Call softact with wrong inputs, count how it ends; exit 1 where one ends as none should."""
     started = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="fuzz-template-") as name:
         make_template(Path(name), solved)
-        counts = fuzz(inputs, number, Path(name), every, keep.absolute(), click.echo)
+        counts = fuzz(inputs, number, Path(name), every, keep.absolute(), click.echo, first)
     for line in counts.lines():
         click.echo(line)
     click.echo(

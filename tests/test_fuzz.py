@@ -27,18 +27,18 @@ def cube(tmp_path_factory):
 
 
 def test_a_hundred_inputs_end_as_they_should(cube, tmp_path):
-    """The first of them again, since the same seed gives the same inputs."""
+    """Ten of them again, since the same seed gives the same inputs."""
     template = tmp_path / "template"
     template.mkdir()
     make_template(template, lambda folder: shutil.copytree(cube, folder))
     counts = fuzz(100, 0, template, keep=tmp_path / "whole")
     assert counts.faults == [], "\n".join(line for fault in counts.faults for line in fault.lines())
     assert set(counts.codes) == set(commands())
-    fuzz(10, 0, template, keep=tmp_path / "first")
-    whole, first = (
-        (tmp_path / name / "inputs.txt").read_text().splitlines() for name in ("whole", "first")
+    fuzz(10, 0, template, keep=tmp_path / "part", first=40)
+    whole, part = (
+        (tmp_path / name / "inputs.txt").read_text().splitlines() for name in ("whole", "part")
     )
-    assert len(whole) == 100 and first == whole[:10]
+    assert len(whole) == 100 and part == whole[40:50]
 
 
 def test_the_judges_see_what_is_wrong():
@@ -156,3 +156,24 @@ def test_a_list_of_tests_says_where_it_names_a_file_that_is_not_there(tmp_path):
     for command in ("fit", "validate"):
         (line,) = refused(tmp_path, command, "tests.yaml")
         assert line == "tests.yaml:3: tests.1.file: planar: there is no such file"
+
+
+@pytest.mark.parametrize("number", ["1e200", "-1e308", "1e101"])
+def test_a_number_that_would_overflow_is_told_and_not_drawn(tmp_path, number):
+    rows = TENSION.splitlines()
+    stretch, _ = rows[5].split(",")
+    rows[5] = f"{stretch},{number}"
+    (tmp_path / "data.csv").write_text("\n".join(rows))
+    (line,) = refused(tmp_path, "fit", "data.csv", "--starts", "1")
+    assert line.startswith("data.csv:6: ")
+    assert line.endswith(f"'{number}' is larger than anything that a test measures")
+
+
+@pytest.mark.parametrize("fraction", ["3", "-0.5"])
+def test_fractions_that_no_step_reaches_are_refused_before_a_run(tmp_path, fraction):
+    (tmp_path / "cube.yaml").write_text(CUBE)
+    (tmp_path / "data.csv").write_text(f"step_fraction,elongation (mm)\n0.5,0\n{fraction},0.1\n")
+    call = ("calibrate", "cube.yaml", "--data", "data.csv", "--vary", "materials.body.c10")
+    (line,) = refused(tmp_path, *call)
+    assert line.startswith("data.csv: step_fraction goes from ")
+    assert line.endswith("in a step of a run it goes from 0 to 1")
