@@ -51,6 +51,7 @@ def test_the_judges_see_what_is_wrong():
     assert judged() == []
     assert judged(code=None) == ["hangs"]
     assert judged(code=70) == ["exit code 70"]
+    assert judged(code=1) == ["exit code 1"]
     assert judged(err="a.yaml: is wrong\nTraceback (most recent call last):") != []
     assert judged(err="") == ["says nothing", "refuses without a line on stderr"]
     assert judged(err="something is wrong") == ["does not say where"]
@@ -123,14 +124,6 @@ def test_a_finished_run_that_is_damaged_gets_no_measured_curve(cube, tmp_path):
         tmp_path, "run", "cube.yaml", "--resume", "-o", "cube", "--measured", "measured.csv"
     )
     assert line.startswith("cube/curve.csv: is damaged (")
-
-
-def test_one_specimen_given_twice_has_no_scatter(tmp_path):
-    (tmp_path / "data.csv").write_text(TENSION)
-    ended = in_process(("fit", "data.csv", "data.csv", "--starts", "1"), tmp_path, 60.0)
-    assert ended.code == 0, ended
-    (data,) = json.loads((tmp_path / "results" / "fit" / "data.json").read_text())
-    assert data["reduced_chi_square"] is None
 
 
 def test_numbers_of_a_fit_that_are_none_are_null():
