@@ -73,7 +73,8 @@ def calibrate(spec: Path, output: Path | None, cache_folder: str | None, **given
       softact calibrate finger.yaml --data angle.csv \\
         --vary materials.body.c10='0.05 MPa..0.3 MPa' --vary materials.body.c20
     """
-    from softact.fit.calibrate import Request, run_request
+    from softact.fit.calibrate import run_request
+    from softact.fit.calibration import Request
     from softact.sweep.cache import DEFAULT, Cache
 
     cache = Cache(Path(cache_folder or DEFAULT), warn=lambda line: click.echo(line, err=True))

@@ -47,8 +47,8 @@ def check(
     from softact.check.junit import SIGN, junit
     from softact.check.update import update as store
     from softact.errors import SpecError
-    from softact.files.own_folder import begins_with, check_file
     from softact.files.text import write_atomic
+    from softact.results.own_folder import begins_with, check_file
 
     if update and not (reason and reason.strip()):
         raise SpecError("--update: say why the values change: --reason 'TEXT'")

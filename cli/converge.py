@@ -87,7 +87,7 @@ def converge(
     from softact.converge import output as files
     from softact.converge.study import converge as study_of
     from softact.files.lock import held
-    from softact.files.own_folder import Output
+    from softact.results.own_folder import Output
     from softact.spec import load
     from softact.sweep.cache import DEFAULT, Cache
 

@@ -68,9 +68,9 @@ def mesh(
     from pathlib import Path
 
     from softact.errors import SpecError
-    from softact.files.own_folder import check_file
     from softact.geometry.base import export
     from softact.geometry.imported import Imported
+    from softact.results.own_folder import check_file
     from softact.spec import load
 
     loaded = load(spec, overrides)

@@ -44,12 +44,12 @@ def optimize(
     Example:
       softact optimize configs/sweeps/pneunet_optimise.yaml -j 2
     """
-    from softact.files.own_folder import Output
-    from softact.optimise import page
+    from softact.optimise import optimise_page
     from softact.optimise.check import check
     from softact.optimise.spec import Optimisation
     from softact.optimise.store import DATABASE
     from softact.optimise.study import Trials, feasible
+    from softact.results.own_folder import Output
     from softact.sweep.cache import DEFAULT, Cache
     from softact.sweep.spec import read
 
@@ -72,7 +72,7 @@ def optimize(
 
     reads, kept = [Path(file), Path(base.name)], "the runs are kept in the cache"
     folder = Output(directory, "optimize", force, reads, kept)
-    with folder.opened(page.FILES):
+    with folder.opened(optimise_page.FILES):
         folder.file(DATABASE)
         study = Trials(wanted, base, cache, directory)
         click.echo(f"{wanted.trials} trials, {len(study.done)} of them done")
@@ -80,7 +80,7 @@ def optimize(
             study.run(jobs, told)
         finally:
             if study.done:
-                path = page.write(study, folder)
+                path = optimise_page.write(study, folder)
     for trial in study.best():
         texts = [f"{name} {value}" for name, value in study.coordinates(trial).items()]
         values = [f"{o.title} {v:.5g}" for o, v in zip(wanted.objectives, trial.values,

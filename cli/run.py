@@ -64,7 +64,7 @@ def run(
       softact run finger.yaml --resume --set steps.1.pressure='60 kPa'
     """
     from softact.cli._progress import Progress
-    from softact.files.own_folder import check_results
+    from softact.results.own_folder import check_results
     from softact.run.start import run as solve
     from softact.run.start import usual_processes
     from softact.spec import load

@@ -36,9 +36,9 @@ def schema(kind: str, output: str | None, force: bool) -> None:
     from pathlib import Path
 
     from softact.errors import SpecError
-    from softact.files.own_folder import check_file
     from softact.files.text import write_atomic
-    from softact.spec.inputs import schema as schema_of
+    from softact.inputs import schema as schema_of
+    from softact.results.own_folder import check_file
 
     text = json.dumps(schema_of(kind), indent=2, ensure_ascii=False) + "\n"
     if output is None:

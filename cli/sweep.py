@@ -82,7 +82,7 @@ def sweep(
       softact sweep configs/sweeps/pneunet_wall.yaml -j 4
       softact sweep thick.yaml --sensitivity sobol
     """
-    from softact.files.own_folder import Output
+    from softact.results.own_folder import Output
     from softact.sweep import output as files
     from softact.sweep import trends
     from softact.sweep.cache import DEFAULT, Cache

@@ -9,7 +9,7 @@ from softact.cli._files import tell_file
 from softact.errors import SpecError
 
 if TYPE_CHECKING:
-    from softact.spec.inputs import Checked
+    from softact.inputs import Checked
 
 
 @click.command(short_help="Check specs and other files; every fault at once, without meshing.")
@@ -38,7 +38,7 @@ def validate(files: tuple[str, ...], overrides: tuple[str, ...]) -> None:
     """
     from pathlib import Path
 
-    from softact.spec.inputs import validate as check
+    from softact.inputs import validate as check
     from softact.units import printable
 
     faults = 0

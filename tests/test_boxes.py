@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from softact.geometry.boxes import OUTSIDE, Box, Boxes, Plane
-from softact.geometry.gmsh_groups import upright
+from softact.mesh.cells import upright
 
 
 def volumes(points, tets):

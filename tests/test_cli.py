@@ -15,10 +15,10 @@ import step_files
 from softact.cli import main as cli
 from softact.cli._progress import Progress
 from softact.errors import MeshError, NoEquilibriumError, SpecError
-from softact.files.own_folder import check_results
 from softact.geometries import GEOMETRIES
 from softact.materials import CARDS, LAWS
 from softact.measures import MEASURES
+from softact.results.own_folder import check_results
 from softact.spec import load, loads
 
 SOFTACT = [sys.executable, "-m", "softact.cli.main"]

@@ -14,7 +14,7 @@ TREE = Path(__file__).resolve().parent.parent
 REGISTRY = {
     "geometries/__init__.py": "from softact.geometries.pouch import Pouch\n"
     'GEOMETRIES["pouch"] = Pouch\n',
-    "softact/materials/__init__.py": "from softact.materials.laws.veronda_westmann import "
+    "softact/materials/laws/__init__.py": "from softact.materials.laws.veronda_westmann import "
     'VerondaWestmann\nLAWS["veronda_westmann"] = VerondaWestmann\n',
     "softact/measures/__init__.py": "from softact.measures.chord import CHORD\n"
     'MEASURES["chord"] = CHORD\n',

@@ -7,11 +7,11 @@ import step_files
 from softact.errors import SoftactError, SpecError
 from softact.mesh.components import components
 from softact.mesh.layout import Layout
+from softact.mesh.nearest_triangle import nearest_triangle
 from softact.mesh.tetrahedra import Tetrahedra
 from softact.run.held import refuse_loose
 from softact.run.start import run
 from softact.spec import load, loads
-from softact.verdict.nearest_triangle import nearest_triangle
 
 UNIT = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
 

@@ -10,10 +10,10 @@ from softact.check.cases import CaseFile
 from softact.cli.main import main
 from softact.cli.schema import KINDS as WITH_SCHEMA
 from softact.fit.sheet import TestList
+from softact.inputs import schema, validate
 from softact.materials import CARDS, LAWS, Law
 from softact.optimise.spec import Optimisation
 from softact.report.targets_file import TargetsFile
-from softact.spec.inputs import schema, validate
 from softact.spec.kinds import KINDS, kind_of, read_any
 from softact.spec.models import Spec
 from softact.sweep.spec import Sweep

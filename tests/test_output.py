@@ -14,9 +14,9 @@ import pytest
 from softact.cli import main as cli
 from softact.errors import SpecError
 from softact.files.lock import LOCK
-from softact.files.own_folder import MARKER, Output, check_results
 from softact.files.text import csv_text, is_temporary, replacing, write_atomic
 from softact.results.folder import read
+from softact.results.own_folder import MARKER, Output, check_results
 from softact.sweep import compute as computing
 
 SPEC = """
@@ -68,7 +68,7 @@ def folder(tmp_path, monkeypatch):
         bent_beam.write(directory, angle, 2, size=size)
 
     monkeypatch.setattr(computing, "run", run)
-    monkeypatch.setattr("softact.optimise.page.write_report",
+    monkeypatch.setattr("softact.optimise.optimise_page.write_report",
                         lambda folder: (folder / "report.html").touch())  # fmt: skip
     return tmp_path
 
@@ -329,9 +329,9 @@ def test_names_with_dots_do_not_replace_each_other(folder, capsys):
 
 def test_a_copied_result_folder_says_incomplete_until_it_is_whole(folder, monkeypatch):
     """A kill in the middle of a copy, after every file in turn."""
-    import softact.files.own_folder
+    import softact.results.own_folder
 
-    copied = softact.files.own_folder.shutil.copyfile
+    copied = softact.results.own_folder.shutil.copyfile
     for last in range(1, 1 + len(list((folder / "one").iterdir()))):
         count = []
 
@@ -343,11 +343,11 @@ def test_a_copied_result_folder_says_incomplete_until_it_is_whole(folder, monkey
 
         output = Output(folder / "out", "optimize")
         with output.opened(["best"]):
-            monkeypatch.setattr(softact.files.own_folder.shutil, "copyfile", copy)
+            monkeypatch.setattr(softact.results.own_folder.shutil, "copyfile", copy)
             with pytest.raises(KeyboardInterrupt):
                 output.results("best", folder / "one")
             assert read(folder / "out/best").status == "incomplete"
-    monkeypatch.setattr(softact.files.own_folder.shutil, "copyfile", copied)
+    monkeypatch.setattr(softact.results.own_folder.shutil, "copyfile", copied)
     with output.opened(["best"]):
         output.results("best", folder / "one")
     names = {path.name for path in (folder / "one").iterdir()}

@@ -12,12 +12,12 @@ from softact import spec as specs
 from softact.converge import output
 from softact.converge.carry import carry_into
 from softact.converge.study import Convergence, Level, refined
-from softact.files.own_folder import Output
 from softact.report import pictures, write_report
 from softact.report.base import Plot, Section, bars, figures, lines, page, table, xy
 from softact.report.compare import write_comparison
 from softact.report.targets import section
 from softact.results.folder import read
+from softact.results.own_folder import Output
 from softact.sweep.record import from_results
 
 SIZE = {"nx": 6, "ny": 2, "nz": 7}

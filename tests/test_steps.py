@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from softact.geometry.base import GEOMETRIES
+from softact.geometries import GEOMETRIES
 from softact.geometry.boxes import Boxes
 from softact.geometry.steps import steps
 from softact.spec import load

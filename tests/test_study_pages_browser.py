@@ -8,18 +8,17 @@ import pytest
 from browsing import DESK, FITS_PAPER, PHONE, assert_quiet_and_fits
 from sweep.folders import CUBE, instead_of_run
 
-from softact.files.own_folder import Output
 from softact.fit.modes import nominal_stress
 from softact.fit.run import Request
 from softact.fit.run import run as fit
 from softact.fit.sheet import make_sheet
 from softact.materials import LAWS
-from softact.optimise import page as optimise_page
+from softact.optimise import optimise_page
 from softact.optimise.spec import Optimisation
 from softact.optimise.study import Trials
+from softact.results.own_folder import Output
 from softact.sweep import compute as computing
-from softact.sweep import page as sweep_page
-from softact.sweep import table
+from softact.sweep import sweep_page, table
 from softact.sweep.cache import Cache
 from softact.sweep.spec import Sweep, read
 from softact.sweep.study import locally, open_study

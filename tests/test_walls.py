@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from softact.cli import main as cli
+from softact.geometries import GEOMETRIES
 from softact.geometries.pneunet import Pneunet
-from softact.geometry.base import GEOMETRIES, make_mesh
+from softact.geometry.base import make_mesh
 from softact.geometry.boxes import Box, Boxes
-from softact.geometry.gmsh_groups import upright
 from softact.geometry.walls import Thin, Wall, expected, one_element_thick, remark
+from softact.mesh.cells import upright
 
 # A room with a lid of 1 mm, a floor of 3 mm and sides of 2 mm.
 ROOM = Boxes(

@@ -16,7 +16,8 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from softact.spec import document, opened
+from softact.files import document
+from softact.spec import opened
 from softact.spec.faults import validated
 from softact.spec.path import assign
 

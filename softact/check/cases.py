@@ -11,9 +11,10 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from softact.errors import SpecError
 from softact.fields import fault, fault_at
+from softact.files import document
 from softact.files.text import digest
 from softact.nearest import nearest
-from softact.spec import Spec, document, part, spec_at
+from softact.spec import Spec, part, spec_at
 from softact.spec.faults import validated
 from softact.spec.kinds import read_as
 from softact.units import Dimensionless

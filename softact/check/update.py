@@ -8,8 +8,8 @@ import re
 from softact.check.cases import CaseFile
 from softact.check.compare import Outcome
 from softact.errors import SpecError
+from softact.files import document
 from softact.files.text import digest, write_atomic
-from softact.spec import document
 from softact.spec.faults import validated
 from softact.spec.text import to_text
 

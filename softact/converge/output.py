@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from html import escape
 from pathlib import Path
+
+from markupsafe import Markup
 
 from softact.converge.richardson import FINER, SAFETY
 from softact.converge.study import NOT_CONVERGED, Convergence
-from softact.files.own_folder import Output
 from softact.files.text import csv_text, json_text, write_atomic
 from softact.report import base, labels, mesh_error
 from softact.report.base import Section
+from softact.results.own_folder import Output
 
-_CELL_SIZE = (
-    "<p class='note'>Mean cell size: edge of the cube (of sheets: of the square) that holds, on "
-    "average, one element. The order is measured over it. A mesh whose cells are less than "
-    f"{FINER:g} times smaller than those of the one before does not count.</p>"
-)
 _UNKNOWN = "not known"
 
 
@@ -148,26 +144,33 @@ def told(study: Convergence) -> list[str]:
 
 def html(study: Convergence, name: str, table: list[dict]) -> str:
     """The page: a plot with error bars for each measure, the estimates and all meshes."""
-    plots = [_plot(study, measure) for measure in study.measures]
     heads = ["Measure", "Mesh of the spec", "Error bar", "Limit", "Order", "Finest mesh", "Note"]
-    estimates = base.table(heads, [_estimates(study, measure) for measure in study.measures])
     sections = [
-        Section("estimates", "What the mesh of the spec is worth",
-                estimates + mesh_error.note(SAFETY), "Error bars"),
-        Section("plots", "Measures over the mesh", base.figures(plots) + _CELL_SIZE, "Plots"),
-        Section("meshes", "Meshes", _meshes(study, table)),
-    ]  # fmt: skip
+        Section("estimates", "What the mesh of the spec is worth", nav="Error bars"),
+        Section("plots", "Measures over the mesh", nav="Plots"),
+        Section("meshes", "Meshes"),
+    ]
     kind, head = mesh_error.HEADS[study.verdict()]
-    lead = base.banner(kind, head, f"{_sentence(study)}.")
     return base.page(
-        name, sections, kicker="Mesh convergence of a soft actuator", kind="convergence", lead=lead
+        name,
+        sections,
+        kicker="Mesh convergence of a soft actuator",
+        kind="convergence",
+        template="converge/converge_page.html",
+        verdict=base.banner(kind, head, f"{_sentence(study)}."),
+        estimates=base.table(heads, [_estimates(study, measure) for measure in study.measures]),
+        error_bar=mesh_error.note(SAFETY),
+        plots=base.figures(_plot(study, measure) for measure in study.measures),
+        finer=f"{FINER:g}",
+        meshes=_meshes(study, table),
+        download=base.download("converge.csv", csv_text(table).encode()),
     )
 
 
 def _sentence(study: Convergence) -> str:
     said = advice(study, mesh_error.spoken)
     said = said.removeprefix(f"{study.verdict()}: ")
-    return escape(said[0].upper() + said[1:])
+    return said[0].upper() + said[1:]
 
 
 def _estimates(study: Convergence, measure: str) -> tuple[str | float, ...]:
@@ -178,7 +181,7 @@ def _estimates(study: Convergence, measure: str) -> tuple[str | float, ...]:
     return str(label), study.values(measure)[0] * label.factor, bar, limit, order, verdict, e.note
 
 
-def _meshes(study: Convergence, table: list[dict]) -> str:
+def _meshes(study: Convergence, table: list[dict]) -> Markup:
     shown = {"edge_mm": "Mean cell size (mm)", "cells": "Elements", "seconds": "Run (s)"}
     shown |= {"counts": "Counts"} | {
         n: n.replace("_", " ").capitalize() for n in study.levels[0].steps
@@ -194,8 +197,7 @@ def _meshes(study: Convergence, table: list[dict]) -> str:
     rows = [
         [row[n] if isinstance(row[n], str) else row[n] * factors[n] for n in names] for row in table
     ]
-    link = base.download("converge.csv", csv_text(table).encode())
-    return f"{base.table([heads[n] for n in names], rows)}<p class='note'>{link}</p>"
+    return base.table([heads[n] for n in names], rows)
 
 
 def _plot(study: Convergence, measure: str) -> base.Plot:
@@ -206,7 +208,7 @@ def _plot(study: Convergence, measure: str) -> base.Plot:
     table: dict[str, list] = {x: edges, str(label): values}
     if e.limit is None:
         traces = [base.xy("computed", edges, values)]
-        note = f"<p class='note'>No error bars: {escape(e.note)}.</p>"
+        note = f"No error bars: {e.note}."
         return base.lines(label.name, x, str(label), traces, layout=layout, table=table, note=note)
     bars = [error * label.factor for error in e.errors if error is not None]
     limit = e.limit * label.factor

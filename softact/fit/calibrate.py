@@ -6,8 +6,7 @@ whole runs, taken anew after each accepted step. Intervals are linearised, with 
 
 import shlex
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -15,10 +14,12 @@ from scipy.optimize import least_squares
 from scipy.stats import t as student
 
 from softact.errors import NoEquilibriumError, SpecError
-from softact.files.own_folder import Output
+from softact.fit.calibration import Calibration, Request, Trial
+from softact.fit.calibration_files import files, tell, write
 from softact.fit.knobs import Knob, read_knobs, turned
 from softact.measured.curve import Measured, predicted, reached, read_measured, run_columns
 from softact.results.folder import COMPLETE, read
+from softact.results.own_folder import Output
 from softact.spec import Spec, load
 from softact.sweep.cache import Cache
 from softact.sweep.compute import compute
@@ -28,60 +29,6 @@ STEP = 0.02  # relative change of a constant for its sensitivity: far above the 
 MET = 2e-5  # of the largest measured value: nobody measures better
 SETTLED = 1e-3  # relative change of all constants below which the search ends
 ALIKE = 1e-3  # smallest over largest singular value at which constants are not told apart
-
-
-@dataclass(frozen=True)
-class Request:
-    """What to calibrate.
-
-    vary: see ``read_knobs``. x: abscissa or None. columns: headings in place of the data's own, or
-    None. max_runs: then it ends. force: write into the folder whatever it holds.
-    """
-
-    spec: Path
-    data: Path
-    vary: Sequence[str]
-    overrides: Sequence[str] = ()
-    x: str | None = None
-    columns: str | None = None
-    processes: int = 1
-    max_runs: int = 30
-    force: bool = False
-
-
-@dataclass(frozen=True)
-class Trial:
-    """One run: values of the knobs, predicted columns (None: it ended early), its folder."""
-
-    values: tuple[float, ...]
-    columns: dict[str, np.ndarray] | None
-    folder: Path
-
-
-@dataclass
-class Calibration:
-    """The outcome.
-
-    spec: with the constants that were found. first, best: the runs before and after. interval:
-    half width of the 95 % interval per knob; NaN at a bound, infinite where the data do not
-    determine it.
-    """
-
-    spec: Spec
-    knobs: list[Knob]
-    measured: Measured
-    first: Trial
-    best: Trial
-    interval: np.ndarray
-    runs: int
-    remarks: list[str] = field(default_factory=list)
-
-    def rmse(self, trial: Trial) -> dict[str, float]:
-        """Root mean square error of each measured column in its unit."""
-        return {
-            name: float(np.sqrt(np.mean((trial.columns[name] - self.measured.values[name]) ** 2)))
-            for name in self.measured.names
-        }
 
 
 class _EnoughError(Exception):
@@ -287,8 +234,6 @@ def run_request(
     request: Request, directory: Path | None, cache: Cache, say: Callable[[str], None]
 ) -> Calibration:
     """Calibrate, tell, and write the folder (default results/<name>-calibrated)."""
-    from softact.fit.calibration_files import files, tell, write
-
     spec = load(request.spec, request.overrides)
     for line in spec.geometry.notes():
         say(line)

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import numpy as np
 
-from softact.files.own_folder import Output
 from softact.files.text import csv_text, json_text, replacing, write_atomic
-from softact.fit.calibrate import Calibration, Request
+from softact.fit.calibration import Calibration, Request
 from softact.report.labels import column
+from softact.results.own_folder import Output
 from softact.spec import Spec
 
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softact.fit.columns import Column
 from softact.fit.sheet import TestSheet
+from softact.measured.headings import Column
 from softact.measured.tables import Table, UnreadableError
 
 # The better first: a strain may come from an extensometer and needs no gauge length.

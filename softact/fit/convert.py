@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from softact.fit.choose import TRAVEL, Choice
-from softact.fit.columns import Column
 from softact.fit.sheet import TestSheet
+from softact.measured.headings import Column
 from softact.measured.tables import Table, UnreadableError
 
 SMALLEST_STRETCH, LARGEST_STRETCH = 0.01, 100.0

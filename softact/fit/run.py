@@ -7,19 +7,19 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from softact.errors import SpecError
-from softact.files.own_folder import Output
 from softact.files.text import write_atomic
 from softact.fit.candidates import Candidate, chosen
 from softact.fit.card import card_text, numbers
 from softact.fit.data import Test, read_tests
 from softact.fit.fit import Fit, Options, fit, ranked
+from softact.fit.fit_page import html
 from softact.fit.held import first_fault, hold
-from softact.fit.page import html
 from softact.fit.plausible import warnings
 from softact.fit.plot import write_plot
 from softact.fit.sheet import TestSheet
 from softact.fit.tell import tell_comparison, tell_fit, tell_ranking, tell_tests
 from softact.materials import Law, load_card, parse_material
+from softact.results.own_folder import Output
 from softact.spec.card_files import is_file, read_card
 
 SUFFIXES = (".yaml", ".png", ".json", ".html")  # of card, plot, numbers and page

@@ -17,7 +17,7 @@ from pydantic import (
 
 from softact.errors import SpecError
 from softact.fields import NAMES_SCHEMA
-from softact.spec.document import dotted
+from softact.files.document import dotted
 from softact.spec.faults import validated
 from softact.spec.kinds import read_as
 from softact.units import Dimension, Dimensionless, Length, Pressure

@@ -14,6 +14,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from types import ModuleType
 from typing import Annotated, Literal
 
 import numpy as np
@@ -32,10 +33,10 @@ from softact.errors import GmshKilledError, MeshError, SoftactError, SpecError
 from softact.files.streams import UTF8
 from softact.files.text import replacing
 from softact.geometry.cutting_pattern import Pattern
-from softact.geometry.gmsh_groups import MOST_TETRAHEDRA
 from softact.geometry.scripts import as_code
 from softact.geometry.steps import steps
 from softact.geometry.walls import Wall
+from softact.mesh.cells import MOST_TETRAHEDRA
 from softact.mesh.layout import Layout
 from softact.units import LENGTH, dimension_of, one_line
 
@@ -122,7 +123,7 @@ class Geometry(BaseModel):
         """What a user should know before it is built, in lines."""
         return [as_code(self.code)] if self.code else []
 
-    def look(self, gmsh) -> None:
+    def look(self, gmsh: ModuleType) -> None:
         """Tells what is in the file that it is made of, without a mesh (see ``tell``)."""
 
     def cells(self) -> int | None:
@@ -151,12 +152,12 @@ class Geometry(BaseModel):
         given = (getattr(self, name, None) for name in STEPS)
         return next((number for number in given if number), 1)
 
-    def build(self, gmsh) -> None:
+    def build(self, gmsh: ModuleType) -> None:
         """Adds the solid as OCC entities to the current gmsh model, with named groups and mesh
         sizes unless ``mesh`` is written too."""
         raise NotImplementedError
 
-    def mesh(self, gmsh) -> None:
+    def mesh(self, gmsh: ModuleType) -> None:
         """Makes the current gmsh model hold a mesh of first-order tetrahedra in named groups."""
         from softact.geometry.subdivide import cut_mesh, fill
 
@@ -218,15 +219,6 @@ def _line_error(geometry: Geometry, name: str, fault: str) -> InitErrorDetails:
     # The text goes in as context: braces in it are no template.
     error = PydanticCustomError("geometry", "{fault}", {"fault": fault})
     return InitErrorDetails(type=error, loc=(name,), input=getattr(geometry, name, None))
-
-
-def __getattr__(name: str):
-    # The geometry files import this module, so the registry can only be looked up afterwards.
-    if name == "GEOMETRIES":
-        from softact.geometries import GEOMETRIES
-
-        return GEOMETRIES
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def tell(text: str) -> None:
@@ -416,7 +408,7 @@ def main(kind: type[Geometry]) -> None:
 
 def _as_in_spec(text: str):
     """6 is a number, true a truth, and '16 mm' a text, as YAML reads them."""
-    from softact.spec.document import scalar
+    from softact.files.document import scalar
 
     try:
         return scalar(text)

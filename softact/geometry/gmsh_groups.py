@@ -1,14 +1,14 @@
 """A mesh made by softact itself, put into gmsh with its named groups."""
 
+from types import ModuleType
+
 import numpy as np
 
-from softact.errors import MeshError
-
-MOST_TETRAHEDRA = 3e6
+from softact.mesh.cells import upright
 
 
 def add_mesh(
-    gmsh,
+    gmsh: ModuleType,
     points: np.ndarray,
     regions: dict[str, np.ndarray],
     surfaces: list[tuple[frozenset[str], np.ndarray]],
@@ -38,22 +38,6 @@ def add_mesh(
             groups.setdefault(name, []).append(entity)
     for name in sorted(groups):
         model.setPhysicalName(2, model.addPhysicalGroup(2, groups[name]), name)
-
-
-def check_number(cells: float) -> None:
-    """Raise MeshError where a mesh has more tetrahedra than can be solved."""
-    if cells > MOST_TETRAHEDRA:
-        raise MeshError(
-            f"there would be {cells:.2e} tetrahedra, and {MOST_TETRAHEDRA:.0e} are the most; write "
-            "a larger mesh_size or a smaller through_wall"
-        )
-
-
-def upright(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
-    """The tetrahedra with two corners swapped where their volume was negative."""
-    x = points[tets]
-    negative = np.linalg.det(x[:, 1:] - x[:, :1]) < 0
-    return np.where(negative[:, None], tets[:, [1, 0, 2, 3]], tets)
 
 
 def prism_tetrahedra(triangles: np.ndarray, layers: int, count: int) -> np.ndarray:

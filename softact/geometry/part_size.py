@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from types import ModuleType
 
 import numpy as np
 
 from softact.errors import MeshError
-from softact.geometry.base import MOST_TETRAHEDRA
 from softact.geometry.step_names import UNITS
+from softact.mesh.cells import MOST_TETRAHEDRA
 
 # Least numbers of tetrahedra in a cube of their edge, and of triangles in a square of theirs.
 IN_A_CUBE, IN_A_SQUARE = 6.0, 2.3
@@ -35,7 +36,7 @@ class Drawn:
     said: bool = False
 
     @classmethod
-    def of_model(cls, gmsh, unit: str = "", said: bool = False) -> Drawn:
+    def of_model(cls, gmsh: ModuleType, unit: str = "", said: bool = False) -> Drawn:
         """The current gmsh model, before it is meshed."""
         box = np.array(gmsh.model.getBoundingBox(-1, -1)).reshape(2, 3)
         extents, occ = box[1] - box[0], gmsh.model.occ

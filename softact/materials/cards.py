@@ -9,6 +9,7 @@ import yaml
 
 from softact.errors import SpecError
 from softact.materials.base import VOLUMETRIC, Law
+from softact.materials.laws import LAWS
 from softact.nearest import nearest
 
 
@@ -57,7 +58,6 @@ def parse_material(value: Any) -> Law:
 
     Raises SpecError for an unknown card or law and pydantic's ValidationError for its fields.
     """
-    from softact.materials import LAWS
 
     if isinstance(value, Law):
         return value

@@ -7,7 +7,7 @@ import re
 from softact.measured.curve import run_columns
 from softact.measures import MEASURES
 from softact.nearest import nearest
-from softact.report.labels import BOOKKEEPING
+from softact.results.folder import BOOKKEEPING
 from softact.spec import Spec
 
 

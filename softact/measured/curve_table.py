@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from softact.errors import SpecError
-from softact.fit.blocks import (
+from softact.measured.blocks import (
     Block,
     Heading,
     end_above,
@@ -18,9 +18,9 @@ from softact.fit.blocks import (
     headings,
     largest,
 )
-from softact.fit.cells import Row, numbers, read_rows
-from softact.fit.columns import counts_only
-from softact.fit.spelling import registry_unit
+from softact.measured.cells import Row, numbers, read_rows
+from softact.measured.headings import counts_only
+from softact.measured.spelling import registry_unit
 from softact.measured.tables import MANY
 from softact.nearest import nearest
 from softact.units import FORCE, LENGTH, PRESSURE, conversion, show

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from softact.fit.blocks import (
+from softact.measured.blocks import (
     Block,
     Heading,
     end_above,
@@ -16,9 +16,9 @@ from softact.fit.blocks import (
     headings,
     largest,
 )
-from softact.fit.cells import Row, numbers, read_rows
-from softact.fit.columns import Column, plain_words, read_heading
-from softact.fit.sizes import sizes_above
+from softact.measured.cells import Row, numbers, read_rows
+from softact.measured.headings import Column, plain_words, read_heading
+from softact.measured.sizes import sizes_above
 from softact.units import show
 
 MANY = 5  # faults that are told one by one

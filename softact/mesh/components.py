@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from softact.mesh.boundary import face_keys
-from softact.verdict.nearest_triangle import nearest_triangle
+from softact.mesh.nearest_triangle import nearest_triangle
 
 TOUCHES = 1e-6  # of the size of the whole
 FACES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])  # outward for positive volume

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from types import ModuleType
 
 import numpy as np
 
 from softact.errors import MeshError
-from softact.geometry.base import MOST_TETRAHEDRA
-from softact.geometry.gmsh_groups import upright
 from softact.mesh.boundary import face_keys
+from softact.mesh.cells import MOST_TETRAHEDRA, upright
 from softact.mesh.components import FACES, Skin, place
 from softact.mesh.layout import Layout
 from softact.nearest import likely
@@ -63,7 +63,7 @@ class FileMesh:
         ]
 
 
-def straight(gmsh, scale: float, tell: Callable[[str], None]) -> FileMesh:
+def straight(gmsh: ModuleType, scale: float, tell: Callable[[str], None]) -> FileMesh:
     """The named groups of gmsh's current model, of elements of any order by their corners alone.
 
     scale: mm of the model's unit. tell: receives a line where nodes on edges are left out that
@@ -95,7 +95,7 @@ def straight(gmsh, scale: float, tell: Callable[[str], None]) -> FileMesh:
     )
 
 
-def _elements(gmsh) -> Iterator[tuple[int, str, np.ndarray, np.ndarray]]:
+def _elements(gmsh: ModuleType) -> Iterator[tuple[int, str, np.ndarray, np.ndarray]]:
     """Dimension, group, node tags (m, nodes) and local coordinates (nodes, dimension)."""
     for dimension, group in gmsh.model.getPhysicalGroups():
         if dimension not in CORNERS:

@@ -10,7 +10,7 @@ from softact.errors import MeshError
 from softact.mesh.boundary import face_keys
 from softact.mesh.components import Skin, components, part_names, place
 from softact.mesh.file_mesh import FileMesh
-from softact.verdict.nearest_triangle import nearest_triangle
+from softact.mesh.nearest_triangle import nearest_triangle
 
 SAME_PLACE = 1e-3  # part of an edge: what is nearer to each other lies at one place
 

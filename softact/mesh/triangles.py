@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.sparse
-
-from softact.contact.facets import shape_functions
 
 # Barycentric points and weights (sum 1): exact to degree 2 (as on the facet layers) and 4
 # (Dunavant, IJNME 21 (1985) 1129), which integrates an enclosed volume exactly.
@@ -17,6 +16,17 @@ VOLUME_RULE = (
     np.array([np.roll([1 - 2 * t, t, t], k) for t in (_A, _B) for k in range(3)]),
     np.repeat([0.223381589678011, 0.109951743655322], 3),
 )
+
+
+def shape_functions(barycentric: np.ndarray, nodes: int) -> np.ndarray:
+    """Values (..., nodes) at barycentric coordinates (..., 3); corners, then middles 01 12 20."""
+    if nodes == 3:
+        return barycentric
+    a, b, c = np.moveaxis(barycentric, -1, 0)
+    return np.stack(
+        [a * (2 * a - 1), b * (2 * b - 1), c * (2 * c - 1), 4 * a * b, 4 * b * c, 4 * c * a],
+        axis=-1,
+    )
 
 
 def shape_gradients(barycentric: np.ndarray, nodes: int) -> np.ndarray:
@@ -44,7 +54,7 @@ class Triangles:
     nodes: np.ndarray
     places: np.ndarray
     dofs: np.ndarray
-    table: object
+    table: Any
 
     @property
     def sides(self) -> tuple[np.ndarray, np.ndarray]:

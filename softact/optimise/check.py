@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from softact.errors import SpecError
+from softact.files import document
 from softact.measured.columns import column_fault
 from softact.optimise.spec import Optimisation
-from softact.spec import document
 from softact.sweep.points import first_right
 from softact.units import show
 

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from softact.errors import SpecError
+from softact.files import document
 from softact.optimise import store
 from softact.optimise.spec import Objective, Optimisation, Part, place_of
 from softact.results.folder import COMPLETE
-from softact.spec import document
 from softact.sweep.axes import Axis, quantity, written
 from softact.sweep.cache import Cache
 from softact.sweep.compute import FAILED, INVALID, Answer, of_record

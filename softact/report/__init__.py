@@ -43,7 +43,7 @@ def write_report(
     where its figures cannot be read.
     """
     # Imported here: a sweep takes a label or a plot from this package, and makes no report.
-    from softact.report import curves, overlay, page, pictures, surface
+    from softact.report import curves, overlay, pictures, report_page, surface
     from softact.report.base import plotly
     from softact.report.remembered import remembered
     from softact.verdict.judge import judge
@@ -80,7 +80,7 @@ def write_report(
             faults += error.lines
     faults = list(dict.fromkeys(faults))
     path = directory / "report.html"
-    write_atomic(path, page.html(results, verdict, view, faults, more))
+    write_atomic(path, report_page.html(results, verdict, view, faults, more))
     for line in faults:
         warn(line)
     return path

@@ -2,17 +2,17 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from html import escape
 from pathlib import Path
 
 import numpy as np
+from markupsafe import Markup
 
 from softact.errors import SpecError
-from softact.files.own_folder import Output
 from softact.files.text import csv_text, write_atomic
 from softact.report import base, curves, labels, requirements, targets
 from softact.report.base import Plot, Section
 from softact.results.folder import Results, load, load_name, read
+from softact.results.own_folder import Output
 from softact.spec.kinds import expect_results
 from softact.spec.path import joined, leaves
 from softact.verdict.judge import AMBER, GREEN, RED, WORDS, Verdict, judge
@@ -143,23 +143,35 @@ def spec_differences(runs: Sequence[Results]) -> list[tuple[str, list[str]]]:
 def html(names: Sequence[str], runs: Sequence[Results], wanted: Sequence[str] = ()) -> str:
     """The page. wanted: see ``write_comparison``."""
     aim, rows = measures(runs)
-    verdicts = [judge(run) for run in runs]
+    verdicts, shapes = [judge(run) for run in runs], _shapes(names, runs)
     sections = [
         *([requirements.section(names, runs, wanted)] if wanted else []),
-        Section("measures", "Measures", _measures(names, runs, aim, rows)),
-        Section("spec", "What is different in the specs", _differences(names, runs), "Specs"),
-        Section("curves", "Curves", base.figures(_plots(names, runs))),
-        *_shapes(names, runs),
-        Section("runs", "Runs", _runs(names, runs, verdicts)),
+        Section("measures", "Measures"),
+        Section("spec", "What is different in the specs", nav="Specs"),
+        Section("curves", "Curves"),
+        *([Section("shapes", "Last states")] if shapes else []),
+        Section("runs", "Runs"),
     ]
-    lead = f"<p class='lead'>{escape(', '.join(names))}</p>{_verdicts(names, verdicts)}"
     damages = _damages(runs)
-    if damages:
-        lead += base.banner("warn", "Files are damaged.", "", damages)
-    return base.page("Comparison", sections, kicker=f"{len(runs)} runs of softact", lead=lead)
+    return base.page(
+        "Comparison",
+        sections,
+        kicker=f"{len(runs)} runs of softact",
+        template="report/compare_page.html",
+        names=names,
+        verdicts=_verdicts(names, verdicts),
+        damages=base.banner("warn", "Files are damaged.", "", damages) if damages else "",
+        at=_at(runs, aim),
+        measures=_measures(names, rows),
+        download=base.download("measures.csv", _measures_csv(names, aim, rows).encode()),
+        differences=_differences(names, runs),
+        curves=base.figures(_plots(names, runs)),
+        shapes=shapes,
+        runs=_runs(names, runs, verdicts),
+    )
 
 
-def _verdicts(names: Sequence[str], verdicts: Sequence[Verdict]) -> str:
+def _verdicts(names: Sequence[str], verdicts: Sequence[Verdict]) -> list[Markup]:
     """What is to be thought of the runs that are not simply trusted, the worst colour first."""
     parts = []
     for colour, kind in ((RED, "bad"), (AMBER, "warn")):
@@ -167,10 +179,10 @@ def _verdicts(names: Sequence[str], verdicts: Sequence[Verdict]) -> str:
         if some:
             words = WORDS[colour]
             items = [(f"{name}:", reason.text) for name, v in some for reason in v.reasons]
-            told = escape(", ".join(name for name, _ in some))
+            told = ", ".join(name for name, _ in some)
             head = f"{words[:1].upper()}{words[1:]}:"
             parts.append(base.banner(kind, head, told, items))
-    return "".join(parts)
+    return parts
 
 
 def _at(runs: Sequence[Results], aim: float | None) -> str:
@@ -180,7 +192,7 @@ def _at(runs: Sequence[Results], aim: float | None) -> str:
     return f"at {labels.number(aim)} {label.unit}, the largest load that all reach"
 
 
-def _measures(names, runs, aim, rows: Sequence[Row]) -> str:
+def _measures(names: Sequence[str], rows: Sequence[Row]) -> Markup:
     heads = ["Figure", "Unit", *names]
     for name in names[1:]:
         heads += [f"{name} − {names[0]}", "%"]
@@ -192,22 +204,17 @@ def _measures(names, runs, aim, rows: Sequence[Row]) -> str:
         for difference, percent in zip(row.differences(), row.percents(), strict=True):
             line += [labels.number(difference * label.factor), _percent(percent)]
         shown.append(line)
-    link = base.download("measures.csv", _measures_csv(names, aim, rows).encode())
-    return (
-        f"<p>Figures {escape(_at(runs, aim))}.</p>{base.table(heads, shown, numbers=True)}"
-        f"<p class='note'>Between increments interpolated linearly. {link}</p>"
-    )
+    return base.table(heads, shown, numbers=True)
 
 
 def _percent(value: float) -> str:
     return f"{value:+.1f}".replace("-", "−") if np.isfinite(value) else "–"
 
 
-def _differences(names, runs) -> str:
-    rows = spec_differences(runs)
-    if not rows:
-        return "<p>The resolved specs are the same.</p>"
-    return base.table(["Path", *names], [[path, *values] for path, values in rows], file="spec.csv")
+def _differences(names: Sequence[str], runs: Sequence[Results]) -> str:
+    """A table of what is not the same in the specs; "" where there is nothing."""
+    rows = [[path, *values] for path, values in spec_differences(runs)]
+    return base.table(["Path", *names], rows, file="spec.csv") if rows else ""
 
 
 def _plots(names, runs) -> list[Plot]:
@@ -229,20 +236,13 @@ def _plots(names, runs) -> list[Plot]:
     return plots
 
 
-def _shapes(names, runs) -> list[Section]:
-    pictures = [
-        f"<figure>{base.image((run.directory / 'shape.png').read_bytes(), name)}"
-        f"<figcaption>{escape(name)}</figcaption></figure>"
-        for name, run in zip(names, runs, strict=True)
-        if (run.directory / "shape.png").is_file()
-    ]
-    if not pictures:
-        return []
-    body = f"<div class='charts two'>{''.join(pictures)}</div>"
-    return [Section("shapes", "Last states", body)]
+def _shapes(names: Sequence[str], runs: Sequence[Results]) -> list[tuple[str, Markup]]:
+    """The pictures of the runs that have one, with their names."""
+    paths = [(name, run.directory / "shape.png") for name, run in zip(names, runs, strict=True)]
+    return [(name, base.image(p.read_bytes(), name)) for name, p in paths if p.is_file()]
 
 
-def _runs(names, runs, verdicts: Sequence[Verdict]) -> str:
+def _runs(names, runs, verdicts: Sequence[Verdict]) -> Markup:
     heads = [
         "Run",
         "Verdict",

@@ -6,7 +6,7 @@ from io import BytesIO
 import numpy as np
 
 from softact.report import labels
-from softact.results.folder import Results, load, load_name, rest_state
+from softact.results.folder import BOOKKEEPING, Results, load, load_name, rest_state
 
 #: Title of a chart and the beginnings of the names of the columns in it. Other columns get a
 #: chart of their own.
@@ -57,7 +57,7 @@ def measures(results: Results) -> list[str]:
     return [
         name
         for name, values in columns.items()
-        if name not in labels.BOOKKEEPING
+        if name not in BOOKKEEPING
         and values.dtype == float
         and not is_place(name, columns)
         and _size(values) > noise(results, name)

@@ -18,19 +18,6 @@ _UNITS = {
     "percent": ("%", 1.0),
 }
 
-#: Columns that say where a row stands or where a largest value lies; not results themselves.
-BOOKKEEPING = {
-    "step",
-    "increment",
-    "step_fraction",
-    "newton_iterations",
-    "residual",
-    "iterations",
-    "unstable_modes",
-    "control",
-    "kinetic_ratio",
-}
-
 
 @dataclass(frozen=True)
 class Label:

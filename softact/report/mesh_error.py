@@ -3,10 +3,12 @@
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from html import escape
+
+from markupsafe import Markup
 
 from softact.report import base, labels
 from softact.report.base import Section
+from softact.report.base.templates import macros
 from softact.results.folder import MESH_ERROR, Results
 from softact.verdict.judge import NOT_CONVERGED, NOT_KNOWN, WITHIN
 
@@ -82,32 +84,26 @@ def section(results: Results, errors: MeshErrors) -> list[Section]:
     return [Section("mesherror", "Error bars of the mesh", body, "Mesh error")]
 
 
-def _body(results: Results, story: Mapping) -> str:
+def _body(results: Results, story: Mapping) -> Markup:
     rows = [_row(results, story, name) for name in story["measures"]]
     heads = ["Figure", "Unit", "This mesh", "Error bar", "Limit", "Order", "This mesh is", "Note"]
     levels = [str(level["mesh"]) for level in story["levels"]]
     advice = "No mesh of the study is known to be within it for every figure."
     if story["recommended"] is not None:
         advice = f"The coarsest mesh within it for every figure: {levels[story['recommended']]}."
-    said = (
-        f"<p>Last state, on the mesh of this run ({escape(levels[story['level']])}). From "
-        f"{len(levels)} meshes ({escape('; '.join(levels))}) that <code>softact converge</code> "
-        f"computed; wanted was {labels.number(100 * story['tolerance'])} %. {escape(advice)}</p>"
+    return macros("report/sections.html").mesh_error(
+        level=levels[story["level"]],
+        levels=levels,
+        tolerance=labels.number(100 * story["tolerance"]),
+        advice=advice,
+        table=base.table(heads, rows, file="mesh_error.csv"),
+        safety=labels.number(story["safety"]),
     )
-    return said + base.table(heads, rows, file="mesh_error.csv") + note(story["safety"])
 
 
-def note(safety: float) -> str:
+def note(safety: float) -> Markup:
     """What an error bar is, as a paragraph. safety: the factor in it."""
-    factor = labels.number(safety)
-    return (
-        f"<p class='note'>An error bar is {factor} times the distance to the limit on an "
-        "infinitely fine mesh (Richardson's, with the observed order; Celik et al. 2008, J. Fluids "
-        "Eng. 130:078001). It takes three meshes, each finer than the one before, whose values go "
-        "one way with an order that such elements can have; where there is none, limit and error "
-        "are not known, however little the last values differ. It tells of the mesh alone, not of "
-        "the material's constants or the geometry.</p>"
-    )
+    return macros("report/sections.html").error_bar(labels.number(safety))
 
 
 def _row(results: Results, story: Mapping, name: str) -> list[str | float]:

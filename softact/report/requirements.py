@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from html import escape
 
 import numpy as np
+from markupsafe import Markup
 
 from softact.report import base, labels, targets
 from softact.report.base import Plot, Section
+from softact.report.base.templates import macros
 from softact.report.targets import Requirement
 from softact.results.folder import Results, load, load_name
 
@@ -38,17 +39,18 @@ def section(names: Sequence[str], runs: Sequence[Results], wanted: Sequence[str]
     names: of the runs; wanted: names of applications, see ``targets``.
     """
     runs = [settled(run) for run in runs]
-    parts = [
-        "<p>What published applications ask for, and what the runs show up to the end of each. "
-        "Runs that press on a load cell are not asked how far they move freely, and the first "
-        "inflation of sheets, a motion, is left out up to where it has come to rest.</p>"
-    ]
+    parts = []
     for name in wanted:
         asked = [r for r in targets.requirements(name) if any(tells(run, r, runs) for run in runs)]
-        parts.append(f"<h3>{escape(targets.title(name))}</h3>")
-        parts.append(base.figures(plots(names, runs, asked)))
-        parts.append(_table(name, names, runs))
-    return Section("targets", "Published requirements", "".join(parts), "Requirements")
+        drawn = base.figures(plots(names, runs, asked))
+        parts.append((targets.title(name), drawn, _table(name, names, runs)))
+    body = macros("report/sections.html").requirements(
+        "What published applications ask for, and what the runs show up to the end of each. Runs "
+        "that press on a load cell are not asked how far they move freely, and the first inflation "
+        "of sheets, a motion, is left out up to where it has come to rest.",
+        parts,
+    )
+    return Section("targets", "Published requirements", body, "Requirements")
 
 
 def settled(run: Results) -> Results:
@@ -69,7 +71,7 @@ def settled(run: Results) -> Results:
     return replace(run, curve={name: values[keep] for name, values in run.curve.items()})
 
 
-def _table(name: str, names: Sequence[str], runs: Sequence[Results]) -> str:
+def _table(name: str, names: Sequence[str], runs: Sequence[Results]) -> Markup:
     all_asked = targets.requirements(name)
     rows = [
         [asked.text, *row, asked.source]

@@ -4,19 +4,19 @@ import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from html import escape
 from importlib.resources import files
 
 import numpy as np
 
 from softact.errors import SpecError
+from softact.files import document
 from softact.nearest import nearest
 from softact.report import base, body, labels
 from softact.report.base import Plot, Section
+from softact.report.base.templates import macros
 from softact.report.curves import at_load
 from softact.report.targets_file import Asked, TargetsFile, in_unit_of
 from softact.results.folder import Results, load, load_name
-from softact.spec import document
 from softact.spec.faults import validated
 
 MET, NOT_MET, UNKNOWN = "met", "not met", "not known"
@@ -209,13 +209,9 @@ def found_text(v: Verdict) -> str:
 
 def section(results: Results, wanted: Sequence[str]) -> Section:
     """The part of a report that sets the actuator among published requirements."""
-    parts = [
-        "<p>What published applications ask for, in their words, and what this run shows. “Not "
-        "known” is what the run does not tell, or not up to the pressure that is asked for.</p>"
-    ]
+    parts = []
     for name in wanted:
         verdicts = [judge(results, r) for r in requirements(name)]
-        parts.append(f"<h3>{escape(title(name))}</h3>")
         heads = ["Requirement", "Verdict", "Found", "Remark", "Source"]
         rows = [
             [v.requirement.text, v.verdict, found_text(v) if np.isfinite(v.found) else "",
@@ -225,10 +221,14 @@ def section(results: Results, wanted: Sequence[str]) -> Section:
         marks = [{MET: "good", NOT_MET: "bad"}.get(v.verdict, "") for v in verdicts]
         table = base.table(heads, rows, file=f"targets_{name}.csv", marks=marks)
         plots = [_fulfilment(name, verdicts), _space(results, name)]
-        parts += [base.figures([plot for plot in plots if plot]), table]
-    full = "; ".join(source.full for source in _file().sources.values())
-    parts.append(f"<p class='note'>Sources: {escape(full)}.</p>")
-    return Section("targets", "Published requirements", "".join(parts), "Requirements")
+        parts.append((title(name), base.figures([plot for plot in plots if plot]), table))
+    body = macros("report/sections.html").requirements(
+        "What published applications ask for, in their words, and what this run shows. “Not known” "
+        "is what the run does not tell, or not up to the pressure that is asked for.",
+        parts,
+        sources="; ".join(source.full for source in _file().sources.values()),
+    )
+    return Section("targets", "Published requirements", body, "Requirements")
 
 
 def _fulfilment(name: str, verdicts: Sequence[Verdict]) -> Plot | None:

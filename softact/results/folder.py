@@ -18,10 +18,10 @@ from pathlib import Path
 import numpy as np
 
 from softact.errors import DamagedResultError, SpecError
+from softact.files.restart import RESTART
 from softact.files.text import csv_rows
 from softact.mesh.layout import Layout
 from softact.results import fields_file
-from softact.results.restart import RESTART
 from softact.results.run_json import (
     COMPLETE,
     INCOMPLETE,
@@ -44,6 +44,18 @@ MEASURED = "measured.json"
 SIGNED = (SPEC, CURVE, SUMMARY, MESH_ERROR)
 #: Columns of curve.csv that hold words.
 TEXTS = ("step", "control")
+#: Columns that say where a row stands or where a largest value lies; not results themselves.
+BOOKKEEPING = {
+    "step",
+    "increment",
+    "step_fraction",
+    "newton_iterations",
+    "residual",
+    "iterations",
+    "unstable_modes",
+    "control",
+    "kinetic_ratio",
+}
 
 #: Every file that softact itself puts into a result folder, ``run.json`` excepted.
 OWN_FILES = (
@@ -119,7 +131,7 @@ class Results:
 
     @functools.cached_property
     def _parsed(self) -> tuple[dict, list[str]]:
-        from softact.spec import document
+        from softact.files import document
 
         if not self.spec_yaml:
             return {}, []

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from softact.errors import SpecError
+from softact.files.restart import ANEW, RESTART
 from softact.files.text import clear_temporaries, csv_cells, csv_text, write_atomic
 from softact.mesh.layout import Layout
 from softact.results import fields_file
@@ -29,7 +30,6 @@ from softact.results.folder import (
     checksums,
 )
 from softact.results.journal import journal_of, recover
-from softact.results.restart import ANEW, RESTART
 from softact.results.run_json import COMPLETE, INCOMPLETE, NO_EQUILIBRIUM, RUN, damaged, run_text
 from softact.results.xdmf import Xdmf, mixed
 

@@ -14,8 +14,8 @@ import numpy as np
 import scipy.spatial
 
 from softact.errors import SpecError
+from softact.files.restart import RESTART, of_another_version, seal, unseal
 from softact.loads import BY_FIELD
-from softact.results.restart import RESTART, of_another_version, seal, unseal
 from softact.solve.path import Point
 from softact.system.term import State
 

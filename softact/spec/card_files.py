@@ -5,10 +5,10 @@ from pathlib import Path
 from typing import Any
 
 from softact.errors import SpecError
+from softact.files.document import Document, Place, dotted
 from softact.materials import LAWS
 from softact.materials.cards import with_changes
 from softact.nearest import nearest
-from softact.spec.document import Document, Place, dotted
 from softact.spec.faults import validated
 from softact.spec.kinds import read_as
 from softact.units import show

@@ -8,8 +8,8 @@ from pydantic.fields import FieldInfo
 
 from softact.errors import SpecError
 from softact.fields import given
+from softact.files.document import Document, Place, dotted
 from softact.nearest import nearest
-from softact.spec.document import Document, Place, dotted
 from softact.spec.slots import slot_at
 from softact.units import dimension_of, show
 

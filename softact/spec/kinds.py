@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from softact.errors import SpecError
-from softact.spec import document
-from softact.spec.document import Document
+from softact.files import document
+from softact.files.document import Document
 from softact.units import one_line
 
 

@@ -13,10 +13,11 @@ from pathlib import Path
 from typing import Any
 
 from softact.errors import SpecError
+from softact.files import document
+from softact.files.document import Document, Place
 from softact.files.text import NAMES_A_FILE
-from softact.spec import card_files, document, overrides
+from softact.spec import card_files, overrides
 from softact.spec.choice import MaterialChoice
-from softact.spec.document import Document, Place
 from softact.spec.faults import validated
 from softact.spec.kinds import expect, read_as
 from softact.spec.models import Spec

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 from softact.errors import SpecError
+from softact.files.document import Document, scalar
 from softact.spec import path as paths
-from softact.spec.document import Document, scalar
 from softact.units import show
 
 

@@ -12,8 +12,8 @@ from typing import Any, TypeVar
 from pydantic import BaseModel
 
 from softact.errors import SpecError
+from softact.files.document import Document, Place, dotted, item
 from softact.nearest import nearest
-from softact.spec.document import Document, Place, dotted, item
 from softact.spec.faults import validated
 from softact.spec.models import UNNAMED, Spec
 from softact.spec.slots import Slot, slot_at

@@ -9,9 +9,9 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from softact.files.document import Document, Place, dotted
 from softact.geometry.base import Geometry
 from softact.materials import Law, compressible
-from softact.spec.document import Document, Place, dotted
 from softact.units import (
     ACCELERATION,
     DENSITY,

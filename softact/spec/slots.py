@@ -9,8 +9,8 @@ from typing import Annotated, Any, Union, get_args, get_origin
 from pydantic import BaseModel, TypeAdapter
 from pydantic.fields import FieldInfo
 
+from softact.files.document import Document, Place, item
 from softact.spec.choice import Choice
-from softact.spec.document import Document, Place, item
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from typing import Any
 
 import yaml
 
-from softact.spec.document import Loader
+from softact.files.document import Loader
 
 
 class _Dumper(yaml.SafeDumper):

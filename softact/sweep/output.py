@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from softact.files.own_folder import Output
 from softact.files.text import csv_text, write_atomic
-from softact.sweep import page, sensitivity, table
+from softact.results.own_folder import Output
+from softact.sweep import sensitivity, sweep_page, table
 from softact.sweep.sensitivity import Sample
 from softact.sweep.study import Study
 from softact.sweep.table import Row
@@ -26,5 +26,5 @@ def write(
         write_atomic(output.file(INDICES), csv_text(found.rows))
         sections, notes = sensitivity.section(found), found.notes
     csv = (output.directory / table.TABLE).read_bytes()
-    write_atomic(output.file(PAGE), page.html(study, rows, csv, seen, sections))
+    write_atomic(output.file(PAGE), sweep_page.html(study, rows, csv, seen, sections))
     return rows, seen, notes

@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from softact.errors import SpecError
+from softact.files import document
 from softact.files.text import digest, write_atomic
 from softact.geometry.imported import Imported
-from softact.spec import Spec, document, spec_at
+from softact.spec import Spec, spec_at
 from softact.sweep.axes import Axis
 from softact.sweep.design import Coordinates
 from softact.sweep.version import run_key, version

@@ -15,8 +15,7 @@ import numpy as np
 
 from softact.files.lock import LOCK
 from softact.files.text import write_atomic
-from softact.report.labels import BOOKKEEPING
-from softact.results.folder import NO_EQUILIBRIUM, Results
+from softact.results.folder import BOOKKEEPING, NO_EQUILIBRIUM, Results
 from softact.verdict.judge import from_data, judge
 
 RECORD = "record.json"

@@ -8,10 +8,10 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
-from html import escape
 from typing import Literal
 
 import numpy as np
+from markupsafe import Markup
 
 from softact.errors import SpecError
 from softact.report import base, labels
@@ -86,7 +86,7 @@ def sample_of(kind: Literal["sobol", "morris"], sweep: Sweep) -> Sample:
 def indices(sample: Sample, study: Study, table: Sequence[Row]) -> Indices:
     """Indices of every measure that varies. Blocks with a point that is not complete are left
     out, and the notes say how many."""
-    from softact.sweep.page import shown_measures
+    from softact.sweep.sweep_page import shown_measures
 
     good = np.array([row["status"] == COMPLETE for row in table])
     whole = np.repeat(good.reshape(-1, sample.block).all(axis=1), sample.block)
@@ -153,6 +153,7 @@ def section(found: Indices) -> list[Section]:
         for row in found.rows
     ]
     heads = ["measure", *(name.replace("_", " ") for name in names)]
-    notes = "".join(f"<p class='note'>{escape(note)}</p>" for note in found.notes)
-    body = f"<p class='note'>{_MEANING[found.kind]}</p>{base.table(heads, rows)}{notes}"
+    meaning = base.note(_MEANING[found.kind])
+    notes = Markup("").join(base.note(text) for text in found.notes)
+    body = meaning + base.table(heads, rows) + notes
     return [Section("sensitivity", f"Sensitivity ({found.kind.capitalize()})", body)]

@@ -17,8 +17,9 @@ from pydantic import (
 
 from softact.errors import SpecError
 from softact.fields import Name, fault_at
+from softact.files import document
 from softact.nearest import nearest
-from softact.spec import document, loading
+from softact.spec import loading
 from softact.spec.faults import validated
 from softact.spec.kinds import read_as
 from softact.spec.path import assign, check, dotted

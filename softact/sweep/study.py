@@ -9,7 +9,7 @@ from functools import cached_property, partial
 from pathlib import Path
 
 from softact.errors import SpecError
-from softact.spec import document
+from softact.files import document
 from softact.sweep.cache import Cache
 from softact.sweep.compute import INVALID, Answer, of_record
 from softact.sweep.local import Jobs, run_all

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from softact.errors import SpecError
-from softact.files.own_folder import Output
 from softact.files.text import csv_text, replacing, write_atomic
+from softact.results.own_folder import Output
 from softact.spec.path import single
 from softact.sweep.axes import Axis
 from softact.sweep.study import Study

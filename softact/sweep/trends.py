@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from softact.errors import SpecError
+from softact.files import document
 from softact.results.folder import COMPLETE
-from softact.spec import document
 from softact.sweep.points import spec_at
 from softact.sweep.spec import Trend
 from softact.sweep.study import Study

@@ -19,11 +19,11 @@ from softact.converge.carry import carry_into
 from softact.converge.richardson import SAFETY, counting, estimate
 from softact.converge.study import Convergence, Level, converge, mesh_sizes, refined
 from softact.errors import MeshError, SpecError
-from softact.files.own_folder import Output
 from softact.measured.curve import Measured
 from softact.report import pictures, write_report
 from softact.report.remembered import remember
 from softact.results.folder import MESH_ERROR, read
+from softact.results.own_folder import Output
 from softact.sweep import compute as computing
 from softact.sweep.cache import Cache
 from softact.sweep.record import Record, from_results

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softact.geometry.base import GEOMETRIES
+from softact.geometries import GEOMETRIES
 
 
 def mm(value: float) -> str:

@@ -8,7 +8,8 @@ import pytest
 from scipy.optimize import fsolve
 
 from softact.errors import SoftactError
-from softact.geometry.base import GEOMETRIES, export
+from softact.geometries import GEOMETRIES
+from softact.geometry.base import export
 from softact.geometry.oblique import Oblique
 from softact.materials.plane_stress import sheet_law
 from softact.measures.bending import BENDING

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from softact.converge.study import finer
-from softact.geometry.base import GEOMETRIES, STEPS
+from softact.geometries import GEOMETRIES
+from softact.geometry.base import STEPS
 from softact.geometry.imported import Imported
 
 # As small as they come, so that the finest mesh is quick.

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from softact.geometry.base import GEOMETRIES, export
+from softact.geometries import GEOMETRIES
+from softact.geometry.base import export
 from softact.results.folder import read
 from softact.run.start import run
 from softact.spec import load

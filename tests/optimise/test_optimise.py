@@ -12,12 +12,12 @@ import pytest
 
 from softact.cli import main as cli
 from softact.errors import MeshError, SpecError
-from softact.files.own_folder import Output
 from softact.files.text import csv_text
-from softact.optimise import page
+from softact.optimise import optimise_page
 from softact.optimise.spec import Optimisation, place_of
 from softact.optimise.study import Trials, feasible
 from softact.results.folder import read as read_results
+from softact.results.own_folder import Output
 from softact.run.start import SolverCrashError
 from softact.sweep import compute as computing
 from softact.sweep.axes import Axis
@@ -53,7 +53,9 @@ def made_up(monkeypatch):
         bent_beam.write(directory, angle, 2, size={"nx": 6, "ny": 2, "nz": 7})
 
     monkeypatch.setattr(computing, "run", run)
-    monkeypatch.setattr(page, "write_report", lambda folder: (folder / "report.html").touch())
+    monkeypatch.setattr(
+        optimise_page, "write_report", lambda folder: (folder / "report.html").touch()
+    )
     return calls
 
 
@@ -70,7 +72,7 @@ def test_best_of_the_feasible_beats_the_reference(tmp_path, made_up):
     assert study.done[0].values == [100.0]  # the reference comes first
     assert 110 < best.values[0] <= 120
     assert all(t.values[0] > 120 for t in study.done if t.values and not feasible(t))
-    path = page.write(study, Output(tmp_path, "optimize"))
+    path = optimise_page.write(study, Output(tmp_path, "optimize"))
     assert "reference" in path.read_text()
     with open(tmp_path / "trials.csv") as file:
         rows = list(csv.DictReader(file))
@@ -86,7 +88,7 @@ def test_failed_runs_are_failed_trials_with_their_cause(tmp_path, made_up):
     assert failed
     assert all(t.user_attrs["cause"] == "block: gmsh crashed" for t in failed)
     assert study.best() == []
-    page.write(study, Output(tmp_path, "optimize"))
+    optimise_page.write(study, Output(tmp_path, "optimize"))
 
 
 def test_a_second_call_goes_on(tmp_path, made_up):
@@ -109,13 +111,13 @@ def test_error_bars_carried_into_the_best_design_stay(tmp_path, made_up):
     study = trials(tmp_path, trials=1)
     study.run(1, lambda trial, answer: None)
     best = tmp_path / "best"
-    page.write(study, Output(tmp_path, "optimize"))
+    optimise_page.write(study, Output(tmp_path, "optimize"))
     (best / "mesh_error.json").write_text("{}")
     refresh(best)
-    page.write(study, Output(tmp_path, "optimize"))
+    optimise_page.write(study, Output(tmp_path, "optimize"))
     assert (best / "mesh_error.json").read_text() == "{}"
     (best / "curve.csv").write_text("torn")
-    page.write(study, Output(tmp_path, "optimize"))
+    optimise_page.write(study, Output(tmp_path, "optimize"))
     assert not (best / "mesh_error.json").exists() and len((best / "curve.csv").read_text()) > 99
 
 
@@ -160,7 +162,7 @@ def test_plots_are_in_the_units_that_their_axes_name(tmp_path, made_up):
     )
     study = trials(tmp_path, text, trials=2)
     study.run(1, lambda trial, answer: None)
-    text = page.write(study, Output(tmp_path, "optimize")).read_text()
+    text = optimise_page.write(study, Output(tmp_path, "optimize")).read_text()
     found = re.findall(r"<script type='application/json'>(.*?)</script>", text, re.S)
     history, front = map(json.loads, found)
     assert history["y"] == front["y"] == "Cavity volume (mL)"
@@ -316,7 +318,9 @@ def test_choices_of_any_type(tmp_path, made_up, values):
     text = text[: text.index("reference")]
     study = trials(tmp_path, text, trials=6)
     study.run(1, lambda trial, answer: None)
-    assert len(study.done) == 6 and page.write(study, Output(tmp_path, "optimize")).is_file()
+    assert (
+        len(study.done) == 6 and optimise_page.write(study, Output(tmp_path, "optimize")).is_file()
+    )
     assert {str(study.coordinates(t)["materials.body"]) for t in study.done} <= {
         str(value) for value in study.wanted.parameters[1].values
     }
@@ -340,7 +344,7 @@ def test_a_measure_without_a_number_is_a_failed_trial(tmp_path, made_up):
 def test_the_best_run_is_computed_again_where_the_cache_has_gone(tmp_path, made_up):
     trials(tmp_path, trials=2).run(1, lambda trial, answer: None)
     shutil.rmtree(tmp_path / "runs")
-    page.write(trials(tmp_path, trials=2), Output(tmp_path, "optimize"))
+    optimise_page.write(trials(tmp_path, trials=2), Output(tmp_path, "optimize"))
     assert read_results(tmp_path / "best").status == "complete"
 
 

@@ -83,3 +83,18 @@ def test_the_catalogue_tells_what_another_choice_brings():
     (shell,) = [r for r in catalogue.geometries() if r["name"] == "shell_reinforced"]
     sheets, surfaces = ["shell", "glued"], ["under_shell", "under_glued"]
     assert shell["others"] == [{"with": "shell: sliding", "surfaces": surfaces, "sheets": sheets}]
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("strain_energy", "measure energy has strain_energy_mJ"),
+        ("contact_area", "measure contact has contact_area_<contact>_mm2"),
+        ("benging", "did you mean 'bending'?"),
+    ],
+)
+def test_a_column_is_answered_with_its_measure(name, said):
+    text = "geometry: {type: block}\nmaterials: {body: ecoflex-00-30}\nsupports: "
+    text += "[{surface: x_min, fix: [x, y, z]}]\nsteps: [{gravity: [0, 0, -1]}]\n"
+    (line,) = lines(f"{text}measures: [{name}]\n")
+    assert line == f"bare.yaml:5: measures.0: there is no measure '{name}'; {said}"

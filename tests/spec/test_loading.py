@@ -9,7 +9,8 @@ from softact import spec as specs
 from softact.check import cases
 from softact.cli.main import main
 from softact.errors import MeshError, SpecError
-from softact.spec import document, opened, part, spec_at
+from softact.files import document
+from softact.spec import opened, part, spec_at
 from softact.sweep.points import changes_of
 from softact.sweep.spec import Sweep, read
 

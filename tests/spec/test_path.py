@@ -7,10 +7,11 @@ import pytest
 
 from softact import spec as specs
 from softact.errors import SpecError
+from softact.files import document
 from softact.fit.knobs import read_knobs
 from softact.report.compare import spec_differences
 from softact.run.from_spec import parameters
-from softact.spec import Spec, document
+from softact.spec import Spec
 from softact.spec.path import assign, changed, get, joined, leaves, locate, single
 from softact.sweep.points import spec_at
 

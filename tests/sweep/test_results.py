@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from pyarrow import parquet
 
-from softact.files.own_folder import Output
+from softact.results.own_folder import Output
 from softact.sweep import compute as computing
-from softact.sweep import page, sensitivity, table
+from softact.sweep import sensitivity, sweep_page, table
 from softact.sweep.cache import Cache
 from softact.sweep.spec import Sweep, read
 from softact.sweep.study import locally, open_study
@@ -82,7 +82,7 @@ def test_parquet_has_numbers_texts_and_gaps():
 
 def test_a_table_does_not_wait_for_heavy_modules():
     program = (
-        "import sys; from softact.sweep import page, study, table\n"
+        "import sys; from softact.sweep import study, sweep_page, table\n"
         "table.parquet([{'point': 0, 'wall_mm': 1.5, 'law': 'yeoh'}])\n"
         "sys.exit(repr({'pandas', 'scipy', 'pint', 'matplotlib'} & set(sys.modules)))"
     )
@@ -172,6 +172,6 @@ def test_points_that_are_not_simply_trusted_are_told(tmp_path, monkeypatch):
     study = study_of(tmp_path, "axes:\n  - {path: geometry.length, values: [4 mm, 42 mm]}\n")
     green, amber = table.rows(study)
     assert (green["verdict"], amber["verdict"]) == ("green", "amber: overlap")
-    banner = page.points_banner([green, amber])
+    banner = sweep_page.points_banner([green, amber])
     assert "1 of them are solved, but not simply to be trusted (overlap: 1)" in banner
     assert "banner warn" in banner

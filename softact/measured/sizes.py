@@ -4,9 +4,9 @@ import math
 import re
 from collections.abc import Callable, Sequence
 
-from softact.fit.blocks import Block, Heading
-from softact.fit.cells import Row, decimal_mark, value
-from softact.fit.spelling import is_unit, registry_unit
+from softact.measured.blocks import Block, Heading
+from softact.measured.cells import Row, decimal_mark, value
+from softact.measured.spelling import is_unit, registry_unit
 from softact.units import LENGTH
 
 # Which words stand for a size; the first that is found counts. Areas are in mm².

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from softact.files.own_folder import Output
+from markupsafe import Markup
+
 from softact.files.text import csv_text, write_atomic
 from softact.optimise.store import DATABASE
 from softact.optimise.study import Trials, feasible
 from softact.report import base, labels, write_report
 from softact.report.base import Section
-from softact.sweep import point, shape
-from softact.sweep.page import MOST_SHAPES, lead, packed, thinned
+from softact.results.own_folder import Output
+from softact.sweep import shape
 from softact.sweep.record import DamagedError, load
+from softact.sweep.sweep_page import MOST_SHAPES, packed, thinned
 
 TABLE, PAGE, BEST = "trials.csv", "optimise.html", "best"
 FILES = (DATABASE, TABLE, PAGE, BEST)
@@ -58,35 +59,36 @@ def _data_sheet(trials: Trials, trial: Any, output: Output) -> None:
 
 def html(trials: Trials, table: list[dict]) -> str:
     """The page."""
-    wanted, best = trials.wanted, trials.best()
-    sections = []
-    if best:
-        sections.append(Section("best", "Best designs", _best(trials, best)))
-    plots = [_history(trials, n) for n in range(len(wanted.objectives))]
-    sections.append(Section("history", "History", base.figures(plots)))
-    front = _front(trials)
-    if front is not None:
-        sections.append(Section("tradeoff", "Objectives and constraints", base.figures([front])))
-    if any(trial.values is not None for trial in trials.done):
-        sections.append(Section("design", "One design", point.PLACE))
-    heads = [name for name in table[0] if name != "run"] if table else []
-    body = base.table(heads, [[_cell(row[h]) for h in heads] for row in table], file="trials.csv")
-    sections.append(Section("trials", "Trials", body))
+    wanted, best, front = trials.wanted, trials.best(), _front(trials)
+    solved = any(trial.values is not None for trial in trials.done)
+    sections = [
+        *([Section("best", "Best designs")] if best else []),
+        Section("history", "History"),
+        *([Section("tradeoff", "Objectives and constraints")] if front else []),
+        *([Section("design", "One design")] if solved else []),
+        Section("trials", "Trials"),
+    ]
     return base.page(
         wanted.name,
         sections,
         kicker="Optimisation of a soft actuator",
         kind="optimisation",
-        lead=lead(wanted.description, wanted.source) + _banner(trials, table),
         data={"packed": packed(_designs(trials))},
-        style=point.style() + (files("softact.optimise") / "page.css").read_text("utf-8"),
-        script=point.script() + (files("softact.optimise") / "page.js").read_text("utf-8"),
+        template="optimise/optimise_page.html",
+        study=wanted,
+        count=_count(table),
+        best=_best(trials, best) if best else "",
+        number=best[-1].number if best else None,
+        folder=BEST,
+        history=base.figures([_history(trials, n) for n in range(len(wanted.objectives))]),
+        tradeoff=base.figures([front]) if front else "",
+        trials=_trials(table),
     )
 
 
 def _designs(trials: Trials) -> dict:
-    """What page.js shows of the trials that have values, by their numbers; ``first``: the one that
-    is shown before any click. Of many trials, some have their shapes on the page."""
+    """What optimise.js shows of the trials that have values, by their numbers; ``first``: the one
+    that is shown before any click. Of many trials, some have their shapes on the page."""
     best, solved = trials.best(), [t for t in trials.done if t.values is not None]
     some = [solved[n] for n in thinned(range(len(solved)), MOST_SHAPES)]
     shapes = {
@@ -123,14 +125,19 @@ def _cell(value: Any) -> str | float:
     return value if isinstance(value, float) else str(value)
 
 
-def _banner(trials: Trials, table: list[dict]) -> str:
+def _trials(table: list[dict]) -> Markup:
+    heads = [name for name in table[0] if name != "run"] if table else []
+    return base.table(heads, [[_cell(row[h]) for h in heads] for row in table], file="trials.csv")
+
+
+def _count(table: list[dict]) -> Markup:
     failed = sum(row["status"] != "complete" for row in table)
     good = sum(row["feasible"] for row in table)
     said = f"{good} hold all constraints, {failed} failed."
     return base.banner("good" if good else "warn", f"{len(table)} trials:", said)
 
 
-def _best(trials: Trials, best: list[Any]) -> str:
+def _best(trials: Trials, best: list[Any]) -> Markup:
     parts = trials.parts
     heads = ["Trial", *(axis.column for axis in trials.axes.values()), *(p.title for p in parts)]
     chosen, marks = list(best), [""] * len(best)
@@ -144,11 +151,7 @@ def _best(trials: Trials, best: list[Any]) -> str:
         name = f"{trial.number}" + ("" if trial in best else " (reference)")
         cells = [axis.cell(values[title]) for title, axis in trials.axes.items()]
         body.append([name, *cells, *(trial.user_attrs.get(p.title, "") for p in parts)])
-    note = (
-        f"<p class='note'>The data sheet of trial {best[-1].number} is "
-        f"<a href='{BEST}/report.html'>{BEST}/report.html</a>; its spec is {BEST}/spec.yaml.</p>"
-    )
-    return base.table(heads, body, marks=marks) + note
+    return base.table(heads, body, marks=marks)
 
 
 def _history(trials: Trials, number: int) -> base.Plot:

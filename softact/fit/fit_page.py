@@ -1,9 +1,9 @@
 """The page of a fit: laws and data in every mode, residuals, constants, ranking, the card."""
 
 from collections.abc import Mapping, Sequence
-from html import escape
 
 import numpy as np
+from markupsafe import Markup
 
 from softact.fit.candidates import as_candidate
 from softact.fit.fit import Fit
@@ -22,26 +22,41 @@ def html(name: str, fits: Sequence[Fit], others: Mapping[str, Law], card: str) -
     """The text of the page. fits: best first. others: materials beside them; card: YAML or ""."""
     best = fits[0]
     sections = [
-        Section("constants", f"Constants: {best.name}", _constants(best), "Constants"),
-        Section("curves", "Curves", base.figures(_curves(fits[:_DRAWN], others))),
-        Section("residuals", "Residuals", base.figures([_residuals(best)])),
+        Section("constants", f"Constants: {best.name}", nav="Constants"),
+        Section("curves", "Curves"),
+        Section("residuals", "Residuals"),
+        *([Section("ranking", "Ranking")] if len(fits) > 1 else []),
+        *([Section("card", "Card")] if card else []),
     ]
+    return base.page(
+        name,
+        sections,
+        kicker="Fit of a material law",
+        kind="fit",
+        template="fit/fit_page.html",
+        verdict=_verdict(fits),
+        formula=best.candidate.law.formula,
+        constants=_constants(best),
+        agreement=_agreement(best),
+        stability=[line.strip() for line in stability_lines(best)],
+        curves=base.figures(_curves(fits[:_DRAWN], others)),
+        residuals=base.figures([_residuals(best)]),
+        ranking=_ranking(fits) if len(fits) > 1 else None,
+        card=card,
+        download=base.download(f"{name}.yaml", card.encode(), "text/yaml"),
+    )
+
+
+def _verdict(fits: Sequence[Fit]) -> Markup:
+    best = fits[0]
+    said = f"{best.name}, smallest R² {best.r2:.5f}."
     if len(fits) > 1:
-        sections.append(Section("ranking", "Ranking", _ranking(fits)))
-    if card:
-        link = base.download(f"{name}.yaml", card.encode(), "text/yaml")
-        sections.append(Section("card", "Card", f"<pre>{escape(card)}</pre><p>{link}</p>"))
-    kind = "good" if best.sound else "warn"
+        said += f" {reason(fits)}"
     head = "Fit:" if len(fits) == 1 else "Best of the fits:"
-    said = f"{escape(best.name)}, smallest R² {best.r2:.5f}."
-    if len(fits) > 1:
-        said += f" {escape(reason(fits))}"
-    lead = base.banner(kind, head, said, best.remarks())
-    lead += f"<p class='note'>{escape(best.candidate.law.formula)}</p>"
-    return base.page(name, sections, kicker="Fit of a material law", kind="fit", lead=lead)
+    return base.banner("good" if best.sound else "warn", head, said, best.remarks())
 
 
-def _constants(fit: Fit) -> str:
+def _constants(fit: Fit) -> Markup:
     cards = {c.name: c for c in fit.candidate.law.constants()}
     rows = [
         [name, f"{value:.6g}", f"{half:.2g}" if np.isfinite(half) else "–", cards[name].unit or ""]
@@ -50,20 +65,18 @@ def _constants(fit: Fit) -> str:
         )
     ]
     rows += [[name, str(value), "", "held"] for name, value in fit.candidate.fixed.items()]
-    tests = [
+    return base.table(["Constant", "Value", "± (95 %)", "Unit"], rows, file="constants.csv")
+
+
+def _agreement(fit: Fit) -> Markup:
+    rows = [
         [q.name, float(q.r2), 1e3 * float(q.rmse), 1e3 * float(q.largest_error)]
         for q in fit.qualities
     ]
-    listed = "".join(f"<li>{escape(line.strip())}</li>" for line in stability_lines(fit))
-    return (
-        base.table(["Constant", "Value", "± (95 %)", "Unit"], rows, file="constants.csv")
-        + "<h3>Agreement with each test</h3>"
-        + base.table(["Test", "R²", "RMSE (kPa)", "Largest error (kPa)"], tests, file="tests.csv")
-        + (f"<h3>Range and scatter</h3><ul>{listed}</ul>" if listed else "")
-    )
+    return base.table(["Test", "R²", "RMSE (kPa)", "Largest error (kPa)"], rows, file="tests.csv")
 
 
-def _ranking(fits: Sequence[Fit]) -> str:
+def _ranking(fits: Sequence[Fit]) -> dict[str, str]:
     rows = [
         [
             f.name,
@@ -79,14 +92,11 @@ def _ranking(fits: Sequence[Fit]) -> str:
         for f in fits
     ]
     heads = ["Law", "Remark", "Constants", "Poor", "R²", "Error", "Held out", "In all", "BIC"]
-    held = "modes" if fits[0].merit.modes else "quarters of the stretch"
-    note = (
-        "<p class='note'>Poor: constants whose interval is wider than their value. R²: the "
-        "smallest of the tests. Error: root mean square, in parts of that of the stress. Held out: "
-        f"the same over {held} that the law was not fitted to, each in turn. In all: both, raised "
-        "by what the constants cost, which makes the order.</p>"
-    )
-    return f"<p>{escape(reason(fits))}</p>" + base.table(heads, rows, file="ranking.csv") + note
+    return {
+        "reason": reason(fits),
+        "table": base.table(heads, rows, file="ranking.csv"),
+        "pieces": "modes" if fits[0].merit.modes else "quarters of the stretch",
+    }
 
 
 def _unbroken(part: float | None) -> str:

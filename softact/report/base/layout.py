@@ -9,22 +9,25 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
-from html import escape
 from importlib.resources import files
 from pathlib import Path
-from string import Template
+from typing import Any
+
+from markupsafe import Markup
 
 from softact.files.text import write_atomic
-from softact.report.base.plots import script_json
+from softact.report.base.templates import render
 
 
 @dataclass(frozen=True)
 class Section:
-    """A part of a page under a heading. body: HTML. nav: its name in the contents, if another."""
+    """A part of a page under a heading. body: ``Markup``, or a text that is escaped; None: the
+    block of the page's template that is called like the id. nav: its name in the contents, if
+    another."""
 
     id: str
     title: str
-    body: str
+    body: str | None = None
     nav: str = ""
 
 
@@ -34,36 +37,34 @@ def page(
     *,
     kicker: str,
     kind: str = "",
+    data: Any = None,
     lead: str = "",
-    data=None,
     style: str = "",
     script: str = "",
+    template: str = "report/base/layout.html",
+    **shown: Any,
 ) -> str:
     """The text of an HTML file.
 
-    kicker: what sort of page it is, above the title. kind: the same in the browser's title.
-    lead: HTML above the contents. data: for ``script``, anything that JSON can hold. style,
-    script: CSS and JavaScript of this page. Plotly comes along where there is a plot or a script.
+    kicker: what sort of page it is, above the title. kind: the same in the browser's title. data:
+    for ``script``, anything that JSON can hold. lead: ``Markup`` above the contents. style, script:
+    CSS and JavaScript of this page. template: one that extends the layout, of which ``shown`` are
+    the variables; it may have style, script and lead of its own. Plotly comes along where there is
+    a plot or a script that draws one.
     """
-    here = files("softact.report.base")
-    bodies = "\n".join(
-        f"<section id='{s.id}'>\n<h2>{escape(s.title)}</h2>\n{s.body}\n</section>" for s in sections
+    return render(
+        template,
+        title=title,
+        sections=sections,
+        kicker=kicker,
+        kind=kind,
+        data=data,
+        lead=lead,
+        style=Markup(style),
+        script=Markup(script),
+        plotly=plotly,
+        **shown,
     )
-    nav = "".join(f"<a href='#{s.id}'>{escape(s.nav or s.title)}</a> " for s in sections)
-    drawn = "class='chart" in bodies + lead or "Plotly" in script
-    parts = {
-        "title": escape(title),
-        "heading": escape(f"{title}: {kind}" if kind else title),
-        "kicker": escape(kicker),
-        "style": (here / "base.css").read_text(encoding="utf-8") + style,
-        "lead": lead,
-        "nav": nav,
-        "sections": bodies,
-        "data": script_json(data),
-        "plotly": plotly() if drawn else "",
-        "script": (here / "base.js").read_text(encoding="utf-8") + script,
-    }
-    return Template((here / "base.html").read_text(encoding="utf-8")).substitute(parts)
 
 
 @cache

@@ -8,17 +8,16 @@ import json
 import math
 from collections import Counter
 from collections.abc import Sequence
-from html import escape
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 
 from softact.report import base, labels
 from softact.report.base import Section
 from softact.report.curves import is_place
 from softact.results.folder import COMPLETE
-from softact.sweep import point, shape
+from softact.sweep import shape
 from softact.sweep.study import Study
 from softact.sweep.table import Row, measure_columns
 from softact.sweep.trends import Verdict
@@ -27,33 +26,6 @@ MOST_CURVES = 300
 MOST_SHAPES = 150
 MOST_FAILURES = 200
 
-_PARETO = f"""
-<div class="controls">
-<label>Across <select id="first"></select></label>
-<select id="firstgoal" aria-label="Goal across"><option value="1">more is better</option>
-<option value="-1">less is better</option></select>
-<label>Up <select id="second"></select></label>
-<select id="secondgoal" aria-label="Goal up"><option value="-1">less is better</option>
-<option value="1">more is better</option></select>
-</div>
-<div class="pair">{base.frame("", "front")}
-{point.PLACE}</div>"""
-_CURVES = f"""
-<div class="controls">
-<label>Measure <select id="curve"></select></label> <label>over <select id="load"></select></label>
-<label>Colour <select id="colour"></select></label>
-</div>
-{base.frame("", "curves")}<p class="note" id="curvenote"></p>"""
-_EFFECTS = f"""
-<div class="controls"><label>Measure <select id="effect"></select></label></div>
-<p class="note">Line: mean over the complete runs at each value (in up to eight classes of a
-sample); dots: the runs.</p>
-<div id="effects" class="charts"></div>
-<template id="effect-frame">{base.frame("")}</template>"""
-_PARALLEL = f"""
-<p class="note">Drag along an axis to keep only the runs in that range; drag its name to move
-it.</p>{base.frame("", "parallel", scroll=True)}"""
-
 
 def html(
     study: Study, table: list[Row], csv: bytes, verdicts: list[Verdict], more: Sequence[Section]
@@ -61,14 +33,13 @@ def html(
     """The page. table: ``table.rows``, csv: the same as a file; more: further sections, such as
     indices."""
     sweep = study.sweep
-    link = base.download("sweep.csv", csv, text="All rows as CSV")
     sections = [
         *trends(verdicts),
         *more,
-        Section("pareto", "Two measures, and the points that none beats", _PARETO, "Pareto front"),
-        Section("curvesection", "Curves", _CURVES),
-        Section("effectsection", "Main effects", _EFFECTS),
-        Section("parallelsection", "Parallel coordinates", _PARALLEL),
+        Section("pareto", "Two measures, and the points that none beats", nav="Pareto front"),
+        Section("curvesection", "Curves"),
+        Section("effectsection", "Main effects"),
+        Section("parallelsection", "Parallel coordinates"),
         *failures(table),
     ]
     return base.page(
@@ -76,10 +47,11 @@ def html(
         sections,
         kicker="Sweep over the spec of a soft actuator",
         kind="sweep",
-        lead=lead(sweep.description, sweep.source) + points_banner(table) + f"<p>{link}</p>",
         data={"packed": packed(page_data(study, table))},
-        style=point.style() + (files("softact.sweep") / "sweep.css").read_text(encoding="utf-8"),
-        script=point.script() + (files("softact.sweep") / "sweep.js").read_text(encoding="utf-8"),
+        template="sweep/sweep_page.html",
+        study=sweep,
+        points=points_banner(table),
+        download=base.download("sweep.csv", csv, text="All rows as CSV"),
     )
 
 
@@ -89,14 +61,7 @@ def packed(data: Any) -> str:
     return base64.b64encode(gzip.compress(raw, 6, mtime=0)).decode()
 
 
-def lead(description: str, source: str) -> str:
-    """What a study says of itself."""
-    said = [f"<p class='lead'>{escape(description)}</p>"] if description else []
-    said += [f"<p class='source'>Source: {escape(source)}</p>"] if source else []
-    return "".join(said)
-
-
-def points_banner(table: list[Row]) -> str:
+def points_banner(table: list[Row]) -> Markup:
     """How many points ended how."""
     counts = Counter(str(row["status"]) for row in table)
     words = {"complete": "complete", "no_equilibrium": "without equilibrium before the last load",
@@ -131,10 +96,9 @@ def failures(table: list[Row]) -> list[Section]:
         (f"{row['point']}", str(row["status"]).replace("_", " "), str(row["cause"]))
         for row in bad[:MOST_FAILURES]
     ]
-    more = ""
+    body = base.table(["Point", "Status", "Cause"], rows)
     if len(bad) > MOST_FAILURES:
-        more = f"<p class='note'>The first {MOST_FAILURES} of {len(bad)}.</p>"
-    body = base.table(["Point", "Status", "Cause"], rows) + more
+        body += base.note(f"The first {MOST_FAILURES} of {len(bad)}.")
     return [Section("failures", "Points that are not complete", body)] if rows else []
 
 

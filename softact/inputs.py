@@ -11,10 +11,10 @@ from typing import Annotated, Any, Union
 from pydantic import Field, RootModel
 
 from softact.errors import SpecError
+from softact.files.document import Document
 from softact.materials import LAWS
 from softact.spec import Spec, json_schema, opened, spec_at
 from softact.spec.card_files import read_card
-from softact.spec.document import Document
 from softact.spec.faults import validated
 from softact.spec.kinds import KINDS, kind_of, read_any
 

@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from html import escape
-from importlib.resources import files
 from itertools import groupby
 from pathlib import Path
+
+from markupsafe import Markup
 
 from softact.report import (
     base,
@@ -33,18 +33,6 @@ from softact.results.folder import (
 from softact.verdict.judge import AMBER, GREEN, RED, TITLES, Verdict
 from softact.verdict.reached import reached
 
-_VIEW = """\
-<div id="shape" role="img" aria-label="The deformed actuator; drag to turn it"></div>
-<div class="controls">
-<button type="button" id="play" aria-label="Play">&#9654;</button>
-<input type="range" id="load" min="0" max="0" value="0" step="1" aria-label="Load">
-<label>Colour <select id="field"></select></label>
-<label id="cutlabel"><input type="checkbox" id="cut"> cut open</label>
-</div>
-<p id="caption" aria-live="polite"></p>
-<p class="note">Drag to turn, wheel or pinch to zoom, right-drag or two fingers to shift;
-lengths in mm, displacements to scale. <span id="range"></span></p>"""
-
 
 def html(
     results: Results,
@@ -56,60 +44,47 @@ def html(
     """The whole page. verdict: on the run; view: what ``viewer.pack`` gave; faults: what is missing
     and why; more: sections that were asked for.
     """
-    here = files("softact.report")
     spec = results.spec
     name = str(spec.get("name") or results.directory.resolve().name)
-    told = origin.assumptions(spec)
     errors = mesh_error.read(results)
     faults = [*faults, errors.fault] if errors.fault else faults
     bars = {column: mesh_error.text(column, bar) for column, bar in errors.bars.items()}
+    count, state = _count(results), headline.title(results)
     sections = [
-        Section("figures", "Key figures", _figures(results, bars), "Figures"),
+        Section("figures", "Key figures", nav="Figures"),
         *mesh_error.section(results, errors),
         *more,
-        *([Section("view", "3-D view", _VIEW)] if view else []),
-        Section("states", _count(results), _states(results), "States"),
-        Section("curves", "Curves", base.figures(_plots(results))),
-        Section("convergence", "Convergence", history.section(results)),
-        Section("spec", "Spec and assumptions", f"{told}{_resolved(results)}"),
-        Section("provenance", "Provenance", origin.provenance(results)),
-        Section("cite", "Reproduce and cite", origin.cite(results, name)),
+        *([Section("view", "3-D view")] if view else []),
+        Section("states", count, nav="States"),
+        Section("curves", "Curves"),
+        Section("convergence", "Convergence"),
+        Section("spec", "Spec and assumptions"),
+        Section("provenance", "Provenance"),
+        Section("cite", "Reproduce and cite"),
     ]
     return base.page(
         name,
         sections,
         kicker="Data sheet of a soft actuator",
         kind="data sheet",
-        lead=_lead(results, _worded(verdict, errors), spec, name, faults, bars),
         data={"view": view},
-        style=(here / "style.css").read_text(encoding="utf-8"),
-        script=(here / "report.js").read_text(encoding="utf-8"),
+        template="report/report_page.html",
+        spec={key: str(spec.get(key) or "") for key in ("description", "source")},
+        verdict=_banner(results, _worded(verdict, errors), faults),
+        notes=_notes(results),
+        state=state,
+        shape=_image(results.directory / "shape.png", f"{name} {state[:1].lower()}{state[1:]}"),
+        cards=_cards(results, bars),
+        figures=_figures(results, bars),
+        count=count.lower(),
+        states=_image(results.directory / "states.png", f"The actuator: {count.lower()}"),
+        curves=base.figures(_plots(results)),
+        history=history.summary(results),
+        assumptions=origin.assumptions(spec),
+        resolved=results.spec_yaml,
+        provenance=origin.provenance(results),
+        cite=origin.cite(results, name),
     )
-
-
-def _lead(
-    results: Results, verdict: Verdict, spec: dict, name: str, faults: list[str], bars: dict
-) -> str:
-    """What stands above the contents: description, verdict, picture, cards. bars: column -> the
-    error bar's text."""
-    lines = []
-    if spec.get("description"):
-        lines.append(f"<p class='lead'>{escape(str(spec['description']))}</p>")
-    if spec.get("source"):
-        lines.append(f"<p class='source'>Source: {escape(str(spec['source']))}</p>")
-    title = headline.title(results)
-    hero = _image(results.directory / "shape.png", f"{name} {title[:1].lower()}{title[1:]}")
-    shown = f"<h2 class='state'>{escape(title)}</h2>" if title else ""
-    lines += [
-        _banner(results, verdict, faults),
-        f"<section class='top'><div class='hero'>{hero}</div><div>{shown}"
-        f"<div class='cards' aria-label='Figures'>{_cards(results, bars)}</div></div></section>",
-    ]
-    return "\n".join(lines)
-
-
-def _resolved(results: Results) -> str:
-    return f"<h3>Resolved spec</h3><pre class='spec'>{escape(results.spec_yaml)}</pre>"
 
 
 def _reached(results: Results, row: int) -> str:
@@ -132,16 +107,16 @@ def _worded(verdict: Verdict, errors: mesh_error.MeshErrors) -> Verdict:
     return replace(verdict, reasons=tuple(reasons))
 
 
-def _banner(results: Results, verdict: Verdict, faults: list[str]) -> str:
+def _banner(results: Results, verdict: Verdict, faults: list[str]) -> Markup:
     last = len(load(results)) - 1
-    stated = escape(_reached(results, last)) if last >= 0 else "no equilibrium state at all"
+    stated = _reached(results, last) if last >= 0 else "no equilibrium state at all"
     if results.status == COMPLETE:
         text = f"All steps were solved; the last state is at {stated}."
     elif results.status == NO_EQUILIBRIUM:
         text = f"The solver reached {stated} and found no further equilibrium."
         largest = reached(results).largest
         if largest not in (None, last):
-            stable = escape(_reached(results, largest))
+            stable = _reached(results, largest)
             text = f"The largest stable load is {stable}. The last state found is at {stated}."
     else:
         text = f"The run has not ended, or was stopped; so far: {stated}."
@@ -150,30 +125,29 @@ def _banner(results: Results, verdict: Verdict, faults: list[str]) -> str:
     reasons = [r for r in verdict.reasons if r.kind != "end" or results.status == NO_EQUILIBRIUM]
     items = [(TITLES[reason.kind], reason.text) for reason in reasons]
     items += [fault for fault in faults if not any(fault in reason.text for reason in reasons)]
-    return base.banner(_KINDS[verdict.colour], head, text, items) + _notes(results, verdict)
+    return base.banner(_KINDS[verdict.colour], head, text, items)
 
 
-def _notes(results: Results, verdict: Verdict) -> str:
+def _notes(results: Results) -> list[str]:
     """What a reader may know, too."""
     notes = [str(note) for note in results.run.get("notes") or []]
     if results.status == COMPLETE and not (results.directory / MESH_ERROR).is_file():
         notes.append(
             "How far the mesh is from converged was not looked at: softact converge SPEC --into DIR"
         )
-    listed = "".join(f"<li>{escape(note)}</li>" for note in notes)
-    return f"<ul class='notes'>{listed}</ul>" if listed else ""
+    return notes
 
 
 def _image(path: Path, alt: str) -> str:
     return base.image(path.read_bytes(), alt) if path.is_file() else ""
 
 
-def _cards(results: Results, bars: dict[str, str]) -> str:
+def _cards(results: Results, bars: dict[str, str]) -> list[Markup]:
     """The figures that a reader looks for first, as large numbers, of the state that stands for the
     run."""
     main, curve = reached(results).main, results.curve
     if main is None:
-        return ""
+        return []
     last = main == len(load(results)) - 1
     head = headline.figures(results)
     cards = [_card(f, bars.get(f.column, "") if last else "") for f in head]
@@ -187,10 +161,10 @@ def _cards(results: Results, bars: dict[str, str]) -> str:
     for name in ("failure_pressure_kPa", "blocked_force_N"):
         if isinstance(extra.get(name), float):
             cards.append(_card(headline.Figure(name, labels.column(name), extra[name])))
-    return "".join(cards)
+    return cards
 
 
-def _card(figure: headline.Figure, error: str = "") -> str:
+def _card(figure: headline.Figure, error: str = "") -> Markup:
     label = figure.label
     value = labels.number(figure.value * label.factor)
     return base.card(label.name, value, label.unit, figure.note, error)
@@ -205,53 +179,24 @@ def _where(results: Results, name: str, row: int) -> str:
     return f"at x, y, z = {place_text(p[row] for p in places)} mm (undeformed)"
 
 
-def _figures(results: Results, bars: dict[str, str]) -> str:
+def _figures(results: Results, bars: dict[str, str]) -> dict | None:
+    """The table of key figures: the steps with the number of their columns, the loads, the rows of
+    name, unit and texts; and what each figure is. None where there is no state."""
     stops, rows = key_figures.table(results, bars)
     if not rows:
-        return "<p>There is no accepted increment, so there are no figures.</p>"
-    body = "".join(
-        f"<tr><th scope='row'>{escape(labels.column(name).name)}</th>"
-        f"<td class='unit'>{escape(unit)}</td>"
-        + "".join(f"<td>{escape(text)}</td>" for text in texts)
-        + "</tr>"
-        for name, unit, texts in rows
-    )
-    told = ""
-    if bars:
-        told = " ± is the <a href='#mesherror'>error bar of the mesh</a>."
+        return None
     path = results.directory / "curve.csv"
-    link = base.download(path.name, path.read_bytes()) if path.is_file() else ""
-    return (
-        f"<div class='scroll'><table class='figures'><thead>{_heads(stops)}</thead>"
-        f"<tbody>{body}</tbody></table></div>"
-        "<p class='note'>Figures are of the whole actuator. Between accepted increments they are "
-        f"interpolated linearly; the last column is a computed state.{told} {link}</p>"
-        f"{_meanings([name for name, _, _ in rows])}"
-    )
-
-
-def _heads(stops: list[key_figures.Stop]) -> str:
-    """Rows of heads: the steps, where there are several, and the loads."""
-    steps = [(step, len(list(some))) for step, some in groupby(stops, lambda stop: stop.step)]
-    above = ""
-    if len(steps) > 1:
-        spans = "".join(
-            f"<th scope='colgroup' colspan='{count}'>{escape(step)}</th>" for step, count in steps
-        )
-        above = f"<tr class='steps'><td colspan='2'></td>{spans}</tr>"
-    loads = "".join(f"<th scope='col'>{escape(stop.text)}</th>" for stop in stops)
-    return f"{above}<tr><th scope='col'>Figure</th><th scope='col'>Unit</th>{loads}</tr>"
-
-
-def _meanings(names: list[str]) -> str:
-    """What each figure is, to be opened."""
-    told = [(labels.column(name).name, labels.meaning(name)) for name in names]
-    listed = "".join(
-        f"<dt>{escape(name)}</dt><dd>{escape(said)}</dd>" for name, said in told if said
-    )
-    if not listed:
-        return ""
-    return f"<details><summary>What each figure is</summary><dl>{listed}</dl></details>"
+    columns = [name for name, _, _ in rows]
+    named = {name: labels.column(name).name for name in columns}
+    meanings = [(named[name], labels.meaning(name)) for name in columns]
+    return {
+        "steps": [(step, len(list(some))) for step, some in groupby(stops, lambda stop: stop.step)],
+        "loads": [stop.text for stop in stops],
+        "rows": [(named[name], unit, texts) for name, unit, texts in rows],
+        "errors": bool(bars),
+        "download": base.download(path.name, path.read_bytes()) if path.is_file() else "",
+        "meanings": [(name, said) for name, said in meanings if said],
+    }
 
 
 def _count(results: Results) -> str:
@@ -260,19 +205,6 @@ def _count(results: Results) -> str:
         return "States"
     count = len(states(results, pictures.MOST_STATES))
     return ("One state", "Two states", "Three states", "Four states")[count - 1]
-
-
-def _states(results: Results) -> str:
-    shown = _count(results).lower()
-    image = _image(results.directory / "states.png", f"The actuator: {shown}")
-    if not image:
-        return "<p>There are no pictures; the note at the top of this page says why.</p>"
-    return (
-        f"<figure><div class='scroll wide'>{image}</div><figcaption>Deformed actuator, {shown}, to "
-        "scale, one colour range for all; the grey outline is the undeformed "
-        "actuator. The mirrored part is drawn too. Values above the top of the scale have its "
-        "last colour.</figcaption></figure>"
-    )
 
 
 def _plots(results: Results) -> list[Plot]:

@@ -4,7 +4,7 @@ import re
 import unicodedata
 from dataclasses import dataclass, replace
 
-from softact.fit.spelling import (
+from softact.measured.spelling import (
     RATIOS,
     clean,
     mega_for_milli,

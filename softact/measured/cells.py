@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from softact.errors import SpecError
-from softact.fit.encoding import read_text
+from softact.measured.encoding import read_text
 from softact.units import show
 
 MOST_CELLS = 1000

@@ -4,8 +4,8 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from softact.fit.cells import SEPARATORS, Row, cell_kind, split
-from softact.fit.spelling import is_unit
+from softact.measured.cells import SEPARATORS, Row, cell_kind, split
+from softact.measured.spelling import is_unit
 
 _ABOVE = 12  # rows above the numbers in which headings are looked for
 _SAID_UNIT = {"unit", "units", "einheit", "einheiten", "unite", "unites"}

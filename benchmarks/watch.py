@@ -17,6 +17,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from softact.solve.rungs.motion import MOTIONS
 from softact.system.term import EVERYTHING, State
 
 FORCES = 1e-5  # of the largest force in play
@@ -47,13 +48,14 @@ class Watch:
         place = f"{attempt.step} {attempt.fraction:.2%} ({attempt.control})"
         if self._last is None:
             self._rest_energy = self.model.strain_energy(now)
-        elif attempt.control == "dynamics":
+        elif attempt.control in MOTIONS:
             self._quasi_static = False
         else:
             self.work += self._work_since(now)
             self._through(now, place)
-        if attempt.control != "dynamics":
-            self._forces(now, place)
+        if attempt.control not in MOTIONS:
+            if self.states > 1:  # the first is where the run starts, and nothing was solved there
+                self._forces(now, place)
             self._branch(now, attempt, place)
         self._impossible(now, place)
         self._last = now

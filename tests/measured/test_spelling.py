@@ -2,7 +2,7 @@
 
 import pytest
 
-from softact.fit import spelling
+from softact.measured import spelling
 from softact.units import FORCE, LENGTH, PRESSURE
 
 
