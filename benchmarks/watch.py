@@ -20,6 +20,7 @@ import numpy as np
 from softact.solve.rungs.motion import MOTIONS
 from softact.system.term import EVERYTHING, State
 
+NOTHING = 1e-6  # of the largest force or energy of a run
 FORCES = 1e-5  # of the largest force in play
 WORK = 0.05  # of the larger of work and energy, over at least SOME increments
 SOME = 5
@@ -41,6 +42,10 @@ class Watch:
     _rest_energy: float = 0.0
     _quasi_static: bool = True
     _branches: dict = field(default_factory=dict)
+    # Largest internal force (N) and energy (mJ) so far: where a body has been let go, its rest is
+    # measured by what it was.
+    _force: float = 0.0
+    _energy: float = 0.0
 
     def __call__(self, state: State, attempt, number: int) -> None:
         now = replace(state, x=state.x.copy())
@@ -58,13 +63,14 @@ class Watch:
                 self._forces(now, place)
             self._branch(now, attempt, place)
         self._impossible(now, place)
+        self._energy = max(self._energy, abs(self.model.strain_energy(now)))
         self._last = now
 
     def end(self) -> list[str]:
         """All faults, with that of the work over the whole run."""
         if self._last is not None and self._quasi_static and self.states > SOME:
             stored = self.model.strain_energy(self._last) - self._rest_energy
-            scale = max(abs(self.work), abs(stored))
+            scale = max(abs(self.work), abs(stored), NOTHING * self._energy)
             if scale > 0 and abs(self.work - stored) > WORK * scale and self._closes():
                 self.faults.append(f"work of the loads {self.work:.6g} mJ, energy {stored:.6g} mJ")
         return self.faults
@@ -84,6 +90,8 @@ class Watch:
         dofs = model.displacement_dofs[: model.nodes.owned]
         fixed = model.assembler.fixed[dofs].astype(bool)
         scale = np.linalg.norm(internal[dofs])
+        self._force = max(self._force, scale)
+        scale = max(scale, NOTHING * self._force)
         free = np.linalg.norm(np.where(fixed, 0.0, force[dofs]))
         if free > FORCES * max(scale, 1e3 * model.force_floor):
             self.faults.append(f"{place}: {free:.2e} N are out of balance of {scale:.2e} N")
