@@ -15,7 +15,7 @@ import pytest
 from softact import spec as specs
 from softact.run import recorder
 from softact.run import start as runs
-from softact.solve.walk import Trying
+from softact.solve.progress import Trying
 
 CONFIG = Path(__file__).parents[1] / "configs" / "pneunet_small.yaml"
 # Two chambers and few increments: the physics is the same.

@@ -8,8 +8,9 @@ import pytest
 
 from softact.solve.increments import INCREMENTS, next_size
 from softact.solve.path import Point, extrapolate
+from softact.solve.progress import Attempt
 from softact.solve.rungs import volume
-from softact.solve.walk import Attempt, Walk
+from softact.solve.walk import Walk
 
 
 @pytest.mark.parametrize("iterations", [1, 5, 8, 15, 100])

@@ -105,6 +105,17 @@ class Surfaces:
         """Undeformed area of a surface of the meshed part, mm²; length of a curve, mm."""
         return self._mesh.comm.allreduce(float(self.points(name)[1].sum()))
 
+    def shares(self, name: str) -> tuple[np.ndarray, np.ndarray]:
+        """Nodes (k,) of a surface, sheet or curve that this process owns, and the part of its area
+        (length) that each has. A quadratic is integrated exactly by them."""
+        nodes, areas = self.points(name)
+        dofs = self._nodes.dofs[:, 0]
+        whole = np.zeros(self._unknowns.local)
+        np.add.at(whole, dofs[nodes], areas)
+        share = self._unknowns.sum_shared(whole)[dofs[: self._nodes.owned]] / self.area(name)
+        owned = np.flatnonzero(share)
+        return owned, share[owned]
+
     def unit_forces(self, assembler, name: str) -> np.ndarray:
         """Forces (3, local) of 1 N/mm² on a surface or a sheet, or 1 N/mm along a curve."""
         if self.is_sheet(name):

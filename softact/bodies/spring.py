@@ -25,17 +25,12 @@ class SpringTerm:
 
     def __init__(self, model: Model, spring: Spring):
         self.spring, self.surface = spring, spring.surface
-        nodes, areas = model.surfaces.points(spring.surface)
-        dofs, unknowns = model.displacement_dofs, model.unknowns
-        share = np.zeros(unknowns.local)
-        np.add.at(share, dofs[nodes, 0], areas)
-        share = unknowns.sum_shared(share)[dofs[:, 0]] / model.surfaces.area(spring.surface)
-        owned = np.flatnonzero(share[: model.nodes.owned])
+        nodes, shares = model.surfaces.shares(spring.surface)
         stiffness = np.asarray(spring.stiffness) / model.mesh.layout.copies
-        self._dofs = dofs[owned]
-        self._stiffness = share[owned, None] * stiffness
+        self._dofs = model.displacement_dofs[nodes]
+        self._stiffness = shares[:, None] * stiffness
         self._assembler = model.assembler
-        numbers = unknowns.number[self._dofs].ravel()
+        numbers = model.unknowns.number[self._dofs].ravel()
         self._slots = model.assembler.couple(numbers, numbers)
 
     def forces(self, state: State) -> np.ndarray:

@@ -6,12 +6,12 @@ checkpoint keeps, what enters the matrix and what the reference says follow from
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from softact.fields import Fault, Place
+from softact.fields import Fault, Place, is_zero
 from softact.mesh.layout import Layout
 from softact.nearest import nearest
 from softact.system.term import Value
@@ -75,6 +75,31 @@ class Load:
     def term(self, model: Model, name: str) -> Term | None:
         """The term that the load on ``name`` adds; None where it is there anyway. Collective."""
         return None
+
+
+def vector_faults(
+    written: Any,
+    key: str,
+    place: Place,
+    layout: Layout,
+    turns_round: Callable[[int, int], bool],
+    fault: str,
+) -> Iterator[Fault]:
+    """Yield what is wrong with a vector on a surface, by default the tip.
+
+    turns_round: of a component and of the normal of a symmetry plane, whether the component would
+    pull or turn the mirror image the other way; fault: what to say then, of the ``{plane}``.
+    """
+    if not isinstance(written, dict):
+        return
+    yield from surface_fault(written.get("surface") or layout.tip, (*place, "surface"), layout)
+    vector = written.get(key)
+    if not isinstance(vector, list | tuple) or len(vector) != 3:
+        return
+    for plane, normal in layout.symmetry.items():
+        for axis, component in enumerate(vector):
+            if turns_round(axis, normal) and not is_zero(component):
+                yield (*place, key, axis), fault.format(plane=plane)
 
 
 def surface_fault(name: Any, place: Place, layout: Layout) -> Iterator[Fault]:

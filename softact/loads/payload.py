@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic import Field
 
-from softact.fields import Fault, Forces, Part, Place, is_zero
-from softact.loads.base import Load, surface_fault
+from softact.fields import Fault, Forces, Part, Place
+from softact.loads.base import Load, vector_faults
 from softact.loads.traction import SurfaceForce
 from softact.mesh.layout import Layout
 from softact.system.term import Value
 
 if TYPE_CHECKING:
     from softact.model import Model
+
+ACROSS = (
+    "a force across the symmetry plane '{plane}' would pull its mirror image the other way; model "
+    "the whole actuator or leave it out"
+)
 
 
 class Payload(Part):
@@ -36,19 +42,7 @@ class PayloadLoad(Load):
         self, written: Any, place: Place, layout: Layout, step: Mapping[str, Any]
     ) -> Iterator[Fault]:
         """See ``Load.faults``."""
-        if not isinstance(written, dict):
-            return
-        surface, force = written.get("surface") or layout.tip, written.get("force")
-        yield from surface_fault(surface, (*place, "surface"), layout)
-        if not isinstance(force, list | tuple) or len(force) != 3:
-            return
-        for plane, axis in layout.symmetry.items():
-            if not is_zero(force[axis]):
-                yield (
-                    (*place, "force", axis),
-                    f"a force across the symmetry plane '{plane}' would pull its mirror image the "
-                    "other way; model the whole actuator or leave it out",
-                )
+        return vector_faults(written, "force", place, layout, operator.eq, ACROSS)
 
     def ends(self, value: Payload, model: Model) -> dict[str, Mapping[str, Value]]:
         """See ``Load.ends``."""

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from softact.system.rotation import rotation_about
+
 Vector = tuple[float, float, float]
 
 
@@ -50,14 +52,6 @@ class Spring:
     stiffness: Vector
 
 
-def rotation(axis: Sequence[float], degrees: float) -> np.ndarray:
-    """Rotation matrix (3, 3) about a direction (Rodrigues)."""
-    x, y, z = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    angle = np.deg2rad(degrees)
-    return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
-
-
 @dataclass(frozen=True)
 class Turned:
     """A surface on its way from one angle (degrees) to another.
@@ -80,10 +74,10 @@ class Turned:
         What the surface's shape lacks to a rigid rotation fades as it turns.
         """
         arms = self.places - self.centre
-        shape = (arms + before) @ rotation(self.axis, self.start)  # turned back
+        shape = (arms + before) @ rotation_about(self.axis, self.start)  # turned back
         shape = (1 - fraction) * shape + fraction * arms
         angle = (1 - fraction) * self.start + fraction * self.end
-        return shape @ rotation(self.axis, angle).T - arms
+        return shape @ rotation_about(self.axis, angle).T - arms
 
 
 @dataclass(frozen=True)
@@ -99,12 +93,12 @@ class Held:
     turned: Sequence[Turned] = ()
 
     def seen_from(self, x: np.ndarray) -> Held:
-        """The same from where the body is, ``x`` (local,); what has been turned stays so."""
-        turned = [
-            replace(t, start=t.end) if np.allclose(x[t.dofs], t.displacements(0.0, 1.0)) else t
-            for t in self.turned
-        ]
-        return replace(self, start=x[self.dofs], turned=turned)
+        """The same from where the body is, ``x`` (local,)."""
+        return replace(self, start=x[self.dofs])
+
+    def arrived(self) -> Held:
+        """The same at the end of the way: what has been turned stays so."""
+        return replace(self, turned=[replace(t, start=t.end) for t in self.turned])
 
     @property
     def moves(self) -> bool:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic import Field
 
-from softact.fields import Fault, Moments, Part, Place, is_zero
-from softact.loads.base import Load, surface_fault
+from softact.fields import Fault, Moments, Part, Place
+from softact.loads.base import Load, vector_faults
 from softact.mesh.layout import Layout
 from softact.system.term import Origin, State, Value
 
@@ -17,6 +18,10 @@ if TYPE_CHECKING:
     from softact.model import Model
 
 FULL = 2 * np.pi
+IN_PLANE = (
+    "a moment about an axis in the symmetry plane '{plane}' would turn its mirror image the other "
+    "way; model the whole actuator or leave it out"
+)
 
 
 class Torque(Part):
@@ -38,20 +43,7 @@ class TorqueLoad(Load):
         self, written: Any, place: Place, layout: Layout, step: Mapping[str, Any]
     ) -> Iterator[Fault]:
         """See ``Load.faults``."""
-        if not isinstance(written, dict):
-            return
-        surface, moment = written.get("surface") or layout.tip, written.get("moment")
-        yield from surface_fault(surface, (*place, "surface"), layout)
-        if not isinstance(moment, list | tuple) or len(moment) != 3:
-            return
-        for plane, normal in layout.symmetry.items():
-            for axis in range(3):
-                if axis != normal and not is_zero(moment[axis]):
-                    yield (
-                        (*place, "moment", axis),
-                        f"a moment about an axis in the symmetry plane '{plane}' would turn its "
-                        "mirror image the other way; model the whole actuator or leave it out",
-                    )
+        return vector_faults(written, "moment", place, layout, operator.ne, IN_PLANE)
 
     def ends(self, value: Torque, model: Model) -> dict[str, Mapping[str, Value]]:
         """See ``Load.ends``."""
@@ -74,16 +66,11 @@ class SurfaceTorque:
 
     def __init__(self, model: Model, name: str):
         self.name, self._assembler, self._comm = name, model.assembler, model.comm
-        nodes, areas = model.surfaces.points(name)
-        dofs, unknowns = model.displacement_dofs, model.unknowns
-        share = np.zeros(unknowns.local)
-        np.add.at(share, dofs[nodes, 0], areas)
-        share = unknowns.sum_shared(share)[dofs[:, 0]] / model.surfaces.area(name)
-        owned = np.flatnonzero(share[: model.nodes.owned])
-        self._dofs, self._share = dofs[owned], share[owned]
-        places = model.nodes.places[owned]
+        nodes, self._share = model.surfaces.shares(name)
+        self._dofs = model.displacement_dofs[nodes]
+        places = model.nodes.places[nodes]
         self._arms = places - model.sum(self._share @ places)
-        numbers = unknowns.number[self._dofs].ravel()
+        numbers = model.unknowns.number[self._dofs].ravel()
         every = np.concatenate(self._comm.allgather(numbers))
         self._slots = model.assembler.couple(
             np.repeat(numbers, len(every)), np.tile(every, len(numbers))

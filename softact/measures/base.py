@@ -44,11 +44,3 @@ def continued(angle: float, before: float | None, period: float = 360.0) -> floa
     if before is None:
         return angle
     return angle + period * np.round((before - angle) / period)
-
-
-def rotation_about(axis, degrees: float) -> np.ndarray:
-    """Rotation matrix about a unit vector (Rodrigues)."""
-    x, y, z = axis
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    angle = np.deg2rad(degrees)
-    return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross

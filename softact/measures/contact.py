@@ -13,13 +13,6 @@ if TYPE_CHECKING:
     from softact.measures.snapshot import Snapshot
 
 
-def _whole(snapshot: Snapshot, force) -> np.ndarray:
-    """Force on the whole actuator from that on the part that was meshed."""
-    for plane in snapshot.layout.symmetry.values():
-        force = np.where(np.arange(3) == plane, 0.0, 2.0) * force
-    return force
-
-
 def _evaluate(snapshot: Snapshot):
     contacts, state = snapshot.model.contacts, snapshot.state
     columns, blocked, worst = {}, None, 0.0
@@ -27,7 +20,7 @@ def _evaluate(snapshot: Snapshot):
         gap, ratio = contacts.smallest_gap(contact, state)
         worst = max(worst, -ratio)
         if contact.obstacle is not None:
-            force = _whole(snapshot, contacts.force(contact, state))
+            force = snapshot.of_whole(contacts.force(contact, state))
             columns |= vector_columns(f"contact_force_{contact.name}_<xyz>_N", force)
             moved = state["shift"].get(contact.name, np.zeros(3))
             columns |= vector_columns(f"obstacle_{contact.name}_<xyz>_mm", moved)

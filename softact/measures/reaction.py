@@ -24,9 +24,7 @@ def _evaluate(snapshot: Snapshot):
     for body in snapshot.model.springs:
         term = body.term
         forces = snapshot.model.sum(term.forces(snapshot.state).sum(axis=0))
-        for plane in layout.symmetry.values():
-            forces = np.where(np.arange(3) == plane, 0.0, 2.0) * forces
-        columns |= vector_columns(f"spring_{term.surface}_<xyz>_N", forces)
+        columns |= vector_columns(f"spring_{term.surface}_<xyz>_N", snapshot.of_whole(forces))
     return columns
 
 

@@ -229,6 +229,12 @@ class Snapshot:
             "max_principal_stretch": self.max_principal_stretch,
         }
 
+    def of_whole(self, force: np.ndarray) -> np.ndarray:
+        """Force (3,) on the whole actuator from that on the part that was meshed."""
+        for plane in self.layout.symmetry.values():
+            force = np.where(np.arange(3) == plane, 0.0, 2.0) * force
+        return force
+
     @functools.cached_property
     def reaction(self) -> tuple[np.ndarray, np.ndarray]:
         """Force (3,) N and moment (3,) N·mm about the layout's origin that the clamp exerts on
@@ -248,15 +254,12 @@ class Snapshot:
         dofs = self.model.displacement_dofs[nodes]
         forces = self._support_forces(surface)[dofs]
         arms = self.positions[nodes] + self.displacement[nodes] - about
-        total = (
-            self.model.sum(forces.sum(axis=0)),
-            self.model.sum(np.cross(arms, forces).sum(axis=0)),
-        )
+        force = self.model.sum(forces.sum(axis=0))
+        moment = self.model.sum(np.cross(arms, forces).sum(axis=0))
         for plane in self.layout.symmetry.values():
-            normal = np.arange(3) == plane
             # A mirror image turns round a force along the normal, a moment across it.
-            total = (np.where(normal, 0, 2) * total[0], np.where(normal, 2, 0) * total[1])
-        return total
+            moment = np.where(np.arange(3) == plane, 2.0, 0.0) * moment
+        return self.of_whole(force), moment
 
     def _support_forces(self, surface: str) -> np.ndarray:
         """Forces (local,) N on a surface's points by the supports that hold it."""

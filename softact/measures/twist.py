@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softact.measures.base import Measure, continued, rotation_about
+from softact.measures.base import Measure, continued
 from softact.measures.bending import BENDING, bending_axis
+from softact.system.rotation import rotation_about
 
 if TYPE_CHECKING:
     from softact.measures.snapshot import Snapshot

@@ -19,9 +19,9 @@ from softact.run.from_spec import load_steps, parameters, supports_of
 from softact.run.resuming import identity
 from softact.run.unstable import unstable_text
 from softact.solve.checkpoint import pack
+from softact.solve.progress import Trying
 from softact.solve.settings import Settings
 from softact.solve.stepping import Stepper
-from softact.solve.walk import Trying
 from softact.spec import plausible
 from softact.verdict.judge import AMBER, RED, Reason, Verdict, judge
 

@@ -189,6 +189,10 @@ class Newton:
         supports prescribe."""
         return self._supported.seen_from(state.x)
 
+    def arrive(self) -> None:
+        """Take what supports prescribe as reached, at the end of a step."""
+        self._supported = self._supported.arrived()
+
     def solve(
         self,
         state: State,

@@ -9,8 +9,9 @@ from softact.loads.support import Support
 from softact.model import Model
 from softact.solve import ladder
 from softact.solve.checkpoint import Checkpoint
+from softact.solve.progress import Attempt, Listeners, Progress, Trying
 from softact.solve.settings import Settings
-from softact.solve.walk import Attempt, Listeners, Progress, Trying, Walk
+from softact.solve.walk import Walk
 from softact.system.term import State
 
 
@@ -63,9 +64,14 @@ class Stepper:
         first = start.step if inside else begin
         if start:
             walk.restore(start, start.begun if inside else start.state)
-        replaced = [step.supports for step in steps[: first + 1] if step.supports is not None]
-        for earlier in (supports, *replaced):  # angles are counted on from one to the next
+        sets = [(0, supports)]
+        sets += [
+            (n, s.supports) for n, s in enumerate(steps[: first + 1]) if s.supports is not None
+        ]
+        for _, earlier in sets:  # angles are counted on from one to the next
             walk.set_supports(earlier)
+        if first > sets[-1][0]:
+            walk.newton.arrive()
         if not start:
             walk.model.contacts.check_clear(walk.state)
             walk.model.contacts.remember(walk.state)
@@ -79,5 +85,6 @@ class Stepper:
             walk.progress.stopped = ladder.climb(walk)
             if walk.progress.stopped:
                 break
+            walk.newton.arrive()
             inside = None
         return walk.progress

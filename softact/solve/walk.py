@@ -7,11 +7,12 @@ where Newton's method fails, is theirs.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import asdict, replace
 
 import numpy as np
 
+from softact.loads.load_step import LoadStep
 from softact.loads.support import Support
 from softact.model import Model
 from softact.solve import acceptance
@@ -21,7 +22,8 @@ from softact.solve.increments import next_size
 from softact.solve.newton import Counts, Loaded, Newton, NewtonOutcome, SolveOptions
 from softact.solve.passed import Passed
 from softact.solve.path import Drive, LoadDrive, Point, extrapolate
-from softact.solve.ramp import LoadStep, Ramp
+from softact.solve.progress import Attempt, Listeners, Progress, Trying
+from softact.solve.ramp import Ramp
 from softact.solve.settings import Settings
 from softact.system.term import State
 
@@ -37,76 +39,6 @@ RUNS_AHEAD, TOWARDS_LIMIT = 1.3, 0.5
 # Newton iterations that friction takes more, at any increment, to find out what sticks and slips.
 FOR_FRICTION = 3
 RETURNED = "that equilibrium was passed before the limit"
-
-
-@dataclass(frozen=True)
-class Attempt:
-    """One try at an increment, for the convergence history; see ``NewtonOutcome``.
-
-    control: "load", "search" (load, with a line search), "volume", "arc" (the way through the
-    displacements), "dynamics" (an equilibrium that a damped motion has led to) or "motion" (a state
-    of the first inflation, no equilibrium). kinetic_ratio: largest kinetic by internal energy on
-    the way, where there was a motion. speed: norm of the displacements' change (mm) per change of
-    the fraction at the equilibrium; 0 where not known.
-    """
-
-    step: str
-    fraction: float
-    iterations: int
-    converged: bool
-    residuals: list[float]
-    reason: str
-    unstable_modes: int
-    control: str = "load"
-    kinetic_ratio: float = 0.0
-    speed: float = 0.0
-
-
-@dataclass(frozen=True)
-class Trying:
-    """What is being tried: an iteration of Newton's method on the way from an accepted state.
-
-    fraction: of the step, of that state. control: see ``Attempt``. iteration: in this solve;
-    residual: relative. iterations: of the run so far.
-    """
-
-    step: str
-    fraction: float
-    control: str
-    iteration: int
-    residual: float
-    iterations: int
-
-
-@dataclass
-class Progress:
-    """What the run has done: attempts so far, remarks that a reader has to know before he trusts
-    it, notes that he may read and, where it stopped early, why."""
-
-    attempts: list[Attempt] = field(default_factory=list)
-    remarks: list[str] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
-    stopped: str | None = None
-
-    @property
-    def cutbacks(self) -> int:
-        """Number of attempts that failed."""
-        return sum(not a.converged for a in self.attempts)
-
-
-@dataclass(frozen=True)
-class Listeners:
-    """Who hears of a run.
-
-    accept: (state, attempt, increment number) at each new equilibrium, and once with the unloaded
-    state before the first; reject: each attempt that failed; checkpoint: after each increment from
-    which the run could go on; iteration: at each iteration, so that it has to be quick.
-    """
-
-    accept: Callable[[State, Attempt, int], None]
-    reject: Callable[[Attempt], None] = lambda attempt: None
-    checkpoint: Callable[[Checkpoint], None] = lambda checkpoint: None
-    iteration: Callable[[Trying], None] = lambda trying: None
 
 
 class Walk:
@@ -309,15 +241,16 @@ class Walk:
 
         control, kinetic_ratio: of the ``Attempt``, where they are not those of the drive.
         """
-        self.model.contacts.remember(self.state)
-        self.rest = self._copy()
         point = Point(s, self.state.x.copy(), drive.loads(self.state), self._rate(drive, s))
         attempt = replace(
             self._as_attempt(drive, point, outcome),
             speed=self._speed(point),
             kinetic_ratio=kinetic_ratio,
         )
+        # Whoever hears of it sees the forces that are in balance, friction's as they were counted.
         self.record(replace(attempt, control=control) if control else attempt)
+        self.model.contacts.remember(self.state)
+        self.rest = self._copy()
         return [*(replace(p, rate=None) for p in path[-2:]), point]
 
     def reject(self, drive: Drive, path: Sequence[Point], s: float, outcome: NewtonOutcome) -> None:

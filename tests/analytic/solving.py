@@ -12,9 +12,9 @@ from softact.loads.load_step import LoadStep
 from softact.mesh.layout import Layout
 from softact.mesh.tetrahedra import Tetrahedra, distribute
 from softact.model import Model, Support
+from softact.solve.progress import Trying
 from softact.solve.settings import Settings
 from softact.solve.stepping import Stepper
-from softact.solve.walk import Trying
 from softact.system.term import State
 
 CLAMP = Support("x_min", {0: 0.0, 1: 0.0, 2: 0.0})

@@ -7,10 +7,10 @@ from sheet_meshes import build, edges_of, grid
 from softact.bodies.sheet import Ply, Sheet
 from softact.loads.support import Support
 from softact.materials import LAWS
-from softact.measures.base import rotation_about
 from softact.mesh.sheets import SheetMesh
 from softact.solve import factor
 from softact.solve.newton import Newton
+from softact.system.rotation import rotation_about
 from softact.system.term import EVERYTHING, TimeStep
 
 NYLON = LAWS["linear"].of(youngs_modulus=498.0, poissons_ratio=0.35)

@@ -11,7 +11,7 @@ from solving import build
 from softact.bodies.layer import BondedLayer
 from softact.bodies.plate import bending_matrices
 from softact.materials import LAWS
-from softact.measures.base import rotation_about
+from softact.system.rotation import rotation_about
 from softact.system.term import State
 
 RIGIDITY = 3.0  # N·mm

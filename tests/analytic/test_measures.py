@@ -8,10 +8,10 @@ from solving import CLAMP, build, solve
 from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
 from softact.measures import MEASURES
-from softact.measures.base import rotation_about
 from softact.measures.snapshot import Snapshot
 from softact.mesh.tetrahedra import Tetrahedra
 from softact.model import Support
+from softact.system.rotation import rotation_about
 from softact.system.term import State
 
 LENGTH = 8.0  # mm

@@ -12,7 +12,7 @@ from test_tangents import force, slope, tangent
 
 from softact.errors import SpecError
 from softact.loads.load_step import LoadStep
-from softact.loads.support import Spring, Support, Turn, Turned, rotation
+from softact.loads.support import Spring, Support, Turn, Turned
 from softact.materials import LAWS
 from softact.measures import MEASURES
 from softact.measures.points import locate
@@ -20,6 +20,7 @@ from softact.measures.snapshot import Snapshot
 from softact.mesh.layout import Layout
 from softact.mesh.tetrahedra import distribute
 from softact.model import Model
+from softact.system.rotation import rotation_about
 
 RADIUS, LENGTH, C10 = 12.7, 25.4, 0.14  # mm, MPa
 AXIS = (0.0, 0.0, 1.0)
@@ -58,9 +59,30 @@ def test_torsion_by_a_support_that_turns(bar):
     # On the way of the second step the face is a plate too, at an angle between.
     fraction = [a.fraction for a in solution.stepper.progress.attempts if a.converged][-2]
     assert 0 < fraction < 1
-    turned = bar.nodes.places[nodes] @ rotation(AXIS, np.degrees(1 + fraction)).T
+    turned = bar.nodes.places[nodes] @ rotation_about(AXIS, np.degrees(1 + fraction)).T
     way = bar.nodes.places[nodes] + solution.path[-2].x[dofs]
     np.testing.assert_allclose(way, turned, atol=1e-9)
+
+
+def test_a_whole_turn_is_one():
+    """A block that nothing but its turning face holds goes round once, as a rigid body; and once
+    more, half a turn, in the step after."""
+    model = build(block((1, 1, 2), (1.0, 1.0, 2.0)), LAWS["neo_hookean"].of(c10=C10))
+    steps = [
+        LoadStep(f"to {angle}", [Support("z_min", turn=Turn((1.0, 2.0, 0.0), angle))])
+        for angle in (360.0, 540.0)
+    ]
+    solution = solve(model, steps, [], 0.05)
+    attempts = [a for a in solution.stepper.progress.attempts if a.converged]
+    assert len(attempts) > 15
+    centre = np.array([0.5, 0.5, 0.0])
+    for state, attempt in zip(solution.path, attempts, strict=True):
+        angle = (
+            360 * attempt.fraction if attempt.step == "to 360.0" else 360 + 180 * attempt.fraction
+        )
+        turned = (model.nodes.places - centre) @ rotation_about((1.0, 2.0, 0.0), angle).T + centre
+        found = model.nodes.places + state.x[model.displacement_dofs]
+        np.testing.assert_allclose(found, turned, atol=1e-6)
 
 
 def test_what_was_turned_stays_so(bar):
@@ -78,9 +100,9 @@ def test_a_face_that_is_no_plate_yet_becomes_one_as_it_turns():
     before = np.array([[0.1, 0.0, 0.3], [0.0, -0.1, 0.0], [0.0, 0.0, 0.0]])
     turned = Turned("face", np.empty(0), places, np.zeros(3), np.array(AXIS), 0.0, 500.0)
     np.testing.assert_allclose(turned.displacements(before, 0.0), before, atol=1e-14)
-    end = places @ rotation(AXIS, 500.0).T - places
+    end = places @ rotation_about(AXIS, 500.0).T - places
     np.testing.assert_allclose(turned.displacements(before, 1.0), end, atol=1e-14)
-    half = (places + before / 2) @ rotation(AXIS, 250.0).T - places
+    half = (places + before / 2) @ rotation_about(AXIS, 250.0).T - places
     np.testing.assert_allclose(turned.displacements(before, 0.5), half, atol=1e-14)
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Any, ClassVar, Protocol
 
 import numpy as np
 from pydantic import BeforeValidator, Field
 
 from softact.fields import Part, fault
+from softact.system.rotation import rotation_about
 from softact.units import Dimensionless
 
 TINY = 1e-300
@@ -79,12 +79,5 @@ def grid_triangles(rows: int, columns: int) -> np.ndarray:
 
 def rotation_of(turns: tuple[float, float, float]) -> np.ndarray:
     """Rotation matrix of turns (degrees) about x, then y, then z."""
-    matrix = np.eye(3)
-    for axis, turn in enumerate(turns):
-        c, s = math.cos(math.radians(turn)), math.sin(math.radians(turn))
-        i, j = (axis + 1) % 3, (axis + 2) % 3
-        one = np.eye(3)
-        one[[i, j], [i, j]] = c
-        one[i, j], one[j, i] = -s, s
-        matrix = one @ matrix
-    return matrix
+    about_x, about_y, about_z = map(rotation_about, np.eye(3), turns)
+    return about_z @ about_y @ about_x
