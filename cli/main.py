@@ -18,7 +18,7 @@ from click.shell_completion import shell_complete
 
 from softact.child_processes import leave_current_folder
 from softact.errors import NOT_IN_LOCALE, NOT_UTF8, SoftactError
-from softact.files.streams import abandon_stdout, make_safe
+from softact.files.streams import abandon_output, abandon_stdout, make_safe
 from softact.nearest import nearest
 
 WRONG_INPUT, BUG, INTERRUPTED, BROKEN_PIPE = 2, 70, 130, 141
@@ -177,7 +177,7 @@ def _click(arguments: list[str]) -> object:
 
 def _nobody_reads() -> int:
     """The reader of a pipe (head, less) has left; nothing is to be told to anybody."""
-    abandon_stdout()
+    abandon_output()
     return BROKEN_PIPE
 
 

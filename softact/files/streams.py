@@ -2,6 +2,7 @@
 
 import os
 import sys
+from typing import TextIO
 
 #: Of ``subprocess``: text that other programs print, whatever the locale.
 UTF8 = {"encoding": "utf-8", "errors": "replace"}
@@ -29,9 +30,19 @@ def make_safe(encoding: str | None = None) -> None:
 
 def abandon_stdout() -> None:
     """Let what is still to be printed go nowhere: its reader has left, or its disk is full."""
+    _abandon(sys.stdout)
+
+
+def abandon_output() -> None:
+    """The same for errors, too: Python 3.13 ends with code 120 where it cannot flush them."""
+    _abandon(sys.stdout)
+    _abandon(sys.stderr)
+
+
+def _abandon(stream: TextIO) -> None:
     nowhere = os.open(os.devnull, os.O_WRONLY)
     try:
-        os.dup2(nowhere, sys.stdout.fileno())
+        os.dup2(nowhere, stream.fileno())
     except (OSError, ValueError):  # something else stands in for it
         pass
     finally:
