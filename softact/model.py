@@ -226,6 +226,10 @@ class Model:
             found = [body.inertia() for body in self.bodies]
             self.inertia = [inertia for inertia in found if inertia is not None]
 
+    def momentum(self, velocity: np.ndarray) -> np.ndarray:
+        """Mass matrix times a velocity (local,), this process's share; bodies have inertia."""
+        return sum((i.momentum(velocity) for i in self.inertia), np.zeros_like(velocity))
+
     def initial_state(self) -> State:
         """The unloaded state."""
         loads: dict[str, dict[str, Value]] = {}

@@ -6,7 +6,7 @@ import pytest
 
 from benchmarks.invariants import watched
 from benchmarks.watch import Watch
-from softact.solve.stepping import Attempt
+from softact.solve.progress import Attempt
 from softact.spec import loads
 
 RUBBER = "materials: {body: {law: neo_hookean, c10: 0.1 MPa}}"

@@ -3,7 +3,7 @@
 import pytest
 
 from softact.run.unstable import unstable_text
-from softact.solve.stepping import Attempt
+from softact.solve.progress import Attempt
 
 
 def states(*modes, control="load"):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import groupby
 
-from softact.solve.stepping import Attempt
+from softact.solve.progress import Attempt
 
 _TOLD = 4  # changes between stable and unstable that are told one by one
 

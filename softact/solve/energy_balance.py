@@ -60,16 +60,12 @@ class EnergyBalance:
         rest = self.work - self.stored - self.kinetic - self.damped - self.lost
         return abs(rest) / max(abs(self.work), 1e-300)
 
-    def momentum(self, velocity: np.ndarray) -> np.ndarray:
-        """Mass matrix times a velocity (local,)."""
-        return sum(inertia.momentum(velocity) for inertia in self._model.inertia)
-
     def move(self, s: float, q, velocity=None, time_step: float = 1.0, damping: float = 0.0):
         """Go on to the state as it is, with the loads of s; no velocity: an equilibrium."""
         x, at_rest = self._state.x.copy(), velocity is None
         velocity = np.zeros_like(x) if at_rest else velocity
         way, change = x - self._x, velocity - self._velocity
-        momentum = self.momentum(velocity)
+        momentum = self._model.momentum(velocity)
         begin, finish = (self._s, self._q, self._x), (s, q, x)
         places = [self._last]
         for share in NODES[1:]:
@@ -79,13 +75,13 @@ class EnergyBalance:
         mean = sum(w * place.unbalanced for w, place in zip(WEIGHTS, places, strict=True))
         brought = end.unbalanced + damping * momentum
         if not at_rest:
-            brought = brought + self.momentum(change) / time_step
+            brought = brought + self._model.momentum(change) / time_step
         self.work += self._pressures(places) + float(self._held(way) @ self._held(brought))
         self.work += sum(w * float(p.others @ way) for w, p in zip(WEIGHTS, places, strict=True))
         self.stored = self._model.strain_energy(self._state) - self._begun
         self.kinetic = float(velocity @ momentum) / 2
         self.damped += 2 * damping * self.kinetic * time_step
-        self.lost += float(change @ self.momentum(change)) / 2
+        self.lost += float(change @ self._model.momentum(change)) / 2
         self.lost += float((end.unbalanced - mean) @ way)
         self._s, self._q, self._x, self._velocity, self._last = s, q, x, velocity, end
 

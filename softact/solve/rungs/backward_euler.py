@@ -77,11 +77,7 @@ class BackwardEuler:
         fault = acceptance.way_fault(self.model, begun, walk.state)
         return replace(outcome, converged=False, reason=fault) if fault else outcome
 
-    def momentum(self, velocity: np.ndarray) -> np.ndarray:
-        """Mass matrix times a velocity (local,), this process's share."""
-        return sum(inertia.momentum(velocity) for inertia in self.model.inertia)
-
     def kinetic_ratio(self, velocity: np.ndarray) -> float:
         """Ratio of the kinetic energy at a velocity (local,) to the internal energy."""
-        kinetic = self.model.sum(float(velocity @ self.momentum(velocity)) / 2)
+        kinetic = self.model.sum(float(velocity @ self.model.momentum(velocity)) / 2)
         return kinetic / max(self.model.strain_energy(self.walk.state), 1e-300)

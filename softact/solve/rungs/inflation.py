@@ -4,13 +4,14 @@ A flat pouch has no stiffness across its plane and no volume, so statics has not
 Here the loads grow with the smooth-step amplitude a(τ) = τ³ (10 − 15 τ + 6 τ²) over a time T, and
 backward Euler carries the sheet along, M ẍ + α M ẋ + f(x) = p V'. T and α follow from the speed v
 at which the kinetic energy is well below that of the final membrane strain e = p L/(2 E t):
-½ ρ t v² = VELOCITY² ½ E t e². A sheet of the size L then takes L/v for a path of its size, and α is
-such that a tenth of the pressure pushes it at v. Each time step is an increment with its kinetic by
-internal energy. One that is longer than it takes to leave an unstable state would stay there: its
-incremental potential (Radovitzky and Ortiz 1999) has a saddle and no minimum, as the inertia of its
-matrix tells, and it is cut back. As soon as the motion is quasi-static, statics is tried: a time
-step without end. It takes over where the equilibrium that it finds is stable, and no farther than
-time steps go; else the motion goes on. Where the work of the loads went is told: see ``balance``.
+½ ρ t v² = c² ½ E t e² (c: ``Pace.velocity``). A sheet of the size L then takes L/v for a path of
+its size, and α is such that a tenth of the pressure pushes it at v. Each time step is an increment
+with its kinetic by internal energy. One that is longer than it takes to leave an unstable state
+would stay there: its incremental potential (Radovitzky and Ortiz 1999) has a saddle and no
+minimum, as the inertia of its matrix tells, and it is cut back. As soon as the motion is
+quasi-static, statics is tried: a time step without end. It takes over where the equilibrium that
+it finds is stable, and no farther than time steps go; else the motion goes on. Where the work of
+the loads went is told: see ``energy_balance``.
 """
 
 from __future__ import annotations
@@ -237,7 +238,7 @@ class _Inflation:
             self.quasi_static_from = s
         if self.quasi_static_from is not None:
             self.worst = max(self.worst, ratio)
-            drag = self.damping * float(np.linalg.norm(balance.momentum(velocity)))
+            drag = self.damping * float(np.linalg.norm(self.model.momentum(velocity)))
             self.held_back = max(self.held_back, drag / (s * self.pressure_force))
         outcome = replace(outcome, unstable_modes=0)  # of no equilibrium, but of a motion
         self.model.contacts.stiffen(walk.state)  # for the next time step
