@@ -15,6 +15,8 @@ from softact.contact.rigid import Obstacle
 from softact.errors import SpecError
 from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
+from softact.measures import MEASURES
+from softact.measures.snapshot import Snapshot
 from softact.model import Support
 from softact.solve.settings import Settings
 from softact.solve.stepping import Stepper
@@ -141,6 +143,8 @@ def test_patch(element):
     push = model.contacts.force(term, solution.state)
     assert push[2] == pytest.approx(-20.0 * (gaps.mean() + 0.001) * 4, rel=1e-6)
     np.testing.assert_allclose(push + solution.reaction("z_max"), 0, atol=1e-8)
+    found = MEASURES["contact"].evaluate(Snapshot(model, solution.state))
+    assert found["contact_area_floor_mm2"] == pytest.approx(4.0, rel=1e-12)
 
 
 LINES = np.array([0, 0.3, 0.6, 0.9, 1.25, 2.2, 5, 11, 25.0])  # mm
