@@ -70,7 +70,7 @@ class Watch:
         """All faults, with that of the work over the whole run."""
         if self._last is not None and self._quasi_static and self.states > SOME:
             stored = self.model.strain_energy(self._last) - self._rest_energy
-            scale = max(abs(self.work), abs(stored), NOTHING * self._energy)
+            scale = max(abs(self.work), abs(stored), self._energy)
             if scale > 0 and abs(self.work - stored) > WORK * scale and self._closes():
                 self.faults.append(f"work of the loads {self.work:.6g} mJ, energy {stored:.6g} mJ")
         return self.faults
