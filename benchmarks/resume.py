@@ -3,9 +3,9 @@ report that is written anew: ``python -m benchmarks.resume --command report --ki
 
 Each trial of a run starts ``softact run`` anew, kills it and its solver with SIGKILL at a moment
 drawn uniformly over the time that an undisturbed run takes, resumes it, and compares the curve with
-that of the undisturbed run. Exits with 1 where a figure differs by more than 1e-8 of its size. After a
-killed report each of the results must be what it was to the last byte, the page and the pictures
-whole, and the next report as the first.
+that of the undisturbed run. Exits with 1 where a figure differs by more than 1e-8 of its size.
+After a killed report each of the results must be what it was to the last byte, the page and the
+pictures whole, and the next report as the first.
 """
 
 from __future__ import annotations
