@@ -139,16 +139,19 @@ class Pneunet(Geometry):
         if chamber is None and pitch is None and length is None:
             chamber = 6.0
         if chamber is None:
-            if gap is None:
+            if gap is None:  # or it would have got its default
+                assert pitch is not None and length is not None
                 chamber = length - ends - (n - 1) * pitch
             elif pitch is not None:
                 chamber = pitch - walls - gap
             else:
+                assert length is not None
                 chamber = (length - ends - (n - 1) * (walls + gap)) / n
         if gap is None:
             if pitch is not None:
                 gap = pitch - walls - chamber
             else:
+                assert length is not None
                 gap = (length - ends - n * chamber) / max(n - 1, 1) - walls
         pitch = chamber + walls + gap
         return Row(chamber, gap, pitch, ends + chamber + (n - 1) * pitch)

@@ -219,12 +219,12 @@ class ShellReinforced(Geometry):
         if self.shell == "sliding":
             name = "under_shell"
             if "ends" in self._glued:
-                pieces = (0.0, self.end), (self.length - self.end, self.length)
-                skins += [Skin("under_glued", *piece, all_around) for piece in pieces]
+                skins.append(Skin("under_glued", 0.0, self.end, all_around))
+                skins.append(Skin("under_glued", self.length - self.end, self.length, all_around))
             if "strip" in self._glued:
                 skins.append(Skin("under_glued", 0.0, self.length, self._bridge(0)))
         ends = np.array([0.0, *np.ravel(slits), self.length]).reshape(-1, 2)
-        skins += [Skin(name, *ring, all_around) for ring in ends.tolist()]
+        skins += [Skin(name, start, end, all_around) for start, end in ends.tolist()]
         skins += [Skin(name, *slit, self._bridge(i)) for i, slit in enumerate(slits)]
         return tuple(skins)
 

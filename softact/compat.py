@@ -101,7 +101,7 @@ def create_mesh(comm, cells: np.ndarray, points: np.ndarray):
 def function_space(mesh, degree: int, size: int = 1, discontinuous: bool = False):
     """Lagrange space of ``degree`` with ``size`` components per node on ``mesh``."""
     element = lagrange(degree, (size,) if size > 1 else (), discontinuous)
-    create = dolfinx.fem.FunctionSpace if _OLD else dolfinx.fem.functionspace
+    create = getattr(dolfinx.fem, "FunctionSpace" if _OLD else "functionspace")
     return create(mesh, element)
 
 

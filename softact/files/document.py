@@ -67,8 +67,8 @@ class Document:
 
     def copy(self) -> Self:
         """Return a copy that may be changed."""
-        known = {"lines": dict(self.lines), "overridden": dict(self.overridden)}
-        return replace(self, data=copy.deepcopy(self.data), **known)
+        lines, overridden = dict(self.lines), dict(self.overridden)
+        return replace(self, data=copy.deepcopy(self.data), lines=lines, overridden=overridden)
 
 
 def item(value: Any, key: str | int) -> Any:

@@ -98,10 +98,11 @@ def _born(directory: Path, first: Mapping[str, str]) -> tuple[int, list[Path]]:
     """Make the folder such that it is held and has its first files from its first moment."""
     made = [path for path in (directory, *directory.parents) if not path.exists()]
     nursery = _beside(directory, "new")
-    handle = None
+    handle: int | None = None
     try:
         nursery.mkdir(parents=True)
         handle = _opened(nursery / LOCK)
+        assert handle is not None  # nobody else knows the folder
         for name, text in first.items():
             (nursery / name).write_text(text, encoding="utf-8")
         nursery.rename(directory)

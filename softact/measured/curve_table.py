@@ -140,12 +140,12 @@ def _numbers(path: Path, rows: Sequence[Row], names: Sequence[str], used):
     if not rows:
         raise SpecError(f"{path}: there are headings but no values under them")
     found, wrong = numbers(rows, used)
-    faults = sorted(
+    in_order = sorted(
         (line, f"{path}:{line}: column '{names[i]}': {fault}")
         for i in used
         for line, fault in wrong[i]
     )
-    faults = [fault for _, fault in faults]
+    faults = [fault for _, fault in in_order]
     full = np.all([np.isfinite(column) for column in found.values()], axis=0)
     if len(faults) > MANY:
         faults = [*faults[:MANY], f"{path}: and {len(faults) - MANY} more faults of this kind"]

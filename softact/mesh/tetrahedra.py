@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -32,12 +33,12 @@ class Mesh:
     comm: the MPI communicator.
     """
 
-    domain: object
+    domain: Any
     layout: Layout
     region: np.ndarray
     facets: dict[str, np.ndarray]
     cell_count: int
-    comm: object
+    comm: Any
     sheets: SheetMesh | None = None
 
 
@@ -75,14 +76,13 @@ def read_msh(path: Path, layout: Layout) -> Tetrahedra:
 
 def from_groups(points, sets, layout: Layout, origin: str) -> Tetrahedra:
     """Tetrahedra from {(dimension, name): [cells, ...]}; unused points are dropped."""
-    cells, region = [], []
+    blocks, region = [], []
     for number, name in enumerate(layout.regions):
         if (3, name) not in sets:
             raise MeshError(f"{origin}: the mesh has no volume group '{name}'")
-        cells.append(np.vstack(sets[3, name]))
-        region.append(np.full(len(cells[-1]), number, dtype=np.int32))
-    cells = np.vstack(cells).astype(np.int64)
-    used, cells = np.unique(cells, return_inverse=True)
+        blocks.append(np.vstack(sets[3, name]))
+        region.append(np.full(len(blocks[-1]), number, dtype=np.int32))
+    used, cells = np.unique(np.vstack(blocks).astype(np.int64), return_inverse=True)
     renumber = np.full(len(points), -1, dtype=np.int64)
     renumber[used] = np.arange(len(used))
     surfaces = {}

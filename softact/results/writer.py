@@ -175,7 +175,7 @@ class ResultsWriter:
                 of_sheets = np.repeat(numbers, [len(block) for block in blocks])
                 write_array(mesh, "mixed", mixed(cells, np.concatenate(blocks)))
                 write_array(mesh, "part", np.concatenate([region, of_sheets]))
-        self._xdmf = Xdmf(len(points), cells.shape, sheets)
+        self._xdmf = Xdmf(len(points), (len(cells), cells.shape[1]), sheets)
 
     def increment(
         self, row: Mapping[str, float | str], fields: Mapping[str, np.ndarray] | None = None

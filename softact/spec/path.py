@@ -40,7 +40,8 @@ def locate(data: Any, path: str) -> Place:
 
     Raises SpecError that says where the path leaves the data, and what is there.
     """
-    place, rest, value = (), parts(path), data
+    place: Place = ()
+    rest, value = parts(path), data
     while rest:
         key, rest = _next(value, rest, place)
         if isinstance(value, dict) and key not in value:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +19,7 @@ class Nodes:
     many are this process's own. dofs: (n, 3) local unknowns. blocks: (n,) blocks of the unknowns.
     """
 
-    comm: object
+    comm: Any
     places: np.ndarray
     number: np.ndarray
     owned: int
