@@ -41,5 +41,5 @@ test-debian13:  ## run the test suite in a Debian 13 root (in ~/.cache, made on 
 	.ci/debian13 test
 
 clean:  ## delete .venv, caches and results; the Debian 13 root goes with .ci/debian13 remove
-	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis build results ./*.egg-info
+	rm -rf .venv .pytest_cache .ruff_cache .mypy_cache .hypothesis build results ./*.egg-info
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -2,9 +2,9 @@
 
 Hypothesis draws what is called, by seed: the same seed gives the same inputs. Specs, studies, cards
 and test data are changed in a few places, result folders damaged, options made odd. Most calls are
-made in this process, with stand-ins for gmsh, the solver and the drawing; every so many as a
-program of its own, with all that is real. What is asked of each stands in
-``benchmarks.fuzz_judge``; the folder of one that fails is kept.
+made in this process, with stand-ins for gmsh, the solver and the drawing; one of so many as a
+program of its own, with all that is real. What is asked of each: ``benchmarks.fuzz_judge``. The
+folder of one that fails is kept.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from hypothesis import HealthCheck, Phase, given, seed, settings
 from benchmarks.fuzz_inputs import CUBE, FILES, Input, calls, commands, prepare
 from benchmarks.fuzz_judge import Ended, as_program, faults, in_process, inside, listing
 from benchmarks.fuzz_stand_ins import stand_ins
+from softact.units import one_line
 
 #: So many inputs are drawn of one command in turn. After ten Hypothesis mostly repeats itself with
 #: small changes, which is good for finding one fault and bad for finding many.
@@ -60,8 +61,12 @@ class Fault:
         """What to tell of it."""
         last = [line for line in self.ended.err.strip().split("\n") if line][-2:]
         where = [line.strip() for line in self.ended.where.split("\n") if "softact" in line][-2:]
-        return [f"#{self.number} {self.called}", f"   {'; '.join(self.files)}",
-                f"   FAULT: {'; '.join(self.what)}", *(f"   | {x}"[:300] for x in last + where)]  # fmt: skip
+        return [
+            f"#{self.number} {self.called}",
+            f"   {'; '.join(self.files)}",
+            f"   FAULT: {'; '.join(self.what)}",
+            *(f"   | {line}"[:300] for line in last + where),
+        ]
 
 
 @dataclass
@@ -125,16 +130,18 @@ def fuzz(
     every: int = 0,
     keep: Path | None = None,
     told: Callable[[str], None] = lambda line: None,
+    first: int = 0,
 ) -> Counts:
     """Make so many inputs by a seed and judge how each ends.
 
     every: one of so many is called as a program; 0: none. keep: where the folders of inputs that
-    fail go. told: hears of these, and of how far it is.
+    fail go. told: hears of these, and of how far it is. first: number of the first input, some
+    multiple of ``BATCH``: what one seed gives may be called in parts.
     """
     counts = Counts()
 
     def one(call) -> None:
-        done = sum(counter.total() for counter in counts.codes.values())
+        done = first + sum(counter.total() for counter in counts.codes.values())
         program = bool(every) and done % every == 0 and call[0] in AS_PROGRAM
         _one(call, (number, done), program, template, counts, keep, told)
         if (done + 1) % 500 == 0:
@@ -142,9 +149,9 @@ def fuzz(
 
     names = commands()
     with _replaced(template):
-        for batch, start in enumerate(range(0, inputs, BATCH)):
+        for batch, start in enumerate(range(first, first + inputs, BATCH), first // BATCH):
             drawn = settings(
-                max_examples=min(BATCH, inputs - start),
+                max_examples=min(BATCH, first + inputs - start),
                 database=None,
                 deadline=None,
                 phases=[Phase.generate],
@@ -189,9 +196,8 @@ def _one(call, place, program, template, counts, keep, told) -> None:
 def _log(path: Path, number: int, made: Input, ended: Ended) -> None:
     """Add a line on an input: its number, exit code, call, and the last that it said."""
     last = ended.err.strip().rpartition("\n")[2]
-    line = (
-        f"{number} [{ended.code}] {shlex.join(made.arguments)} ({'; '.join(made.told)}): {last}\n"
-    )
+    call = f"{shlex.join(made.arguments)} ({'; '.join(made.told)})"
+    line = one_line(f"{number} [{ended.code}] {call}: {last}") + "\n"
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("a", encoding="utf-8", errors="backslashreplace") as file:
         file.write(line)
@@ -200,15 +206,21 @@ def _log(path: Path, number: int, made: Input, ended: Ended) -> None:
 @click.command()
 @click.option("--inputs", type=click.IntRange(1), default=5000, show_default=True)
 @click.option("--seed", "number", type=click.IntRange(0), default=1, show_default=True)
-@click.option("--every", type=click.IntRange(0), default=50, show_default=True,
-              help="One of so many is called as a program, with all that is real; 0: none.")  # fmt: skip
+@click.option(
+    "--every",
+    type=click.IntRange(0),
+    default=50,
+    show_default=True,
+    help="One of so many is called as a program, with all that is real; 0: none.",
+)
+@click.option("--first", type=click.IntRange(0), default=0, help="Number of the first input.")
 @click.option("--keep", type=click.Path(path_type=Path), default=Path("results/fuzz"))
-def main(inputs: int, number: int, every: int, keep: Path) -> None:
-    """Call softact with wrong inputs and count how it ends; exit 1 where one ends as none should."""
+def main(inputs: int, number: int, every: int, first: int, keep: Path) -> None:
+    """Call softact with wrong inputs, count how it ends; exit 1 where one ends as none should."""
     started = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="fuzz-template-") as name:
         make_template(Path(name), solved)
-        counts = fuzz(inputs, number, Path(name), every, keep.absolute(), click.echo)
+        counts = fuzz(inputs, number, Path(name), every, keep.absolute(), click.echo, first)
     for line in counts.lines():
         click.echo(line)
     click.echo(

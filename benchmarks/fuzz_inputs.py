@@ -78,11 +78,13 @@ FITTING = {
     "processes": ["1", "2"], "jobs": ["1", "2"], "trials": ["1", "3"], "most": ["2", "3"],
     "starts": ["1", "2"], "length": ["30 mm"], "width": ["10 mm"], "thickness": ["2 mm"],
     "area": ["20 mm^2"], "cycle": ["1", "last"], "toe": ["1 kPa"], "stretch_from": ["1.1"],
-    "stretch_to": ["1.8"], "smooth": ["5"], "points": ["8"], "sigma": ["1 kPa"], "fix": ["c20=0 kPa"],
+    "stretch_to": ["1.8"], "smooth": ["5"], "points": ["8"], "sigma": ["1 kPa"],
+    "fix": ["c20=0 kPa"],
     "compare": ["ecoflex-00-30", "card.yaml"], "density": ["1000 kg/m^3"], "strength": ["1 MPa"],
     "method": ["least-squares", "Nelder-Mead", "COBYLA"], "name": ["mine"], "x": ["step_fraction"],
     "measures": ["elongation_mm", "max_principal_stress_MPa"], "tolerance": ["5 %", "0.1"],
-    "factor": ["1.5", "2"], "into": ["other", "other", "cube"], "cache_folder": ["runs"], "timeout": ["10"],
+    "factor": ["1.5", "2"], "into": ["other", "other", "cube"], "timeout": ["10"],
+    "cache_folder": ["runs"],
     "junit_file": ["check.xml"], "reason": ["mended"], "seed": ["1"], "interface": ["lo"],
     "slurm_option": ["queue=short"], "output": ["out", "cube", "studies/results/walls", "x/y"],
 }  # fmt: skip
@@ -95,12 +97,14 @@ ARGUMENTS = {
     "report": ("cube", "cube", "cube", "studies/results/walls", "studies"),
     "compare": ("cube", "other", "cube", "other", "studies/results/walls"),
     "fit": ("data.csv", "data.csv:planar", "data.csv:compression", "tests.yaml", "curve.csv"),
-    "check": ("case.yaml", "uniaxial_yeoh"), "optimize": ("opt.yaml",), "sweep": ("sweep.yaml",),
+    "check": ("case.yaml", "case.yaml", "pulled"), "optimize": ("opt.yaml",),
+    "sweep": ("sweep.yaml",),
     "list": ("yeoh", "ecoflex-00-30", "pneunet", "bending", "pressure"), "schema": (), "doctor": (),
 }  # fmt: skip
 #: How often each is called; those that read the most, the most.
 WEIGHTS = {"run": 5, "validate": 8, "report": 5, "compare": 4, "sweep": 4, "fit": 4, "converge": 3,
-           "optimize": 3, "calibrate": 3, "check": 3, "mesh": 3, "schema": 1, "list": 1, "doctor": 1}  # fmt: skip
+           "optimize": 3, "calibrate": 3, "check": 3, "mesh": 3, "schema": 1, "list": 1,
+           "doctor": 1}  # fmt: skip
 
 
 @dataclass
@@ -169,7 +173,8 @@ def _drawn_arguments(draw: Callable, name: str, command: click.Command) -> list[
             found.append(draw(st.sampled_from(argument.type.choices)))
             continue
         many = argument.nargs == -1
-        count = draw(st.sampled_from((1, 2, 2, 3) if many else (1,)))
+        fewest = 1 if argument.required else 0
+        count = draw(st.sampled_from((fewest, 1, 2, 2, 3) if many else (1,)))
         usual = st.sampled_from(ARGUMENTS.get(name) or ("cube.yaml", "cube"))
         rare = st.one_of(TEXTS, st.sampled_from([*FILES, "cube", "studies"]))
         for _ in range(count):
@@ -200,12 +205,16 @@ def prepare(call: tuple[str, list[str]], draw: random.Random, template: Path, bo
         "spec.yaml": drawn.read_text(encoding="utf-8"),
         "card.yaml": draw.choice(sorted(cards.glob("*.yaml"))).read_text(encoding="utf-8"),
     }
+    if name == "check":  # those that it knows by name
+        texts["configs/reference/pulled.yaml"] = CASE
     named = [n for n in texts if any(n in argument for argument in arguments)]
+    named += ["configs/reference/pulled.yaml"] if "pulled" in arguments else []
     wrong = draw.choice(named) if named and draw.random() < 0.7 else None
     if wrong == "sweep.yaml" and draw.random() < 0.3:
         wrong = "cube.yaml"  # its base
     for file, text in texts.items():
         times = draw.choice((1, 1, 2, 4)) if file == wrong else 0
+        (box / file).parent.mkdir(parents=True, exist_ok=True)
         (box / file).write_bytes(_content(file, text, times, draw))
         if times:
             made.told.append(f"{file} changed")

@@ -20,7 +20,7 @@ from unittest import mock
 
 from softact.child_processes import python
 from softact.cli import main as cli
-from softact.units import one_line
+from softact.units import one_line, printable
 
 CODES = (0, 1, 2, 3, 4)
 REFUSED = 2
@@ -101,7 +101,7 @@ def _says_where(line: str, arguments: Sequence[str]) -> bool:
     if re.search(r"--?[\w-]+\b|\w\.(yaml|csv|json|h5|npz|db)\b|\bcommand\b|\bword \d|'.*'", line):
         return True
     words = [word for argument in arguments for word in argument.split("=", 1)]
-    return any(one_line(word) in line for word in words if word)
+    return any(said(word) in line for word in words if word for said in (one_line, printable))
 
 
 @contextmanager
@@ -120,13 +120,20 @@ def _alarm(seconds: float) -> Iterator[None]:
     def over(number: int, frame: object) -> None:
         raise HangsError
 
-    before = signal.signal(signal.SIGALRM, over)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
+    # By the processor's clock, since the machine may be busy; what only waits has longer.
+    clocks = (
+        (signal.SIGPROF, signal.ITIMER_PROF, seconds),
+        (signal.SIGALRM, signal.ITIMER_REAL, 10 * seconds),
+    )
+    before = [signal.signal(number, over) for number, _, _ in clocks]
+    for _, clock, limit in clocks:
+        signal.setitimer(clock, limit)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, before)
+        for (number, clock, _), handler in zip(clocks, before, strict=True):
+            signal.setitimer(clock, 0)
+            signal.signal(number, handler)
 
 
 def in_process(arguments: Sequence[str], folder: Path, limit: float) -> Ended:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
+from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +17,10 @@ ODD_TEXTS = (
     "", " ", "-", "--", "-1", "0", "1", "1e308", "1e400", "nan", "inf", "1_000", "0x10", "٣", "½",
     "1 mm", "-1 mm", "0 mm", "1e30 mm", "1e-30 mm", "1 kPa", "1 mm^2", "1 furlong", "1 kg/cm^2",
     "5 %", "20 degC", "1 mm mm", "1 mm/0", "mm", "(", "1 mm..2 mm", "2 kPa..1 kPa", "..", ".", "=",
-    "a=", "=b", "a=b", "a.b.c=1", "x" * 300, "ä", "☃", "e\u0301", "\u202e", "a\nb", "a\tb", "\x1b[1m",
-    "\udcff", "*", "?", "[", "${HOME}", "%s", "{}", "'", '"', "<b>", "`id`", "null", "true", "../x",
-    "yes", "2026-01-01", "cube", "cube/run.json", "spec.yaml", "missing.yaml", "results/a/b", ".."
+    "a=", "=b", "a=b", "a.b.c=1", "x" * 300, "ä", "☃", "e\u0301", "\u202e", "a\nb", "a\tb",
+    "\x1b[1m", "\udcff", "*", "?", "[", "${HOME}", "%s", "{}", "'", '"', "<b>", "`id`", "null",
+    "true", "../x", "yes", "2026-01-01", "cube", "cube/run.json", "spec.yaml", "missing.yaml",
+    "results/a/b", "..",
 )  # fmt: skip
 ODD_VALUES = (
     None, True, False, -1, 0, 1, 3, 1e308, -1e308, 10**30, float("nan"), float("inf"), 1e-320,
@@ -46,7 +48,7 @@ def odd(draw: random.Random) -> Any:
     """A value of any kind that seldom fits."""
     if draw.random() < 0.6:
         return draw.choice(ODD_TEXTS)
-    return draw.choice(ODD_VALUES)
+    return deepcopy(draw.choice(ODD_VALUES))
 
 
 def _places(tree: Any) -> list[tuple[Any, Any]]:
@@ -88,7 +90,7 @@ def _change(tree: Any, draw: random.Random, mild: bool) -> None:
     elif how == "named" and isinstance(at, dict):
         at[draw.choice((odd, lambda d: f"{key}x", lambda d: str(key).upper()))(draw)] = at.pop(key)
     elif how == "nested":
-        at[key] = draw.choice(([at[key]], {"a": at[key]}, [at[key], at[key]]))
+        at[key] = draw.choice(([at[key]], {"a": at[key]}, [at[key], deepcopy(at[key])]))
     elif how == "moved":
         other, place = draw.choice(_places(tree))
         at[key] = yaml.safe_load(yaml.safe_dump(other[place]))

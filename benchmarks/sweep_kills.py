@@ -1,10 +1,10 @@
-"""Kills at random moments of a sweep, an optimisation or a calibration: nothing finished is lost,
-no run done twice, and the outcome is that of a call that nobody disturbed.
+"""Kills at random moments of a command that computes many runs: nothing finished is lost, no run
+done twice, and the outcome is that of a call that nobody disturbed.
 
-``python -m benchmarks.sweep_kills [sweep|optimize|calibrate] [-k 50] [-j 2] [--seed 1]`` starts
-the command again and again; each time it kills (SIGKILL) the command or one of its solvers after a
-random time, and in the end lets it finish. Where one is complete before all kills are done, another
-is begun.
+``python -m benchmarks.sweep_kills [sweep|optimize|calibrate|converge] [-k 50] [-j 2] [--seed 1]``
+starts the command again and again; each time it kills (SIGKILL) the command or one of its solvers
+after a random time, and in the end lets it finish. Where one is complete before all kills are done,
+another is begun.
 """
 
 import argparse
@@ -68,7 +68,7 @@ def table(path: Path, without: set[str]) -> list[tuple]:
 
 def studies(jobs: int, count: int) -> dict[str, Study]:
     """Sweep of twice ``count`` points, optimisation of so many trials, calibration of so many
-    runs."""
+    runs, convergence of three meshes."""
     each = ("-j", str(jobs))
     return {
         "sweep": Study(
@@ -98,6 +98,12 @@ def studies(jobs: int, count: int) -> dict[str, Study]:
             ),
             "results/cube-calibrated",
             lambda folder: json.loads((folder / "calibration.json").read_text()),
+        ),
+        "converge": Study(
+            {"cube.yaml": SPEC},
+            ("converge", "cube.yaml", "-m", "elongation_mm", "--tolerance", "20 %", *each),
+            "results/cube-converge",
+            lambda folder: table(folder / "converge.csv", {"seconds"}),
         ),
     }
 

@@ -54,7 +54,8 @@ class Watch:
             self.work += self._work_since(now)
             self._through(now, place)
         if attempt.control not in MOTIONS:
-            self._forces(now, place)
+            if self.states > 1:  # the first is where the run starts, and nothing was solved there
+                self._forces(now, place)
             self._branch(now, attempt, place)
         self._impossible(now, place)
         self._last = now

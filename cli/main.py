@@ -209,7 +209,7 @@ def _tell(error: Exception) -> int:
         error.show()
         return WRONG_INPUT
     if isinstance(error, OSError) and error.filename is not None:
-        click.echo(f"{error.filename}: {error.strerror}", err=True)
+        click.echo(printable(f"{error.filename}: {error.strerror}"), err=True)
         return WRONG_INPUT
     if isinstance(error, OSError) and error.errno in FULL:
         click.echo(f"softact: cannot write: {error.strerror}", err=True)

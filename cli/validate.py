@@ -39,15 +39,19 @@ def validate(files: tuple[str, ...], overrides: tuple[str, ...]) -> None:
     from pathlib import Path
 
     from softact.inputs import validate as check
+    from softact.units import printable
 
     faults = 0
+    told: set[str] = set()  # a wrong --set is a fault of every spec
     for path in files:
         try:
             checked = check(Path(path), overrides)
         except SpecError as error:
             faults += len(error.lines)
             for line in error.lines:
-                click.echo(line, err=True)
+                if line not in told:
+                    click.echo(printable(line), err=True)
+                told.add(line)
         else:
             faults += _tell(path, checked)
     if faults:

@@ -3,6 +3,7 @@
 Run by itself it writes a mesh: ``python geometries/block.py --length "100 mm" -o block.msh``.
 """
 
+from types import ModuleType
 from typing import Literal
 
 from pydantic import Field
@@ -61,10 +62,10 @@ class Block(Geometry):
         solid = self.solid()
         return solid.cells(self._counts(solid))
 
-    def build(self, gmsh) -> None:
+    def build(self, gmsh: ModuleType) -> None:
         self.solid().build(gmsh)
 
-    def mesh(self, gmsh) -> None:
+    def mesh(self, gmsh: ModuleType) -> None:
         solid = self.solid()
         solid.grid(self._counts(solid)).add_to(gmsh)
 

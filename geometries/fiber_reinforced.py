@@ -6,6 +6,7 @@ Polygerinos et al. (2015), IEEE Transactions on Robotics 31:778. Run by itself i
 """
 
 from math import acos, pi, sqrt
+from types import ModuleType
 from typing import Literal
 
 import numpy as np
@@ -147,10 +148,10 @@ class FiberReinforced(Geometry):
         regions = self.layout().regions
         return Prisms(self._shapes, prisms, regions, ("cavity",), planes=tuple(planes))
 
-    def build(self, gmsh) -> None:
+    def build(self, gmsh: ModuleType) -> None:
         self.solid().build(gmsh)
 
-    def mesh(self, gmsh) -> None:
+    def mesh(self, gmsh: ModuleType) -> None:
         self.solid().mesh(gmsh, self.mesh_size, self.least_steps)
 
 

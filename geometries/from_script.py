@@ -10,6 +10,7 @@ import traceback
 from collections.abc import Iterator
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
+from types import ModuleType
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -49,7 +50,7 @@ class FromScript(Imported):
         if self.unit and self.code:
             yield "unit", "a script makes its model in mm; leave unit: out, which is for meshes"
 
-    def drawn(self, gmsh) -> Drawn:
+    def drawn(self, gmsh: ModuleType) -> Drawn:
         """See ``Imported.drawn``."""
         if self.code:
             return super().drawn(gmsh)
@@ -66,7 +67,7 @@ class FromScript(Imported):
         """Only a mesh is; a script may read anything."""
         return self.code is None
 
-    def build(self, gmsh) -> None:
+    def build(self, gmsh: ModuleType) -> None:
         """See ``Geometry.build``."""
         path = Path(self.file).absolute()
         if self.code is None:
@@ -78,7 +79,7 @@ class FromScript(Imported):
                 _run(path, gmsh)
 
 
-def _run(path: Path, gmsh) -> None:
+def _run(path: Path, gmsh: ModuleType) -> None:
     loader = SourceFileLoader("user_geometry", str(path))  # whatever the case of its suffix
     spec = importlib.util.spec_from_file_location("user_geometry", path, loader=loader)
     assert spec is not None  # there is a loader

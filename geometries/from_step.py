@@ -5,6 +5,7 @@ Run by itself it writes a mesh: ``python geometries/from_step.py --file part.ste
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from types import ModuleType
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -48,7 +49,7 @@ class FromStep(Imported):
             if name not in self.layout().surfaces:
                 yield "select", f"{show(name)} is no surface of this geometry; add it to surfaces"
 
-    def build(self, gmsh) -> None:
+    def build(self, gmsh: ModuleType) -> None:
         """See ``Geometry.build``; tells what it found in the file."""
         part = self._read(gmsh)
         surfaces, alone = self._surfaces(part)
@@ -63,7 +64,7 @@ class FromStep(Imported):
             group = gmsh.model.addPhysicalGroup(dimension, sorted(tags))
             gmsh.model.setPhysicalName(dimension, group, name)
 
-    def look(self, gmsh) -> None:
+    def look(self, gmsh: ModuleType) -> None:
         """See ``Geometry.look``: the names of all parts, and a list of the faces where one has
         none."""
         part = self._read(gmsh)
@@ -84,7 +85,7 @@ class FromStep(Imported):
             for text in part.list_of_faces():
                 tell(text)
 
-    def _read(self, gmsh) -> StepPart:
+    def _read(self, gmsh: ModuleType) -> StepPart:
         return StepPart.read(gmsh, Path(self.file), self.unit, self.separate, self.mesh_size)
 
     def _surfaces(self, part: StepPart):

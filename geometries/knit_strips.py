@@ -166,7 +166,7 @@ class KnitStrips(SheetGeometry):
         x = self.divided([0.0, *self._strip_edges(), self.l_i])
         lines = Lines(x, y)
         points, triangles = lines.points(), lines.triangles(mirrored=True)
-        sewn = np.zeros(len(triangles), dtype=bool)
+        sewn: np.ndarray = np.zeros(len(triangles), dtype=bool)
         if self._bends:
             free = np.flatnonzero(~self._sheet.on_rim(points))
             below = np.arange(len(points))
@@ -219,12 +219,10 @@ class KnitStrips(SheetGeometry):
         """The two sheets of knit with the outlines of the strips that are bonded to them."""
         w, length = self.w_i / 2, self.l_i
         corners = [(0.0, -w), (length, -w), (length, w), (0.0, w), (0.0, -w)]
-        strips = [
-            ((x, y), (other_x, other_y))
-            for (x, y), (other_x, other_y) in (
-                self._sheet.ends(level).tolist() for level in self._strip_edges()
-            )
-        ]
+        strips = []
+        for level in self._strip_edges():
+            (x, y), (other_x, other_y) = self._sheet.ends(level)
+            strips.append(((float(x), float(y)), (float(other_x), float(other_y))))
         return Pattern(tuple(pairwise(corners)), tuple(strips))
 
 

@@ -5,6 +5,7 @@ Mosadegh et al. (2014) and Polygerinos et al. (2013). Run by itself it writes a 
 """
 
 from dataclasses import dataclass
+from types import ModuleType
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -235,10 +236,10 @@ class Pneunet(Geometry):
         solid = self.solid()
         return solid.cells(self._counts(solid))
 
-    def build(self, gmsh) -> None:
+    def build(self, gmsh: ModuleType) -> None:
         self.solid().build(gmsh)
 
-    def mesh(self, gmsh) -> None:
+    def mesh(self, gmsh: ModuleType) -> None:
         solid = self.solid()
         solid.grid(self._counts(solid)).add_to(gmsh)
 

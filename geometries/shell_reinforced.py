@@ -5,6 +5,7 @@ Agarwal et al. (2016), Scientific Reports 6:34224. Run by itself it writes a mes
 """
 
 from math import asin, pi
+from types import ModuleType
 from typing import Annotated, Literal
 
 import numpy as np
@@ -241,10 +242,10 @@ class ShellReinforced(Geometry):
             self._shapes, prisms, ("body",), ("cavity",), planes=tuple(planes), skins=self._shell()
         )
 
-    def build(self, gmsh) -> None:
+    def build(self, gmsh: ModuleType) -> None:
         self.solid().build(gmsh)
 
-    def mesh(self, gmsh) -> None:
+    def mesh(self, gmsh: ModuleType) -> None:
         self.solid().mesh(gmsh, self.mesh_size, self.least_steps)
 
 

@@ -5,6 +5,7 @@ the linear kind has the same wall below as above. Run by itself it writes a mesh
 ``python geometries/slow_pneunet.py --chambers 5 -o block.msh``.
 """
 
+from types import ModuleType
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -190,10 +191,10 @@ class SlowPneunet(Geometry):
         solid = self.solid()
         return solid.cells(self._counts(solid))
 
-    def build(self, gmsh) -> None:
+    def build(self, gmsh: ModuleType) -> None:
         self.solid().build(gmsh)
 
-    def mesh(self, gmsh) -> None:
+    def mesh(self, gmsh: ModuleType) -> None:
         solid = self.solid()
         solid.grid(self._counts(solid)).add_to(gmsh)
 

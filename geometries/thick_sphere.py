@@ -4,6 +4,7 @@ Run by itself it writes a mesh: ``python geometries/thick_sphere.py -o sphere.ms
 """
 
 from math import pi
+from types import ModuleType
 from typing import Literal
 
 import numpy as np
@@ -69,7 +70,7 @@ class ThickSphere(Geometry):
     def _divisions(self) -> int:
         return steps(self.outer_radius * pi / 2, self.mesh_size, 2)
 
-    def build(self, gmsh) -> None:
+    def build(self, gmsh: ModuleType) -> None:
         occ = gmsh.model.occ
         octant = (0.0, pi / 2, pi / 2)
         outer = occ.addSphere(0, 0, 0, self.outer_radius, -1, *octant)
@@ -77,7 +78,7 @@ class ThickSphere(Geometry):
         occ.cut([(3, outer)], [(3, inner)])
         occ.synchronize()
 
-    def mesh(self, gmsh) -> None:
+    def mesh(self, gmsh: ModuleType) -> None:
         """Layers of prisms over a triangle that is bulged to the sphere: similar at all mesh
         sizes, which makes orders of convergence plain."""
         n = self._divisions()

@@ -4,6 +4,7 @@ Run by itself it writes a mesh: ``python geometries/tube.py --length "30 mm" -o 
 """
 
 from math import pi
+from types import ModuleType
 from typing import Literal
 
 import numpy as np
@@ -67,7 +68,7 @@ class Tube(Geometry):
         depth = (1.5 * min(self.mesh_size, b)) ** 2 / (8 * a)
         return {"body": 2 * b * depth / (b**2 - a**2), "symmetry_y": 1e-9}.get(name, 2 * depth / a)
 
-    def build(self, gmsh) -> None:
+    def build(self, gmsh: ModuleType) -> None:
         occ = gmsh.model.occ
         along = (0, 0, 0, self.length, 0, 0)
         outer = occ.addCylinder(*along, self.outer_radius, angle=pi / 2)
@@ -81,7 +82,7 @@ class Tube(Geometry):
         body = [tag for _, tag in gmsh.model.getEntities(3)]
         gmsh.model.setPhysicalName(3, gmsh.model.addPhysicalGroup(3, body), "body")
 
-    def _names(self, gmsh) -> dict[int, str]:
+    def _names(self, gmsh: ModuleType) -> dict[int, str]:
         names = {}
         for _, tag in gmsh.model.getEntities(2):
             lower, upper = np.reshape(gmsh.model.getBoundingBox(2, tag), (2, 3))

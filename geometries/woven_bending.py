@@ -59,8 +59,8 @@ class WovenBending(SheetGeometry):
     def volumes(self) -> dict[str, float]:
         half, floor = self.w_a / 2, self.seam * self.w_a / 4
         # A wall is x = s/2 (1 − y/half) (1 − z/h): by Gauss's rule.
-        u, weights = np.polynomial.legendre.leggauss(8)
-        u, weights = (u + 1) / 2, weights / 2
+        at, weight = np.polynomial.legendre.leggauss(8)
+        u, weights = (at + 1) / 2, weight / 2
         by_y, by_z = np.meshgrid((1 - u) / half, (1 - u) / self.h_a)
         stretch = np.sqrt(1 + (self.seam / 2) ** 2 * (by_y**2 + by_z**2))
         wall = half * self.h_a * float(weights @ stretch @ weights)

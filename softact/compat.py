@@ -8,11 +8,15 @@ integrals, and the argument order of mesh creation.
 from __future__ import annotations
 
 import functools
+from typing import TYPE_CHECKING
 
 import basix
 import dolfinx
 import numpy as np
 import ufl
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 _OLD = not hasattr(basix, "ufl") and hasattr(ufl, "FiniteElement")
 if not _OLD:
@@ -89,7 +93,7 @@ def _reference_element(degree: int):
     return basix.create_element(basix.ElementFamily.P, basix.CellType.tetrahedron, degree)
 
 
-def create_mesh(comm, cells: np.ndarray, points: np.ndarray):
+def create_mesh(comm: MPI.Comm, cells: np.ndarray, points: np.ndarray):
     """Distributed dolfinx mesh of affine tets; rank 0 passes all, the others empty arrays."""
     ghosts = dolfinx.mesh.GhostMode.none
     if _OLD:

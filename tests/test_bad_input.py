@@ -73,7 +73,7 @@ def test_a_vacuum_is_no_fault(folder):
         ("missing.yaml", "there is no such file"),
         ("name: finger", "there is no such file"),
         (".", "this is a folder"),
-        ("", "this is a folder"),
+        ("", "word 2 of the call is empty"),
         ("x" * 5000, "File name too long"),
         ("a\nb.yaml", "a b.yaml: there is no such file"),
     ],

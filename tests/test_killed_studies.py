@@ -1,5 +1,5 @@
-"""An optimisation and a calibration that are killed and called again end as if nobody had disturbed
-them; a sweep is killed in tests/sweep/test_cli.py, all three fifty times in benchmarks."""
+"""Studies that are killed and called again end as if nobody had disturbed them; a sweep is killed
+in tests/sweep/test_cli.py, all four fifty times in benchmarks."""
 
 import dataclasses
 
@@ -8,10 +8,14 @@ import pytest
 from benchmarks.sweep_kills import faults_of, kill_once, start, studies, survivors, undisturbed
 
 STUDIES = studies(jobs=1, count=2)
-FEWER = {"optimize": ("--trials", "3"), "calibrate": ("--max-runs", "3")}
+FEWER = {
+    "optimize": ("--trials", "3"), "calibrate": ("--max-runs", "3"), "converge": ("--most", "3")
+}  # fmt: skip
 
 
-@pytest.mark.parametrize(("command", "whom"), [("optimize", "solver"), ("calibrate", "command")])
+@pytest.mark.parametrize(
+    ("command", "whom"), [("optimize", "solver"), ("calibrate", "command"), ("converge", "solver")]
+)
 def test_killed_and_called_again(tmp_path, command, whom):
     study = STUDIES[command]
     study = dataclasses.replace(study, arguments=(*study.arguments, *FEWER[command]))

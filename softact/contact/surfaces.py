@@ -67,7 +67,7 @@ class SurfaceContact:
         self.symmetric = touching.friction == 0
         surfaces = tuple(dict.fromkeys(name for group in touching.groups for name in group))
         self.facets = ContactFacets(model, surfaces)
-        self._side = np.full(len(self.facets), -1)
+        self._side: np.ndarray = np.full(len(self.facets), -1)
         if len(touching.groups) == 2:
             second = ContactFacets(model, touching.groups[1]).nodes
             self._side = np.isin(self.facets.nodes, second).all(axis=1).astype(int)

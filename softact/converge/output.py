@@ -156,7 +156,7 @@ def html(study: Convergence, name: str, table: list[dict]) -> str:
         sections,
         kicker="Mesh convergence of a soft actuator",
         kind="convergence",
-        template="converge/converge.html",
+        template="converge/converge_page.html",
         verdict=base.banner(kind, head, f"{_sentence(study)}."),
         estimates=base.table(heads, [_estimates(study, measure) for measure in study.measures]),
         error_bar=mesh_error.note(SAFETY),

@@ -17,6 +17,7 @@ from pydantic import (
 
 from softact.errors import SpecError
 from softact.fields import NAMES_SCHEMA
+from softact.files.document import dotted
 from softact.spec.faults import validated
 from softact.spec.kinds import read_as
 from softact.units import Dimension, Dimensionless, Length, Pressure
@@ -181,4 +182,13 @@ def _sheets_from_yaml(path: Path, options: Mapping[str, Any]) -> list[TestSheet]
             test.setdefault(key, value)
         if isinstance(test.get("file"), str):
             test["file"] = str(path.parent / test["file"])
-    return list(validated(source, TestList).tests)
+    sheets = list(validated(source, TestList).tests)
+    places = [("tests", number, "file") for number in range(len(sheets))]
+    missing = [
+        f"{source.where(place)}: {dotted(place)}: {sheet.file}: there is no such file"
+        for place, sheet in zip(places, sheets, strict=True)
+        if not sheet.file.exists()
+    ]
+    if missing:
+        raise SpecError(*missing)
+    return sheets

@@ -14,6 +14,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from types import ModuleType
 from typing import Annotated, Literal
 
 import numpy as np
@@ -122,7 +123,7 @@ class Geometry(BaseModel):
         """What a user should know before it is built, in lines."""
         return [as_code(self.code)] if self.code else []
 
-    def look(self, gmsh) -> None:
+    def look(self, gmsh: ModuleType) -> None:
         """Tells what is in the file that it is made of, without a mesh (see ``tell``)."""
 
     def cells(self) -> int | None:
@@ -151,12 +152,12 @@ class Geometry(BaseModel):
         given = (getattr(self, name, None) for name in STEPS)
         return next((number for number in given if number), 1)
 
-    def build(self, gmsh) -> None:
+    def build(self, gmsh: ModuleType) -> None:
         """Adds the solid as OCC entities to the current gmsh model, with named groups and mesh
         sizes unless ``mesh`` is written too."""
         raise NotImplementedError
 
-    def mesh(self, gmsh) -> None:
+    def mesh(self, gmsh: ModuleType) -> None:
         """Makes the current gmsh model hold a mesh of first-order tetrahedra in named groups."""
         from softact.geometry.subdivide import cut_mesh, fill
 

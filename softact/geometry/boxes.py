@@ -10,6 +10,7 @@ four at the other corners) fits between neighbours, since these corners alternat
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
+from types import ModuleType
 
 import numpy as np
 
@@ -142,7 +143,7 @@ class Boxes:
             label[_cells_within(lines, box)] = names.index(box.name)
         return label
 
-    def build(self, gmsh) -> dict[str, list[tuple[int, int]]]:
+    def build(self, gmsh: ModuleType) -> dict[str, list[tuple[int, int]]]:
         """Adds the solid to the current gmsh model as OCC volumes; returns them by region."""
         occ = gmsh.model.occ
         solids: dict[str, list[tuple[int, int]]] = {name: [] for name in self.regions}
@@ -264,7 +265,7 @@ class BoxMesh:
     def _number(self, grid: np.ndarray) -> np.ndarray:
         return np.ravel_multi_index(np.moveaxis(grid, -1, 0), [len(line) for line in self.lines])
 
-    def add_to(self, gmsh) -> None:
+    def add_to(self, gmsh: ModuleType) -> None:
         """Puts the mesh and its named groups into a new, discrete gmsh model."""
         regions = {name: self.tetrahedra(i) for i, name in enumerate(self.solid.regions)}
         add_mesh(gmsh, self.points(), regions, self.triangles())

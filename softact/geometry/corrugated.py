@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping
+from types import ModuleType
+from typing import TYPE_CHECKING
 
 from softact.geometry.base import THINNEST, Geometry
 from softact.geometry.boxes import Plane
@@ -17,6 +19,15 @@ class Corrugated(Geometry):
 
     Each gap lies in the middle between two chambers; a channel of each cavity runs through it.
     """
+
+    if TYPE_CHECKING:  # Each kind has a default and a description of its own for them.
+        pitch: float
+        gap: float
+        side_wall: float
+        top_wall: float
+        midsection_radius: float
+        symmetry: bool
+        mesh_size: float
 
     @property
     @abstractmethod
@@ -79,8 +90,8 @@ class Corrugated(Geometry):
         ends = Plane("clamp", 0, 0.0), Plane("tip", 0, self.length)
         return (*ends, Plane("symmetry", 1, 0.0)) if self.symmetry else ends
 
-    def build(self, gmsh) -> None:
+    def build(self, gmsh: ModuleType) -> None:
         self.solid().build(gmsh)
 
-    def mesh(self, gmsh) -> None:
+    def mesh(self, gmsh: ModuleType) -> None:
         self.solid().mesh(gmsh, self.mesh_size, self.least_steps)

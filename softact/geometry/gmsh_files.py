@@ -13,6 +13,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import ModuleType
 
 from softact.errors import MeshError
 from softact.units import show
@@ -24,7 +25,7 @@ CODE = (".geo", ".geo_unrolled", ".opt", ".pos", ".script")
 GROUP = re.compile(rb'\s*\d+\s+\d+\s+"[^"\r\n]*"\s*')
 
 
-def merge_mesh(gmsh, path: Path) -> None:
+def merge_mesh(gmsh: ModuleType, path: Path) -> None:
     """Merge a mesh in gmsh's own format. Raises MeshError where the file is something else."""
     check_mesh(path)
     _read_alone(gmsh.merge, path, ".msh")
@@ -60,7 +61,7 @@ def _group_lines(file) -> Iterator[tuple[int, bytes]]:
 
 
 @contextmanager
-def guarded(gmsh) -> Iterator[None]:
+def guarded(gmsh: ModuleType) -> Iterator[None]:
     """Meanwhile, gmsh.merge and gmsh.open take data for data, too.
 
     Files of gmsh's own scripts (.geo and the like) run as they do in gmsh.

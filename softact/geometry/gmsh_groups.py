@@ -1,12 +1,14 @@
 """A mesh made by softact itself, put into gmsh with its named groups."""
 
+from types import ModuleType
+
 import numpy as np
 
 from softact.mesh.cells import upright
 
 
 def add_mesh(
-    gmsh,
+    gmsh: ModuleType,
     points: np.ndarray,
     regions: dict[str, np.ndarray],
     surfaces: list[tuple[frozenset[str], np.ndarray]],

@@ -4,6 +4,7 @@ import os
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from types import ModuleType
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
@@ -98,7 +99,7 @@ class Imported(Geometry):
         """Whether the mesh follows from the file's content and the parameters alone."""
         return False
 
-    def drawn(self, gmsh) -> Drawn:
+    def drawn(self, gmsh: ModuleType) -> Drawn:
         """The size of the current model, which ``build`` has made."""
         return Drawn.of_model(gmsh)
 
@@ -107,7 +108,7 @@ class Imported(Geometry):
         """mm of the unit of length in which ``build`` makes the current model."""
         return 1.0
 
-    def mesh(self, gmsh) -> None:
+    def mesh(self, gmsh: ModuleType) -> None:
         """See ``Geometry.mesh``; solids that touch are joined.
 
         Raises MeshError where there is no solid, or one has no name, or where the part and
@@ -131,11 +132,11 @@ class Imported(Geometry):
         found = straight(gmsh, self.scale, tell)
         self._put_back(gmsh, only_named(found, self.layout(), _tetrahedra(gmsh)))
 
-    def look(self, gmsh) -> None:
+    def look(self, gmsh: ModuleType) -> None:
         """See ``Geometry.look``: a finished mesh is read as for a run."""
         self.mesh(gmsh)
 
-    def _put_back(self, gmsh, mesh: FileMesh) -> None:
+    def _put_back(self, gmsh: ModuleType, mesh: FileMesh) -> None:
         """Make the current model hold a mesh whose solids are joined where they touch."""
         if not self.separate:
             mesh, area = joined(mesh)
@@ -147,7 +148,7 @@ class Imported(Geometry):
         add_mesh(gmsh, mesh.points, mesh.regions, mesh.by_names())
 
 
-def _tetrahedra(gmsh) -> int:
+def _tetrahedra(gmsh: ModuleType) -> int:
     return sum(len(tags) for tags in gmsh.model.mesh.getElements(3)[1])
 
 

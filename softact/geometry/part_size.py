@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from types import ModuleType
 
 import numpy as np
 
@@ -35,7 +36,7 @@ class Drawn:
     said: bool = False
 
     @classmethod
-    def of_model(cls, gmsh, unit: str = "", said: bool = False) -> Drawn:
+    def of_model(cls, gmsh: ModuleType, unit: str = "", said: bool = False) -> Drawn:
         """The current gmsh model, before it is meshed."""
         box = np.array(gmsh.model.getBoundingBox(-1, -1)).reshape(2, 3)
         extents, occ = box[1] - box[0], gmsh.model.occ

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import groupby, pairwise
 from math import pi
+from types import ModuleType
 
 import numpy as np
 
@@ -94,7 +95,7 @@ class Prisms:
         ]
         return np.concatenate([breaks[:1], *pieces])
 
-    def section(self, gmsh, size: float, least: int = 1) -> Section:
+    def section(self, gmsh: ModuleType, size: float, least: int = 1) -> Section:
         """Meshes the section with edges of about ``size`` (mm) in a gmsh model of its own: with
         larger ones, each triangle of which is cut so that ``least`` lie side by side in a wall."""
         gmsh.model.add("section")
@@ -119,7 +120,7 @@ class Prisms:
         gmsh.model.remove()
         return section
 
-    def mesh(self, gmsh, size: float, least: int = 1) -> None:
+    def mesh(self, gmsh: ModuleType, size: float, least: int = 1) -> None:
         """Puts the mesh and its named groups into a new, discrete gmsh model; see ``lines`` and
         ``section``."""
         section = self.section(gmsh, size, least)
@@ -127,7 +128,7 @@ class Prisms:
         check_number(made.cells())
         made.add_to(gmsh)
 
-    def build(self, gmsh) -> dict[str, list[tuple[int, int]]]:
+    def build(self, gmsh: ModuleType) -> dict[str, list[tuple[int, int]]]:
         """Adds the solid to the current gmsh model as OCC volumes; returns them by region."""
         occ = gmsh.model.occ
         shapes = self.shapes(occ)
@@ -158,7 +159,7 @@ def _extrude(occ, shapes: Shapes, prism: Prism) -> list[tuple[int, int]]:
     return [entity for entity in made if entity[0] == 3]
 
 
-def _divide_curves(gmsh, size: float, circle_edges: int) -> None:
+def _divide_curves(gmsh: ModuleType, size: float, circle_edges: int) -> None:
     """Sets the number of edges of every curve: at most ``size`` long, and enough on circles."""
     for _, tag in gmsh.model.getEntities(1):
         length = gmsh.model.occ.getMass(1, tag)
@@ -168,7 +169,7 @@ def _divide_curves(gmsh, size: float, circle_edges: int) -> None:
         gmsh.model.mesh.setTransfiniteCurve(tag, steps(length, longest) + 1)
 
 
-def _read_section(gmsh, faces: Mapping[str, set[int]], least: int) -> Section:
+def _read_section(gmsh: ModuleType, faces: Mapping[str, set[int]], least: int) -> Section:
     if least > 1:
         cut = Pieces(gmsh, 2, least)
         found = {tag: part for (dimension, tag), part in cut.of.items() if dimension == 2}
@@ -284,7 +285,7 @@ class PrismMesh:
                     yield frozenset({skin.name, "outer"}), sides(members)
             yield frozenset({"outer"}), sides(free)
 
-    def add_to(self, gmsh) -> None:
+    def add_to(self, gmsh: ModuleType) -> None:
         """Puts the mesh and its named groups into a new, discrete gmsh model."""
         regions = {name: self.tetrahedra(i) for i, name in enumerate(self.solid.regions)}
         add_mesh(gmsh, self.points(), regions, self.triangles())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from types import ModuleType
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
@@ -125,7 +126,7 @@ class Face:
         )
 
 
-def faces_of(gmsh, solids: Sequence[Solid], pieces: dict[int, list[int]]) -> list[Face]:
+def faces_of(gmsh: ModuleType, solids: Sequence[Solid], pieces: dict[int, list[int]]) -> list[Face]:
     """The faces of gmsh's current solids. pieces: face of a solid when it was read -> faces now."""
     numbers: dict[int, set[int]] = {}
     names: dict[int, set[str]] = {}
@@ -146,7 +147,9 @@ def faces_of(gmsh, solids: Sequence[Solid], pieces: dict[int, list[int]]) -> lis
     ]
 
 
-def _face(gmsh, tag: int, owners: Sequence[int], numbers: set[int], names: set[str]) -> Face:
+def _face(
+    gmsh: ModuleType, tag: int, owners: Sequence[int], numbers: set[int], names: set[str]
+) -> Face:
     lower, upper = (np.array(bound) for bound in gmsh.model.getParametrizationBounds(2, tag))
     grid = [lower + (upper - lower) * (i, j) for j in (0.5, 0.1, 0.9) for i in (0.5, 0.1, 0.9)]
     # Those of a face are turned out of the solid that it was made for.
@@ -174,7 +177,7 @@ def linked(groups: Sequence[Iterable[int]]) -> list[int]:
             owners.setdefault(member, []).append(number)
     pairs = [(known[0], other) for known in owners.values() for other in known[1:]]
     one, other = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
-    return connected(one, other, len(sets)).tolist()
+    return [int(number) for number in connected(one, other, len(sets))]
 
 
 def shells(faces: Sequence[Face]) -> tuple[list[Face], list[list[Face]]]:

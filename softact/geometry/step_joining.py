@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
+from types import ModuleType
 
 import numpy as np
 
@@ -20,7 +21,7 @@ SAME_AREA = 1e-6  # relative
 
 
 def join(
-    gmsh, solids: Sequence[Solid], names: Sequence[str]
+    gmsh: ModuleType, solids: Sequence[Solid], names: Sequence[str]
 ) -> tuple[list[Solid], dict[int, list[int]]]:
     """Give solids that touch a common face; returns the solids with their new tags, and face of a
     solid when it was read -> its pieces now.
@@ -51,7 +52,9 @@ def _words(error: Exception) -> str:
     return " ".join(str(error).split())
 
 
-def _refuse_overlap(gmsh, pieces: Sequence[list[tuple[int, int]]], names: Sequence[str]) -> None:
+def _refuse_overlap(
+    gmsh: ModuleType, pieces: Sequence[list[tuple[int, int]]], names: Sequence[str]
+) -> None:
     for (i, one), (j, other) in combinations(enumerate(pieces), 2):
         if common := set(one) & set(other):
             volume = sum(gmsh.model.occ.getMass(*piece) for piece in common)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 
@@ -42,7 +43,9 @@ class StepPart:
     faces: tuple[Face, ...]
 
     @classmethod
-    def read(cls, gmsh, path: Path, unit: str | None, separate: bool, mesh_size: float) -> StepPart:
+    def read(
+        cls, gmsh: ModuleType, path: Path, unit: str | None, separate: bool, mesh_size: float
+    ) -> StepPart:
         """Put the solids of a file into gmsh's current model, in mm.
 
         unit: of length, where the file says it wrong or not at all. separate: whether solids that

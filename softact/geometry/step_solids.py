@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from types import ModuleType
 
 import numpy as np
 
@@ -27,7 +28,7 @@ class Solid:
     face_names: tuple[str, ...]
 
 
-def named(gmsh, bodies: Sequence[Body], scale: float | None) -> list[Solid]:
+def named(gmsh: ModuleType, bodies: Sequence[Body], scale: float | None) -> list[Solid]:
     """The solids of gmsh's current model, in mm, with the names that the file gives them.
 
     bodies: in the order of the file. scale: mm of the file's unit, None where it has several. A
@@ -60,7 +61,7 @@ def _one(fitting: list[Body], in_order: Body | None) -> Body | None:
     return fitting[0] if fitting and all(body == fitting[0] for body in fitting) else None
 
 
-def _corners(gmsh, face: int) -> np.ndarray:
+def _corners(gmsh: ModuleType, face: int) -> np.ndarray:
     tags = {tag for _, tag in gmsh.model.getBoundary([(2, face)], oriented=False, recursive=True)}
     return np.array([gmsh.model.getValue(0, tag, []) for tag in sorted(tags)]).reshape(-1, 3)
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cache
 from itertools import permutations, product
+from types import ModuleType
 
 import numpy as np
 
@@ -94,7 +95,7 @@ class Pieces:
     of: (dimension, tag) -> its pieces.
     """
 
-    def __init__(self, gmsh, dimension: int, k: int):
+    def __init__(self, gmsh: ModuleType, dimension: int, k: int):
         tags, coordinates, _ = gmsh.model.mesh.getNodes()
         number = np.zeros(int(tags.max(initial=0)) + 1, dtype=np.int64)
         number[tags] = np.arange(len(tags))
@@ -111,7 +112,7 @@ class Pieces:
         self.of = dict(zip(found, cut, strict=True))
         self._bulge(gmsh, dimension)
 
-    def _bulge(self, gmsh, dimension: int) -> None:
+    def _bulge(self, gmsh: ModuleType, dimension: int) -> None:
         """Move points onto curves and surfaces, and those inside with them."""
         moved, fixed = np.zeros_like(self.points), np.zeros(len(self.points), dtype=bool)
         for d in range(dimension - 1, 0, -1):  # curves last: their points are on surfaces, too
@@ -145,7 +146,7 @@ def _spread(cells: np.ndarray, moved: np.ndarray, fixed: np.ndarray) -> np.ndarr
     return moved
 
 
-def fill(gmsh, size: float, k: int) -> None:
+def fill(gmsh: ModuleType, size: float, k: int) -> None:
     """Mesh the solid in the current gmsh model with tetrahedra of about ``size`` (mm), at least
     ``k`` through each wall once they are cut into ``k``."""
     # Only the size counts: gmsh's own defaults differ from version to version.
@@ -157,7 +158,7 @@ def fill(gmsh, size: float, k: int) -> None:
     gmsh.model.mesh.optimize("")
 
 
-def cut_mesh(gmsh, k: int) -> None:
+def cut_mesh(gmsh: ModuleType, k: int) -> None:
     """Put the tetrahedra of the current gmsh model, cut into ``k`` along each edge, and its named
     groups into a new, discrete model; nothing where k is 1 or there are none.
 
@@ -181,7 +182,7 @@ def cut_mesh(gmsh, k: int) -> None:
         add_mesh(gmsh, cut.points, solids, surfaces)
 
 
-def _groups(gmsh) -> tuple[dict[str, list[int]], dict[int, set[str]]]:
+def _groups(gmsh: ModuleType) -> tuple[dict[str, list[int]], dict[int, set[str]]]:
     """Tags of the solids by name of their group, and names of each surface's groups."""
     regions: dict[str, list[int]] = {}
     names: dict[int, set[str]] = {}

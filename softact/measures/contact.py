@@ -1,20 +1,26 @@
 """What presses on the actuator from outside, and how well contact keeps the gap closed."""
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from softact.measures.base import Measure, vector_columns
 
+if TYPE_CHECKING:
+    from softact.measures.snapshot import Snapshot
 
-def _whole(snapshot, force) -> np.ndarray:
+
+def _whole(snapshot: Snapshot, force) -> np.ndarray:
     """Force on the whole actuator from that on the part that was meshed."""
     for plane in snapshot.layout.symmetry.values():
         force = np.where(np.arange(3) == plane, 0.0, 2.0) * force
     return force
 
 
-def _evaluate(snapshot):
+def _evaluate(snapshot: Snapshot):
     contacts, state = snapshot.model.contacts, snapshot.state
     columns: dict[str, float] = {}
     blocked, worst = None, 0.0

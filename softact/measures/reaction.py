@@ -1,11 +1,18 @@
 """What supports exert on the actuator."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from softact.measures.base import Measure, vector_columns
 
+if TYPE_CHECKING:
+    from softact.measures.snapshot import Snapshot
 
-def _evaluate(snapshot):
+
+def _evaluate(snapshot: Snapshot):
     layout, columns = snapshot.layout, {}
     origin = np.asarray(layout.origin)
     if layout.clamp and snapshot.held(layout.clamp):

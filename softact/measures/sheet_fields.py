@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from softact.materials.tensors import symmetric
 from softact.mesh.triangles import MEMBRANE_RULE, average, shape_functions
 
+if TYPE_CHECKING:
+    from softact.model import Model
 
-def _at_nodes(model, values_of) -> np.ndarray:
+
+def _at_nodes(model: Model, values_of) -> np.ndarray:
     """Area-weighted nodal means (nodes, k) of values (k, q, ...) at the quadrature points."""
     count, sums, weights = len(model.nodes.places), 0.0, 0.0
     for part in model.sheets.values():
@@ -29,7 +34,7 @@ def _to_nodes(nodes: int) -> np.ndarray:
     return places @ np.linalg.inv(shape_functions(MEMBRANE_RULE[0], 3))
 
 
-def sheet_stress(model, state) -> np.ndarray:
+def sheet_stress(model: Model, state) -> np.ndarray:
     """Cauchy stress (nodes, 6), MPa."""
 
     def values(part):
@@ -39,7 +44,7 @@ def sheet_stress(model, state) -> np.ndarray:
     return _at_nodes(model, values)
 
 
-def sheet_stretch(model, state) -> np.ndarray:
+def sheet_stretch(model: Model, state) -> np.ndarray:
     """Largest principal stretch in the sheets (nodes,)."""
 
     def values(part):
@@ -48,7 +53,7 @@ def sheet_stretch(model, state) -> np.ndarray:
     return np.sqrt(np.maximum(_at_nodes(model, values)[:, 0], 0.0))
 
 
-def sheet_wrinkles(model, state) -> np.ndarray | None:
+def sheet_wrinkles(model: Model, state) -> np.ndarray | None:
     """0 taut, 1 wrinkled, 2 slack (nodes,), means; None where no sheet has a tension field."""
     if not any(part.sheet.tension_field for part in model.sheets.values()):
         return None

@@ -7,11 +7,18 @@ percent of the volume exceeds does, and the part of the volume that changes by m
 These are looked at in the quadrature points; an element may be folded at a corner beside them.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from softact.materials.tensors import determinant
 from softact.measures.base import Measure, vector_columns
 from softact.measures.failure import exceeded
+
+if TYPE_CHECKING:
+    from softact.measures.snapshot import Snapshot
 
 #: Bulk by shear modulus from which on a material hardly changes its volume (ν > 0.45).
 INCOMPRESSIBLE = 10.0
@@ -26,7 +33,7 @@ PERCENTILE_COLUMN = "volume_change_p99"
 JACOBIAN_COLUMN = "jacobian_min"
 
 
-def _evaluate(snapshot):
+def _evaluate(snapshot: Snapshot):
     value, place = snapshot.largest(snapshot.max_principal_stretch)
     columns = {"max_principal_stretch": value}
     columns |= vector_columns("max_principal_stretch_<xyz>_mm", place)
@@ -35,13 +42,13 @@ def _evaluate(snapshot):
     return columns | _volume_change(snapshot) | _smallest_jacobian(snapshot)
 
 
-def _smallest_jacobian(snapshot) -> dict[str, float]:
+def _smallest_jacobian(snapshot: Snapshot) -> dict[str, float]:
     worst = snapshot.smallest_jacobian
     columns = {JACOBIAN_COLUMN: worst.jacobian}
     return columns | vector_columns(f"{JACOBIAN_COLUMN}_<xyz>_mm", np.array(worst.place))
 
 
-def _volume_change(snapshot) -> dict[str, float]:
+def _volume_change(snapshot: Snapshot) -> dict[str, float]:
     model, comm = snapshot.model, snapshot.model.comm
     largest, place, grown, whole = 0.0, np.zeros(3), 0.0, 0.0
     changes, volumes, beyond = [np.zeros(0)], [np.zeros(0)], 0.0
@@ -61,10 +68,10 @@ def _volume_change(snapshot) -> dict[str, float]:
     columns = {"volume_change_max": largest}
     columns |= vector_columns("volume_change_max_<xyz>_mm", place)
     columns["volume_change_mean"] = model.sum(grown) / model.sum(whole)
-    volume = np.concatenate(volumes)
-    kept = model.sum(float(volume.sum()))
+    kept_by = np.concatenate(volumes)
+    kept = model.sum(float(kept_by.sum()))
     if kept:
-        columns[PERCENTILE_COLUMN] = exceeded(comm, np.concatenate(changes), volume, SHARE)
+        columns[PERCENTILE_COLUMN] = exceeded(comm, np.concatenate(changes), kept_by, SHARE)
         columns[BEYOND_COLUMN] = 100 * model.sum(beyond) / kept
     return columns
 

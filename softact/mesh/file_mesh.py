@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from types import ModuleType
 
 import numpy as np
 
@@ -62,7 +63,7 @@ class FileMesh:
         ]
 
 
-def straight(gmsh, scale: float, tell: Callable[[str], None]) -> FileMesh:
+def straight(gmsh: ModuleType, scale: float, tell: Callable[[str], None]) -> FileMesh:
     """The named groups of gmsh's current model, of elements of any order by their corners alone.
 
     scale: mm of the model's unit. tell: receives a line where nodes on edges are left out that
@@ -94,7 +95,7 @@ def straight(gmsh, scale: float, tell: Callable[[str], None]) -> FileMesh:
     )
 
 
-def _elements(gmsh) -> Iterator[tuple[int, str, np.ndarray, np.ndarray]]:
+def _elements(gmsh: ModuleType) -> Iterator[tuple[int, str, np.ndarray, np.ndarray]]:
     """Dimension, group, node tags (m, nodes) and local coordinates (nodes, dimension)."""
     for dimension, group in gmsh.model.getPhysicalGroups():
         if dimension not in CORNERS:

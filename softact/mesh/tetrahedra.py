@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from softact.errors import MeshError, SoftactError
 from softact.mesh import leaks
 from softact.mesh.layout import Layout
 from softact.mesh.sheets import SheetMesh, on_facets
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 # Local facet f of a tetrahedron is the one opposite to its vertex f (UFC numbering).
 FACET_VERTICES = np.array([[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]])
@@ -38,7 +41,7 @@ class Mesh:
     region: np.ndarray
     facets: dict[str, np.ndarray]
     cell_count: int
-    comm: Any
+    comm: MPI.Comm
     sheets: SheetMesh | None = None
 
 
@@ -134,7 +137,7 @@ def check_closed(tets: Tetrahedra, layout: Layout) -> None:
             raise MeshError(f"{told}; close it, or use surface_pressure")
 
 
-def distribute(comm, load: Callable[[], Tetrahedra], layout: Layout) -> Mesh:
+def distribute(comm: MPI.Comm, load: Callable[[], Tetrahedra], layout: Layout) -> Mesh:
     """Spread a mesh over all processes of ``comm``; ``load`` is called on rank 0 only."""
     tets, region, located = _on_root(comm, lambda: _prepare(load(), layout))
     if comm.rank == 0:
@@ -152,13 +155,13 @@ def distribute(comm, load: Callable[[], Tetrahedra], layout: Layout) -> Mesh:
     return Mesh(domain, layout, region[original], facets, len(region), comm, sheets)
 
 
-def of_sheets(comm, sheets: SheetMesh, layout: Layout) -> Mesh:
+def of_sheets(comm: MPI.Comm, sheets: SheetMesh, layout: Layout) -> Mesh:
     """A mesh without a solid, for one process."""
     none = np.empty(0, np.int32)
     return Mesh(None, layout, none, {}, len(sheets.triangles), comm, sheets)
 
 
-def _covering(comm, tets: Tetrahedra, located, layout: Layout) -> SheetMesh:
+def _covering(comm: MPI.Comm, tets: Tetrahedra, located, layout: Layout) -> SheetMesh:
     """The sheets that lie on a solid."""
     if comm.size > 1:
         raise MeshError("sheets on a solid: for one process only")
@@ -175,7 +178,7 @@ def _prepare(tets: Tetrahedra, layout: Layout):
     return tets, tets.region, _locate_facets(tets)
 
 
-def _on_root(comm, work):
+def _on_root(comm: MPI.Comm, work):
     """What ``work`` returns on rank 0 (its first part stays there), on all processes.
 
     Its error is raised on all as well.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.sparse
@@ -53,7 +54,7 @@ class Triangles:
     nodes: np.ndarray
     places: np.ndarray
     dofs: np.ndarray
-    table: object
+    table: Any
 
     @property
     def sides(self) -> tuple[np.ndarray, np.ndarray]:

@@ -75,7 +75,7 @@ def html(trials: Trials, table: list[dict]) -> str:
         kind="optimisation",
         data={"packed": packed(_designs(trials))},
         template="optimise/optimise_page.html",
-        told=wanted,
+        study=wanted,
         count=_count(table),
         best=_best(trials, best) if best else "",
         number=best[-1].number if best else None,

@@ -157,7 +157,7 @@ def html(names: Sequence[str], runs: Sequence[Results], wanted: Sequence[str] = 
         "Comparison",
         sections,
         kicker=f"{len(runs)} runs of softact",
-        template="report/compare.html",
+        template="report/compare_page.html",
         names=names,
         verdicts=_verdicts(names, verdicts),
         damages=base.banner("warn", "Files are damaged.", "", damages) if damages else "",

@@ -4,7 +4,7 @@ from softact.report.base import Plot, figures
 from softact.results.folder import Results
 
 
-def told(results: Results) -> dict:
+def summary(results: Results) -> dict:
     """How many increments were tried and failed, the iterations in all, and plots of iterations and
     residuals."""
     history = _attempts(results)

@@ -79,7 +79,7 @@ def html(
         count=count.lower(),
         states=_image(results.directory / "states.png", f"The actuator: {count.lower()}"),
         curves=base.figures(_plots(results)),
-        history=history.told(results),
+        history=history.summary(results),
         assumptions=origin.assumptions(spec),
         resolved=results.spec_yaml,
         provenance=origin.provenance(results),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from softact.bodies import BODIES
 from softact.bodies.layer import BondedLayer
@@ -22,10 +22,13 @@ from softact.spec import Spec
 from softact.spec.path import joined, leaves
 from softact.system.term import Value
 
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
 NO_PARAMETERS = ("description", "source", "assumptions", "measures")  # of a spec: no values
 
 
-def build_model(comm, spec, mesh_file: Path):
+def build_model(comm: MPI.Comm, spec: Spec, mesh_file: Path):
     """The ``Model`` of a spec on a mesh. Collective."""
     layout = spec.geometry.layout()
     if layout.regions:
@@ -45,13 +48,13 @@ def build_model(comm, spec, mesh_file: Path):
     )
 
 
-def _more(spec) -> dict[str, Any]:
+def _more(spec: Spec) -> dict[str, Any]:
     """What bodies of further kinds are made of."""
     values = {key: getattr(spec, key) for key, kind in BODIES.items() if kind.annotation}
     return {key: BODIES[key].parts(value) for key, value in values.items() if value is not None}
 
 
-def _held(tets: Tetrahedra, layout: Layout, spec) -> Tetrahedra:
+def _held(tets: Tetrahedra, layout: Layout, spec: Spec) -> Tetrahedra:
     refuse_loose(tets, layout, spec)
     return tets
 
@@ -76,7 +79,7 @@ def _turn(turn) -> Turn | None:
     return turn and Turn(turn.axis, turn.angle, turn.about)
 
 
-def _springs(spec) -> list[Spring]:
+def _springs(spec: Spec) -> list[Spring]:
     return [
         Spring(s.surface, tuple(s.spring.get(c, 0.0) for c in "xyz"))
         for s in spec.supports
@@ -84,23 +87,23 @@ def _springs(spec) -> list[Spring]:
     ]
 
 
-def _obstacles(spec):
+def _obstacles(spec: Spec):
     return [
         Obstacle(name, o.shape(), o.friction, o.active, o.load_cell, o.surfaces)
         for name, o in spec.obstacles.items()
     ]
 
 
-def _touching(spec):
+def _touching(spec: Spec):
     return [Touching(c.name, c.groups, c.friction, c.distance) for c in spec.contact]
 
 
-def load_steps(spec, model) -> list[LoadStep]:
+def load_steps(spec: Spec, model: Model) -> list[LoadStep]:
     """The ``LoadStep``s of a spec on its model. Collective."""
     return [_load_step(step, model) for step in spec.steps]
 
 
-def _load_step(step, model) -> LoadStep:
+def _load_step(step, model: Model) -> LoadStep:
     loads: dict[str, Mapping[str, Value]] = {}
     for key, value in step.loads.items():
         loads |= LOADS[key].ends(value, model)

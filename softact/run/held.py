@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,10 +12,13 @@ from softact.mesh.components import components, gap, part_names
 from softact.mesh.layout import Layout
 from softact.mesh.tetrahedra import Tetrahedra
 
+if TYPE_CHECKING:
+    from softact.spec import Spec
+
 FREE = 1e-10  # of the stiffest motion: what is softer is not held
 
 
-def refuse_loose(tets: Tetrahedra, layout: Layout, spec) -> None:
+def refuse_loose(tets: Tetrahedra, layout: Layout, spec: Spec) -> None:
     """Raise SpecError where a part of a mesh can move or turn as a whole in some step of a spec.
 
     Parts that may touch something, or on which a sheet lies, are left to the solver.
@@ -36,7 +40,7 @@ def refuse_loose(tets: Tetrahedra, layout: Layout, spec) -> None:
         raise SpecError(*faults)
 
 
-def _touching(layout: Layout, spec) -> set[str]:
+def _touching(layout: Layout, spec: Spec) -> set[str]:
     """Surfaces that obstacles, other surfaces or sheets may hold."""
     found = set(layout.covers.values())
     for obstacle in spec.obstacles.values():
@@ -46,7 +50,7 @@ def _touching(layout: Layout, spec) -> set[str]:
     return found & set(layout.surfaces)
 
 
-def _sets_of_supports(spec) -> Iterable[tuple[str, Sequence]]:
+def _sets_of_supports(spec: Spec) -> Iterable[tuple[str, Sequence]]:
     """The supports at the start and those of each step that has its own, with the step's name."""
     steps = [(step.name, step.supports) for step in spec.steps if step.supports is not None]
     first = spec.steps[0].supports if spec.steps else None

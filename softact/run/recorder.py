@@ -6,6 +6,7 @@ import resource
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,6 +25,10 @@ from softact.solve.walk import Trying
 from softact.spec import plausible
 from softact.verdict.judge import AMBER, RED, Reason, Verdict, judge
 
+if TYPE_CHECKING:
+    from softact.model import Model
+    from softact.spec import Spec
+
 # Seconds without an event after which it is told what the solver tries.
 SILENCE = 5.0
 
@@ -36,8 +41,8 @@ class Recorder:
 
     def __init__(
         self,
-        spec,
-        model,
+        spec: Spec,
+        model: Model,
         writer,
         tell: Callable[[dict], None],
         start,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from softact.errors import DamagedResultError, SpecError
 from softact.files.restart import RESTART, of_another_version, unseal
@@ -12,6 +13,9 @@ from softact.geometry.base import Geometry
 from softact.geometry.imported import Imported, mesh_digest
 from softact.results.folder import COMPLETE, INCOMPLETE, read_run
 from softact.verdict.judge import Verdict, from_data
+
+if TYPE_CHECKING:
+    from softact.spec import Spec
 
 # What a resumed run may have changed: texts, and what comes after its last increment.
 _FREE = {"name", "description", "source", "assumptions", "steps"}
@@ -26,12 +30,12 @@ class Interrupted:
     steps: list[dict]
     verdict: Verdict | None
 
-    def finished_as(self, spec) -> bool:
+    def finished_as(self, spec: Spec) -> bool:
         """Whether nothing is left to solve."""
         return self.status == COMPLETE and self.steps == identity(spec)["steps"]
 
 
-def identity(spec) -> dict:
+def identity(spec: Spec) -> dict:
     """What a run is the run of: its spec as plain data, and what is in the file that it names."""
     data = spec.model_dump(mode="json", exclude_none=True)
     if hasattr(spec.geometry, "content"):
@@ -39,7 +43,7 @@ def identity(spec) -> dict:
     return data
 
 
-def to_resume(spec, directory: Path) -> Interrupted | None:
+def to_resume(spec: Spec, directory: Path) -> Interrupted | None:
     """The run in a folder; None where there is nothing to go on from.
 
     Raises SpecError where it is the run of another spec, DamagedResultError where the file from

@@ -31,6 +31,7 @@ from softact.verdict.judge import from_data as verdict_of
 
 if TYPE_CHECKING:
     from softact.measured.curve import Measured
+    from softact.spec import Spec
 
 # Events that ``progress`` receives: {"stage": "mesh"}; {"stage": "solve", "cells", "unknowns"};
 # {"stage": "increment", "step", "fraction", "iterations", ... and the row of curve.csv};
@@ -58,7 +59,7 @@ class Outcome:
 
 
 def run(
-    spec,
+    spec: Spec,
     directory: Path,
     processes: int = 1,
     progress: Progress | None = None,
@@ -137,7 +138,7 @@ def _remember(directory: Path, measured: Sequence[Measured]) -> None:
         remember(directory, measured)
 
 
-def usual_processes(spec) -> int:
+def usual_processes(spec: Spec) -> int:
     """How many MPI processes a run takes where nobody says: the cores, up to two, beyond which
     little is gained; one where contact between surfaces or sheets leave no choice."""
     return 1 if spec.contact or spec.sheets else min(2, len(os.sched_getaffinity(0)))

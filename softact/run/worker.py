@@ -15,20 +15,25 @@ import time
 import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
 from softact.errors import OUT_OF_MEMORY, SoftactError
 from softact.files.text import digest
 
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from softact.spec import Spec
+
 PETSC_OUT_OF_MEMORY = 55
 _BLAS_BUFFER = 1 << 27  # bytes that OpenBLAS asks for on x86-64
 
 
 def solve(
-    comm,
-    spec,
+    comm: MPI.Comm,
+    spec: Spec,
     mesh_file: Path,
     directory: Path,
     times: dict,
@@ -72,7 +77,7 @@ def solve(
     return recorder.run(times, start, begin)
 
 
-def _writer(comm, spec, directory: Path, known: dict, start):
+def _writer(comm: MPI.Comm, spec: Spec, directory: Path, known: dict, start):
     """The writer of the result folder, on rank 0: a new one, or that of the run to go on with.
 
     Raises DamagedResultError, on all processes, where that run's fields cannot be used.
@@ -186,7 +191,7 @@ def main(job_file: str, parent: str | None = None) -> int:
     return 0 if status == "complete" else 4
 
 
-def _abort_without_memory(comm) -> NoReturn:
+def _abort_without_memory(comm: MPI.Comm) -> NoReturn:
     print_event({"stage": "error", "exit_code": 70, "lines": [OUT_OF_MEMORY]})
     comm.Abort(70)
     raise AssertionError  # Abort does not return

@@ -20,12 +20,12 @@ from softact.spec import card_files, overrides
 from softact.spec.choice import MaterialChoice
 from softact.spec.faults import validated
 from softact.spec.kinds import expect, read_as
-from softact.spec.models import Spec, SpecBase
+from softact.spec.models import Spec
 from softact.spec.path import assign, replaced
 from softact.spec.slots import walk
 
 
-def load(path: str | Path, overrides: Sequence[str] = ()) -> SpecBase:
+def load(path: str | Path, overrides: Sequence[str] = ()) -> Spec:
     """Read the spec in a YAML file; ``overrides`` are ``path=value`` and win over the file.
 
     Raises SpecError with one line per fault, ``file:line: path: what is wrong; what is right``.
@@ -33,7 +33,7 @@ def load(path: str | Path, overrides: Sequence[str] = ()) -> SpecBase:
     return spec_at(opened(path, overrides))
 
 
-def loads(text: str, name: str = "spec", overrides: Sequence[str] = ()) -> SpecBase:
+def loads(text: str, name: str = "spec", overrides: Sequence[str] = ()) -> Spec:
     """Return the spec in YAML text; ``name`` stands for the file in messages. See ``load``.
 
     Files that it names count from the working folder.
@@ -71,7 +71,7 @@ def part(source: Document, key: str, name: str) -> Document:
     return found
 
 
-def spec_at(source: Document, changes: Iterable[tuple[str, Any]] = ()) -> SpecBase:
+def spec_at(source: Document, changes: Iterable[tuple[str, Any]] = ()) -> Spec:
     """Return the spec that a document holds, with values at paths replaced; it stays as it is.
 
     Raises SpecError with one line per fault.

@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, get_args
 
 from pydantic import (
     BaseModel,
@@ -210,7 +210,15 @@ def step_model(loads: Mapping[str, Load]) -> type[StepBase]:
     return create_model("Step", __base__=StepBase, __doc__=StepBase.__doc__, **fields)
 
 
-Step = step_model(LOADS)
+if TYPE_CHECKING:
+
+    class Step(StepBase):
+        """The keys of loads are known when the registry is read, not before."""
+
+        def __getattr__(self, name: str) -> Any: ...
+
+else:
+    Step = step_model(LOADS)
 
 
 USUAL = Settings()
@@ -367,7 +375,15 @@ def spec_model(bodies: Mapping[str, BodyKind]) -> type[SpecBase]:
     return create_model("Spec", __base__=SpecBase, __doc__=SpecBase.__doc__, **fields)
 
 
-Spec = spec_model(BODIES)
+if TYPE_CHECKING:
+
+    class Spec(SpecBase):
+        """The keys of bodies are known when the registry is read, not before."""
+
+        def __getattr__(self, name: str) -> Any: ...
+
+else:
+    Spec = spec_model(BODIES)
 
 
 def _named(data: Any) -> Any:

@@ -49,7 +49,7 @@ def html(
         kind="sweep",
         data={"packed": packed(page_data(study, table))},
         template="sweep/sweep_page.html",
-        told=sweep,
+        study=sweep,
         points=points_banner(table),
         download=base.download("sweep.csv", csv, text="All rows as CSV"),
     )

@@ -87,7 +87,8 @@ class Assembler:
         self.unknowns = unknowns
         self.library = jit.load_library(unknowns.comm, Path(__file__).with_name("_assembly.c"))
         self.library.assemble_scalar.restype = ctypes.c_double
-        self.geometry_nodes, self.points = np.empty((0, 4), np.int32), np.empty((0, 3))
+        self.geometry_nodes: np.ndarray = np.empty((0, 4), np.int32)
+        self.points: np.ndarray = np.empty((0, 3))
         if mesh.domain is not None:
             self.geometry_nodes = np.ascontiguousarray(
                 compat.geometry_dofs(mesh.domain), dtype=np.int32

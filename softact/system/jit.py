@@ -20,9 +20,13 @@ import subprocess
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from softact.errors import SoftactError
 from softact.files.streams import UTF8
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 _CHECKSUM = hashlib.sha256().digest_size
 
@@ -85,13 +89,13 @@ def _machine() -> str:
     return hashlib.sha256(repr(key).encode()).hexdigest()[:12]
 
 
-def load_library(comm, source: Path) -> ctypes.CDLL:
+def load_library(comm: MPI.Comm, source: Path) -> ctypes.CDLL:
     """Compile one C file to a shared library (rank 0, once per machine) and load it."""
     text = source.read_text(encoding="utf-8")
     return _load(comm, source.stem, text, lambda: text)
 
 
-def load_kernels(comm, module, name: str, *arguments) -> tuple[ctypes.c_void_p, ...]:
+def load_kernels(comm: MPI.Comm, module, name: str, *arguments) -> tuple[ctypes.c_void_p, ...]:
     """Addresses of the element kernels of the forms that ``module.name(*arguments)`` returns.
 
     Each form has one integral. The kernels have the signature ufcx_tabulate_tensor_float64.
@@ -142,7 +146,7 @@ def _function(source: str, name: str) -> str:
     raise ValueError(f"{name} has no end")
 
 
-def _load(comm, name: str, key: str, generate: Callable[[], str]) -> ctypes.CDLL:
+def _load(comm: MPI.Comm, name: str, key: str, generate: Callable[[], str]) -> ctypes.CDLL:
     digest = hashlib.sha256(key.encode()).hexdigest()[:16]
     library = failure = None
     try:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from softact.system.unknowns import Unknowns
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 
 @dataclass(frozen=True)
@@ -19,7 +22,7 @@ class Nodes:
     many are this process's own. dofs: (n, 3) local unknowns. blocks: (n,) blocks of the unknowns.
     """
 
-    comm: Any
+    comm: MPI.Comm
     places: np.ndarray
     number: np.ndarray
     owned: int

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import functools
+from typing import TYPE_CHECKING
 
 import numpy as np
 from petsc4py import PETSc
 
 from softact import compat
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 
 class Unknowns:
@@ -22,7 +26,7 @@ class Unknowns:
     number: (local,) global number of each.
     """
 
-    def __init__(self, comm, spaces, loose: int = 0):
+    def __init__(self, comm: MPI.Comm, spaces, loose: int = 0):
         self.comm = comm
         self.spaces = list(spaces)
         sizes = [s.dofmap.index_map_bs for s in self.spaces]
