@@ -23,6 +23,8 @@ from softact.cli import main as cli
 from softact.units import one_line, printable
 
 CODES = (0, 1, 2, 3, 4)
+#: Those that answer a question, with 1 for no.
+ASKING = ("check", "converge", "sweep")
 REFUSED = 2
 #: What Python says, and no program should.
 PYTHON = re.compile(
@@ -65,7 +67,7 @@ def faults(arguments: Sequence[str], ended: Ended, before: dict, after: dict) ->
     if ended.code is None:
         return ["hangs"]
     found = []
-    if ended.code not in CODES:
+    if ended.code not in CODES or (ended.code == 1 and arguments[0] not in ASKING):
         found.append(f"exit code {ended.code}")
     said = PYTHON.search(ended.out + ended.err)
     if said:
@@ -100,7 +102,7 @@ def _says_where(line: str, arguments: Sequence[str]) -> bool:
     """Whether a line names a file, an option or a word of the call."""
     if re.search(r"--?[\w-]+\b|\w\.(yaml|csv|json|h5|npz|db)\b|\bcommand\b|\bword \d|'.*'", line):
         return True
-    words = [word for argument in arguments for word in argument.split("=", 1)]
+    words = [word for whole in arguments for word in (whole, *whole.split("=", 1))]
     return any(said(word) in line for word in words if word for said in (one_line, printable))
 
 

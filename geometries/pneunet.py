@@ -208,7 +208,7 @@ class Pneunet(Geometry):
         ends = [start + row.chamber_length for start in starts]
         wide, inside = self.chamber_width / 2 + self.outer_wall, self.chamber_width / 2
 
-        def box(name, x0, x1, half_width, z0, z1):
+        def box(name: str, x0: float, x1: float, half_width: float, z0: float, z1: float):
             y0 = 0.0 if self.symmetry else -half_width
             return Box(name, (x0, y0, z0), (x1, half_width, z1))
 

@@ -49,7 +49,7 @@ class ThickSphere(Geometry):
         a, b = self.inner_radius, self.outer_radius
         return {"body": pi / 6 * (b**3 - a**3), "cavity": pi / 6 * a**3, "outer": pi / 2 * b**2}
 
-    def wall_normal(self, region, points):
+    def wall_normal(self, region: str, points: np.ndarray):
         """Along the radius."""
         return points
 

@@ -48,7 +48,7 @@ def fault(message: str) -> PydanticCustomError:
 
 def fault_at(place: tuple[str | int, ...], message: str, value: Any = None) -> ValidationError:
     """Return an error about ``place``, seen from the value that is validated."""
-    details = InitErrorDetails(type=fault(message), loc=place, input=value)
+    details: InitErrorDetails = {"type": fault(message), "loc": place, "input": value}
     return ValidationError.from_exception_data("spec", [details])
 
 
@@ -91,8 +91,7 @@ def _gravity(value: Any) -> tuple[float, float, float]:
             f"{show(list(values))} without unit counts in g; for accelerations write units, "
             "for example [0 m/s^2, 0 m/s^2, -9.81 m/s^2]"
         )
-    x, y, z = (STANDARD_GRAVITY * entry for entry in values)
-    return x, y, z
+    return tuple(STANDARD_GRAVITY * entry for entry in values)
 
 
 def _acceleration(index: int, value: Any) -> float:

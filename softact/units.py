@@ -198,10 +198,7 @@ def is_utf8(text: str) -> bool:
 
 def dimension_of(annotation: Any) -> Dimension | None:
     """Return the dimension of an annotation or of a pydantic ``FieldInfo``, None if it has none."""
-    for entry in (
-        *getattr(annotation, "__metadata__", ()),
-        *getattr(annotation, "metadata", ()),
-    ):
+    for entry in getattr(annotation, "__metadata__", getattr(annotation, "metadata", ())):
         if isinstance(entry, Dimension):
             return entry
     for part in getattr(annotation, "__args__", ()):

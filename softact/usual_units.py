@@ -6,7 +6,7 @@ spec: the command, and the solver of each run. A test compares every factor with
 
 from fractions import Fraction
 
-_WRITTEN: dict[str, dict[str, int | str | Fraction]] = {
+_SIZES: dict[str, dict[str, int | str | Fraction]] = {
     "mm": {"mm": 1, "m": 1000, "cm": 10, "um": "1/1000", "µm": "1/1000", "in": "254/10"},
     "MPa": {"MPa": 1, "kPa": "1/1000", "GPa": 1000, "Pa": "1e-6", "bar": "1/10",
             "N/mm^2": 1, "N/mm²": 1, "mbar": "1e-4"},
@@ -25,5 +25,5 @@ _WRITTEN: dict[str, dict[str, int | str | Fraction]] = {
 #: Internal unit -> unit -> how many of the internal unit it is.
 USUAL: dict[str, dict[str, Fraction]] = {
     internal: {unit: Fraction(factor) for unit, factor in units.items()}
-    for internal, units in _WRITTEN.items()
+    for internal, units in _SIZES.items()
 }

@@ -51,6 +51,7 @@ def test_the_judges_see_what_is_wrong():
     assert judged() == []
     assert judged(code=None) == ["hangs"]
     assert judged(code=70) == ["exit code 70"]
+    assert judged(code=1) == ["exit code 1"]
     assert judged(err="a.yaml: is wrong\nTraceback (most recent call last):") != []
     assert judged(err="") == ["says nothing", "refuses without a line on stderr"]
     assert judged(err="something is wrong") == ["does not say where"]

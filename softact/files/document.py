@@ -67,8 +67,8 @@ class Document:
 
     def copy(self) -> Self:
         """Return a copy that may be changed."""
-        lines, overridden = dict(self.lines), dict(self.overridden)
-        return replace(self, data=copy.deepcopy(self.data), lines=lines, overridden=overridden)
+        data, lines = copy.deepcopy(self.data), dict(self.lines)
+        return replace(self, data=data, lines=lines, overridden=dict(self.overridden))
 
 
 def item(value: Any, key: str | int) -> Any:

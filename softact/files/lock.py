@@ -102,7 +102,8 @@ def _born(directory: Path, first: Mapping[str, str]) -> tuple[int, list[Path]]:
     try:
         nursery.mkdir(parents=True)
         handle = _opened(nursery / LOCK)
-        assert handle is not None  # nobody else knows the folder
+        if handle is None:
+            raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN), nursery)
         for name, text in first.items():
             (nursery / name).write_text(text, encoding="utf-8")
         nursery.rename(directory)

@@ -70,7 +70,14 @@ def read_columns(
     return Columns(heading.line, values, tuple(messages + lost))
 
 
-def _heading(path, rows, blocks, columns, given, command) -> tuple[Heading, Block]:
+def _heading(
+    path: Path,
+    rows: Sequence[Row],
+    blocks: Sequence[Block],
+    columns: Sequence[str],
+    given: Sequence[str] | None,
+    command: str,
+) -> tuple[Heading, Block]:
     """The row that names most columns of a run, and the numbers under it."""
     main = largest(blocks)
     if given is not None:

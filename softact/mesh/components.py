@@ -45,8 +45,7 @@ def components(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
     pieces = connected(order[same] // 4, order[same + 1] // 4, len(cells))
     if pieces.max(initial=0) == 0:
         return pieces
-    one, other = _rigidly_linked(points, cells, pieces)
-    return connected(one, other, pieces.max() + 1)[pieces]
+    return connected(*_rigidly_linked(points, cells, pieces), pieces.max() + 1)[pieces]
 
 
 def connected(one: np.ndarray, other: np.ndarray, count: int) -> np.ndarray:
@@ -121,10 +120,10 @@ def gap(points: np.ndarray, cells: np.ndarray, labels: np.ndarray, label: int) -
     found = []
     for these, those in ((own, ~own), (~own, own)):
         places = points[np.unique(skin.corners[these])]
-        distances, _ = nearest_triangle(places, points[skin.corners[those]])
-        least = int(np.argmin(distances))
-        found.append((float(distances[least]), places[least]))
-    distance, where = min(found, key=lambda pair: pair[0])
-    if distance < TOUCHES * np.ptp(points, axis=0).max():
+        distance, _ = nearest_triangle(places, points[skin.corners[those]])
+        nearest = int(np.argmin(distance))
+        found.append((float(distance[nearest]), places[nearest]))
+    least, where = min(found, key=lambda pair: pair[0])
+    if least < TOUCHES * np.ptp(points, axis=0).max():
         return f"touches another near {place(where)} without being joined to it"
     return f"is joined to no other, the next is {distance:.2g} mm away at {place(where)}"

@@ -14,6 +14,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 
@@ -85,7 +86,7 @@ class Curve(dict):
         super().__init__(columns)
         self._path = path
 
-    def __missing__(self, name: str):
+    def __missing__(self, name: str) -> NoReturn:
         raise damaged(self._path, f"it has no column '{name}'")
 
 
@@ -156,6 +157,8 @@ class Results:
         one of cells. Raises DamagedResultError, also where it is not there."""
         with fields_file.opened(self.directory / FIELDS) as file:
             item = file["increments"][self.increments[number]][name]
+            if self.points is None or self.region is None:
+                raise damaged(self.directory / FIELDS, "it holds no mesh")
             counts = len(self.points), len(self.region)
             return fields_file.field(item, counts, vector=name == "displacement")
 
