@@ -79,7 +79,7 @@ def check(
     failed = [o for o in outcomes if not o.passed]
     if update:
         for outcome in failed:
-            for change in store(outcome, reason.strip()):
+            for change in store(outcome, (reason or "").strip()):
                 click.echo(f"stored  {outcome.case.name}: {change}")
         failed = [o for o in failed if o.fault or any(d.value.kind != "computed"
                                                       for d in o.differences)]  # fmt: skip

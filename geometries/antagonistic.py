@@ -5,7 +5,7 @@ Palacios-Lazo et al. (2025), Actuators 14:540. Run by itself it writes a mesh:
 """
 
 from math import acos, cos, pi, sin, sqrt
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -146,7 +146,7 @@ class Antagonistic(Corrugated):
         }
 
     def volume_tolerance(self, name: str) -> float:
-        def lost(radius):
+        def lost(radius: float):
             """Area between a circle and its polygon, at most."""
             return pi * radius**2 * lacking(radius, self.mesh_size, CIRCLE_EDGES)
 
@@ -161,14 +161,14 @@ class Antagonistic(Corrugated):
         skin = self.length * (lost(self.radius) + lost(self.midsection_radius))
         return (4 * air + skin) * (0.5 if self.symmetry else 1) / self.volumes()["body"]
 
-    def _shapes(self, occ) -> Shapes:
+    def _shapes(self, occ: Any) -> Shapes:
         """Sections of the outside, of the central walls, of chambers, channels and bores."""
         size = 2 * self.radius
 
-        def disc(radius, y=0.0, z=0.0):
+        def disc(radius: float, y: float = 0.0, z: float = 0.0):
             return [(2, occ.addDisk(y, z, 0, radius, radius))]
 
-        def cut_box(faces, start, end, angle):
+        def cut_box(faces, start: float, end: float, angle):
             """The part of faces whose distance along a direction is between start and end."""
             box = [(2, occ.addRectangle(start, -size, 0, end - start, 2 * size))]
             occ.rotate(box, 0, 0, 0, 0, 0, 1, angle)

@@ -7,7 +7,7 @@ Polygerinos et al. (2015), IEEE Transactions on Robotics 31:778. Run by itself i
 
 from math import acos, pi, sqrt
 from types import ModuleType
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field
@@ -86,7 +86,7 @@ class FiberReinforced(Geometry):
         )
 
     def volumes(self) -> dict[str, float]:
-        def above(radius, height):
+        def above(radius: float, height: float):
             """Area of a circle above a height."""
             return radius**2 * acos(height / radius) - height * sqrt(radius**2 - height**2)
 
@@ -107,7 +107,7 @@ class FiberReinforced(Geometry):
             return 1e-9
         half = 0.5 if self.symmetry else 1.0
 
-        def lost(radius, length):
+        def lost(radius: float, length: float):
             share = lacking(radius, self.mesh_size)
             return half * pi * radius**2 * share * length
 
@@ -120,10 +120,10 @@ class FiberReinforced(Geometry):
             chamber += lost(self.radius, self.length)
         return chamber / self.volumes()[name]
 
-    def _shapes(self, occ) -> Shapes:
+    def _shapes(self, occ: Any) -> Shapes:
         size = 2 * self.radius
 
-        def above(radius, height):
+        def above(radius: float, height: float):
             disc = [(2, occ.addDisk(0, 0, 0, radius, radius))]
             left = 0.0 if self.symmetry else -size
             box = [(2, occ.addRectangle(left, height, 0, size - left, size))]

@@ -8,6 +8,7 @@ import importlib.util
 import sys
 import traceback
 from collections.abc import Iterator
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from types import ModuleType
 from typing import ClassVar, Literal
@@ -79,10 +80,12 @@ class FromScript(Imported):
 
 
 def _run(path: Path, gmsh: ModuleType) -> None:
-    spec = importlib.util.spec_from_file_location("user_geometry", path)
+    loader = SourceFileLoader("user_geometry", str(path))  # whatever the case of its suffix
+    spec = importlib.util.spec_from_file_location("user_geometry", path, loader=loader)
+    assert spec is not None  # there is a loader
     module = importlib.util.module_from_spec(spec)
     try:
-        spec.loader.exec_module(module)
+        loader.exec_module(module)
         if not callable(getattr(module, "build", None)):
             raise MeshError(f"{path.name} has no function build(gmsh)")
         module.build(gmsh)

@@ -166,7 +166,7 @@ class KnitStrips(SheetGeometry):
         x = self.divided([0.0, *self._strip_edges(), self.l_i])
         lines = Lines(x, y)
         points, triangles = lines.points(), lines.triangles(mirrored=True)
-        sewn = np.zeros(len(triangles), dtype=bool)
+        sewn: np.ndarray = np.zeros(len(triangles), dtype=bool)
         if self._bends:
             free = np.flatnonzero(~self._sheet.on_rim(points))
             below = np.arange(len(points))
@@ -189,12 +189,12 @@ class KnitStrips(SheetGeometry):
             return edges[(np.abs(points[edges][:, :, axis] - value) < 1e-9).all(axis=1)]
 
         curves = {"clamp": along(0, 0.0), "tip": along(0, self.l_i)}
-        far = [along(1, self.w_i / 2)]
+        sides_far = [along(1, self.w_i / 2)]
         if self.kind == "twisting":
-            far.append(along(1, -self.w_i / 2))
+            sides_far.append(along(1, -self.w_i / 2))
         else:
             curves["middle"] = along(1, 0.0)
-        far = np.vstack(far)
+        far = np.vstack(sides_far)
         curves["rim"] = np.vstack([far, curves["clamp"], curves["tip"]])
         if self._bends:
             one, two, three = (self._next_edge(k * self.held) for k in (1, 2, 3))
@@ -213,16 +213,16 @@ class KnitStrips(SheetGeometry):
     def _next_edge(self, x: float) -> float:
         """Where the next edge of a strip lies, and a little more, mm; alike from both ends."""
         edges = self._strip_edges()
-        return float(edges[min(np.searchsorted(edges, x), len(edges) - 1)]) + SMALL / 2
+        return float(edges[min(int(np.searchsorted(edges, x)), len(edges) - 1)]) + SMALL / 2
 
     def pattern(self) -> Pattern:
         """The two sheets of knit with the outlines of the strips that are bonded to them."""
         w, length = self.w_i / 2, self.l_i
         corners = [(0.0, -w), (length, -w), (length, w), (0.0, w), (0.0, -w)]
-        strips = [
-            tuple(tuple(map(float, end)) for end in self._sheet.ends(level))
-            for level in self._strip_edges()
-        ]
+        strips = []
+        for level in self._strip_edges():
+            (x, y), (other_x, other_y) = self._sheet.ends(level)
+            strips.append(((float(x), float(y)), (float(other_x), float(other_y))))
         return Pattern(tuple(pairwise(corners)), tuple(strips))
 
 

@@ -5,7 +5,7 @@ Xavier et al. (2021), Sensors and Actuators A 332:113199. Run by itself it write
 """
 
 from math import asin, cos, pi, sin
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -138,7 +138,7 @@ class Omnidirectional(Corrugated):
         return {"body": body, "clamp": half * disc, "tip": half * disc, **cavities}
 
     def volume_tolerance(self, name: str) -> float:
-        def lost(radius):
+        def lost(radius: float):
             """Area between a circle and its polygon, at most."""
             return pi * radius**2 * lacking(radius, self.mesh_size)
 
@@ -153,7 +153,7 @@ class Omnidirectional(Corrugated):
         skin = self.length * (lost(self.actuator_radius) + lost(self.midsection_radius))
         return (air + skin) * (0.5 if self.symmetry else 1) / self.volumes()["body"]
 
-    def _shapes(self, occ) -> Shapes:
+    def _shapes(self, occ: Any) -> Shapes:
         """Discs of the outside, and sectors of the cavities in chambers and in gaps."""
         shapes: Shapes = {
             "wide": [(2, occ.addDisk(0, 0, 0, *[self.actuator_radius] * 2))],
@@ -177,7 +177,7 @@ class Omnidirectional(Corrugated):
                 shapes[name], _ = occ.intersect(faces, half)
         return shapes
 
-    def _add_sector(self, occ, angle: float, radius: float) -> int:
+    def _add_sector(self, occ: Any, angle: float, radius: float) -> int:
         half = pi / self.cavities - asin(self.inner_wall / 2 / radius)
         axis = occ.addPoint(0, 0, 0)
         apex = occ.addPoint(self._apex * cos(angle), self._apex * sin(angle), 0)

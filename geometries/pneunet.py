@@ -140,16 +140,19 @@ class Pneunet(Geometry):
         if chamber is None and pitch is None and length is None:
             chamber = 6.0
         if chamber is None:
-            if gap is None:
+            if gap is None:  # or it would have got its default
+                assert pitch is not None and length is not None
                 chamber = length - ends - (n - 1) * pitch
             elif pitch is not None:
                 chamber = pitch - walls - gap
             else:
+                assert length is not None
                 chamber = (length - ends - (n - 1) * (walls + gap)) / n
         if gap is None:
             if pitch is not None:
                 gap = pitch - walls - chamber
             else:
+                assert length is not None
                 gap = (length - ends - n * chamber) / max(n - 1, 1) - walls
         pitch = chamber + walls + gap
         return Row(chamber, gap, pitch, ends + chamber + (n - 1) * pitch)
@@ -205,7 +208,7 @@ class Pneunet(Geometry):
         ends = [start + row.chamber_length for start in starts]
         wide, inside = self.chamber_width / 2 + self.outer_wall, self.chamber_width / 2
 
-        def box(name, x0, x1, half_width, z0, z1):
+        def box(name: str, x0: float, x1: float, half_width: float, z0: float, z1: float):
             y0 = 0.0 if self.symmetry else -half_width
             return Box(name, (x0, y0, z0), (x1, half_width, z1))
 

@@ -161,7 +161,7 @@ class SlowPneunet(Geometry):
         pitch = self.chamber_length + self.inner_wall
         starts = [self.clamp_wall + i * pitch for i in range(n)]
 
-        def box(name, x0, x1, across, z0, z1):
+        def box(name: str, x0: float, x1: float, across: float, z0: float, z1: float):
             y0 = 0.0 if self.symmetry else -across / 2
             return Box(name, (x0, y0, z0), (x1, across / 2, z1))
 

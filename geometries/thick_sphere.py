@@ -49,7 +49,7 @@ class ThickSphere(Geometry):
         a, b = self.inner_radius, self.outer_radius
         return {"body": pi / 6 * (b**3 - a**3), "cavity": pi / 6 * a**3, "outer": pi / 2 * b**2}
 
-    def wall_normal(self, region, points):
+    def wall_normal(self, region: str, points: np.ndarray):
         """Along the radius."""
         return points
 
@@ -88,16 +88,17 @@ class ThickSphere(Geometry):
         number = {step: k for k, step in enumerate(lattice)}
         directions = np.sin(np.array(lattice) * pi / 2 / n)
         directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-        triangles = [
+        upright = [
             [number[i, j, k], number[i + 1, j, k - 1], number[i, j + 1, k - 1]]
             for i, j, k in lattice
             if k
-        ] + [
+        ]
+        turned = [
             [number[i, j, k], number[i - 1, j, k + 1], number[i, j - 1, k + 1]]
             for i, j, k in lattice
             if i and j
         ]
-        triangles, count = np.array(triangles), len(lattice)
+        triangles, count = np.array(upright + turned), len(lattice)
         radii = np.linspace(self.inner_radius, self.outer_radius, layers + 1)
         points = (radii[:, None, None] * directions).reshape(-1, 3)
         surfaces = [(frozenset({"cavity"}), triangles)]

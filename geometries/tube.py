@@ -50,7 +50,7 @@ class Tube(Geometry):
             "symmetry_y": (b - a) * length,
         }
 
-    def wall_normal(self, region, points):
+    def wall_normal(self, region: str, points: np.ndarray):
         """Along the radius, so that fibres at an angle to the axis are helices."""
         return points * (0.0, 1.0, 1.0)
 

@@ -59,8 +59,8 @@ class WovenBending(SheetGeometry):
     def volumes(self) -> dict[str, float]:
         half, floor = self.w_a / 2, self.seam * self.w_a / 4
         # A wall is x = s/2 (1 − y/half) (1 − z/h): by Gauss's rule.
-        u, weights = np.polynomial.legendre.leggauss(8)
-        u, weights = (u + 1) / 2, weights / 2
+        at, weight = np.polynomial.legendre.leggauss(8)
+        u, weights = (at + 1) / 2, weight / 2
         by_y, by_z = np.meshgrid((1 - u) / half, (1 - u) / self.h_a)
         stretch = np.sqrt(1 + (self.seam / 2) ** 2 * (by_y**2 + by_z**2))
         wall = half * self.h_a * float(weights @ stretch @ weights)
@@ -79,16 +79,19 @@ class WovenBending(SheetGeometry):
         """Each pouch is a grid of its two walls, from floor to top; then floors and strip."""
         half = self.w_a / 2
         y, z = self.divided([0.0, half]), self.divided([0.0, self.h_a])
-        points, parts, triangles = _Points(), {}, []
+        points = _Points()
+        parts: dict[str, list[np.ndarray]] = {}
+        triangles: list[np.ndarray] = []
 
-        def add(name, elements):
+        def add(name: str, elements: np.ndarray) -> None:
             first = sum(map(len, triangles))
             parts.setdefault(name, []).append(first + np.arange(len(elements)))
             triangles.append(elements)
 
         wall = Lines(y, z)
-        flat = wall.points()
-        wide = self.seam / 2 * (1 - flat[:, 0] / half) * (1 - flat[:, 1] / self.h_a)
+        grid_points = wall.points()
+        of_width, of_height = grid_points[:, 0] / half, grid_points[:, 1] / self.h_a
+        wide = self.seam / 2 * (1 - of_width) * (1 - of_height)
         diagonals = wall.alternating()
         diagonals[-1, -1] = False  # at the corner of two seams it ends there, or would weld them
         grid = wall.triangles(diagonals=diagonals)
@@ -96,7 +99,7 @@ class WovenBending(SheetGeometry):
         for k in range(self.n):
             place, border = k * self.pitch, []
             for name, sign in (("fore", 1), ("aft", -1)):
-                corners = np.column_stack([place + sign * wide, flat[:, :2]])
+                corners = np.column_stack([place + sign * wide, grid_points[:, :2]])
                 number = points.add(corners)
                 add(name, number[grid][:, :: 1 if sign == 1 else -1])
                 border.append(number.reshape(len(y), len(z))[:, 0])

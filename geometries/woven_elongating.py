@@ -72,7 +72,7 @@ class WovenElongating(SheetGeometry):
     def _counts(self) -> tuple[int, int, int]:
         """Divisions of half the height, half the width, and from a passage to the rim."""
         across = max(self.w_a, self.h_a) - self.passage
-        return tuple(self.steps(s / 2) for s in (self.h_a, self.w_a, across))
+        return self.steps(self.h_a / 2), self.steps(self.w_a / 2), self.steps(across / 2)
 
     def _round(self, width: float, height: float) -> np.ndarray:
         """Points (m, 2) of a quarter of a rectangle's outline, from y to z."""
@@ -88,21 +88,21 @@ class WovenElongating(SheetGeometry):
         columns, levels = len(ring), 2 * self.n_a + 1
         grid = Lines(np.arange(radial + 1), np.arange(columns)).triangles()
         shared = np.arange(levels * columns).reshape(levels, columns)
-        points = [
+        places = [
             np.column_stack([np.full(columns, k * self.pitch / 2), rim if k % 2 else ring])
             for k in range(levels)
         ]
-        triangles = []
+        walls = []
         for k in range(levels - 1):
             inner, outer = (k, k + 1) if k % 2 == 0 else (k + 1, k)
             share = np.arange(1, radial)[:, None, None] / radial
-            between = (1 - share) * points[inner] + share * points[outer]
+            between = (1 - share) * places[inner] + share * places[outer]
             first = len(shared.ravel()) + k * (radial - 1) * columns
             number = first + np.arange((radial - 1) * columns).reshape(radial - 1, columns)
             rows = np.vstack([shared[inner], number, shared[outer]]).ravel()
-            points.append(between.reshape(-1, 3))
-            triangles.append(_turned(rows[grid], k % 2 == 0))
-        points, pouches = np.vstack(points), np.vstack(triangles)
+            places.append(between.reshape(-1, 3))
+            walls.append(_turned(rows[grid], k % 2 == 0))
+        points, pouches = np.vstack(places), np.vstack(walls)
         ends = []
         for level in (0, levels - 1):
             plate, numbers = self._plate(level * self.pitch / 2, shared[level], len(points))

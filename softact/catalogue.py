@@ -140,7 +140,7 @@ def _geometry(name: str, geometry: type[Geometry]) -> dict[str, Any]:
     }
 
 
-def _names(geometry: type[Geometry], **choice: str) -> dict[str, list[str]]:
+def _names(geometry: type[Geometry], **choice: Any) -> dict[str, list[str]]:
     layout = geometry.model_construct(**choice).layout()  # a file's name has no default
     return {key: list(getattr(layout, key)) for key in NAMES}
 

@@ -100,7 +100,7 @@ def look_at_petsc() -> Iterable[Finding]:
     yield Finding("orderings", "ok", "MUMPS with " + ", ".join(mumps_orderings(PETSc)))
 
 
-def mumps_orderings(petsc: object) -> list[str]:
+def mumps_orderings(petsc: ModuleType) -> list[str]:
     """Names of the fill-reducing orderings that this MUMPS has.
 
     Each is asked for (ICNTL(7)) in a factorisation of a small Laplacian; INFOG(7) tells the one

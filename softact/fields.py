@@ -15,7 +15,7 @@ from pydantic import (
     TypeAdapter,
     WithJsonSchema,
 )
-from pydantic_core import PydanticCustomError, ValidationError
+from pydantic_core import InitErrorDetails, PydanticCustomError, ValidationError
 
 from softact.units import (
     ACCELERATION,
@@ -48,7 +48,7 @@ def fault(message: str) -> PydanticCustomError:
 
 def fault_at(place: tuple[str | int, ...], message: str, value: Any = None) -> ValidationError:
     """Return an error about ``place``, seen from the value that is validated."""
-    details = {"type": fault(message), "loc": place, "input": value}
+    details: InitErrorDetails = {"type": fault(message), "loc": place, "input": value}
     return ValidationError.from_exception_data("spec", [details])
 
 
@@ -81,7 +81,8 @@ def three(value: Any) -> tuple[Any, ...]:
 def _gravity(value: Any) -> tuple[float, float, float]:
     values = three(value)
     if any(isinstance(entry, str) for entry in values):
-        return tuple(_acceleration(i, entry) for i, entry in enumerate(values))
+        x, y, z = (_acceleration(i, entry) for i, entry in enumerate(values))
+        return x, y, z
     numbers = [isinstance(v, int | float) and not isinstance(v, bool) for v in values]
     if not all(numbers) or not all(abs(v) < 1e300 for v in values):
         raise fault("three finite numbers are wanted (direction times g), or three accelerations")

@@ -106,6 +106,8 @@ class Dimension:
 
     def _text(self, value: float, unit: str) -> str | None:
         factor = measure(unit, self.internal)[1]
+        if factor is None:
+            return None
         number = _to_float(Fraction(value) / factor)
         return f"{_number(number)} {unit}" if math.isfinite(number) else None
 
@@ -196,7 +198,7 @@ def is_utf8(text: str) -> bool:
 
 def dimension_of(annotation: Any) -> Dimension | None:
     """Return the dimension of an annotation or of a pydantic ``FieldInfo``, None if it has none."""
-    for entry in getattr(annotation, "__metadata__", None) or getattr(annotation, "metadata", ()):
+    for entry in getattr(annotation, "__metadata__", getattr(annotation, "metadata", ())):
         if isinstance(entry, Dimension):
             return entry
     for part in getattr(annotation, "__args__", ()):

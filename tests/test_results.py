@@ -154,7 +154,7 @@ def test_a_torn_field_file_is_told_not_raised(tmp_path):
     fields = tmp_path / "r" / "fields.h5"
     fields.write_bytes(fields.read_bytes()[:2000])
     torn = read(tmp_path / "r")
-    assert torn.points is None and "fields.h5" in torn.faults[0]
+    assert not torn.has_mesh and "fields.h5" in torn.faults[0]
     assert len(torn.curve["pressure_kPa"]) == 3
 
 

@@ -1,101 +1,56 @@
-"""The order of rooms: no module imports from a higher room, and none in a circle.
+"""Imports go down: from a room to lower ones, and none in a circle.
 
-The order stands in CONTRIBUTING.md, lowest first. What only types need (``TYPE_CHECKING``) and what
-is imported inside a function when it is called does not count: a room may be handed what stands
-above it.
+The order stands in CONTRIBUTING.md, lowest first. Imports inside functions count, those under
+``TYPE_CHECKING`` do not: see ``benchmarks.house.imports``.
 """
-
-import ast
-import re
-from graphlib import CycleError, TopologicalSorter
-from pathlib import Path
 
 import pytest
 
-TREE = Path(__file__).resolve().parent.parent
-PACKAGES = {"softact": TREE / "softact", "softact.geometries": TREE / "geometries"}
-PACKAGES["softact.cli"] = TREE / "cli"
+from benchmarks import house
+from benchmarks.house import circles, imports, room, upward
 
 
-def modules() -> dict[str, Path]:
-    """Name of each module -> its file."""
-    found = {}
-    for package, folder in PACKAGES.items():
-        for path in folder.rglob("*.py"):
-            parts = path.relative_to(folder).with_suffix("").parts
-            name = ".".join((package, *parts)).removesuffix(".__init__")
-            found[name] = path
-    return found
+@pytest.fixture(scope="module")
+def graph() -> dict[str, set[str]]:
+    return house.graph()
 
 
-MODULES = modules()
+def test_every_room_stands_in_the_order_once(graph):
+    rooms = [name for beside in house.rooms() for name in beside]
+    assert len(graph) > 200
+    assert sorted(rooms) == sorted({room(module) for module in graph} - {""})
 
 
-def imported(tree: ast.Module) -> set[str]:
-    """Names that a module imports when it is imported itself."""
-    names: set[str] = set()
-
-    def look(body: list[ast.stmt]) -> None:
-        for node in body:
-            if isinstance(node, ast.ImportFrom) and node.module and not node.level:
-                names.update(f"{node.module}.{alias.name}" for alias in node.names)
-            elif isinstance(node, ast.Import):
-                names.update(alias.name for alias in node.names)
-            elif isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
-                look(node.orelse)
-            elif isinstance(node, ast.If | ast.Try | ast.ClassDef | ast.With):
-                look(node.body)
-
-    look(tree.body)
-    return names
+def test_no_modules_import_each_other_in_a_circle(graph):
+    assert circles(graph) == []
 
 
-def edges() -> dict[str, set[str]]:
-    """Module -> modules of softact that it imports."""
-    found = {}
-    for name, path in MODULES.items():
-        wanted = imported(ast.parse(path.read_text(encoding="utf-8")))
-        known = {n if n in MODULES else n.rpartition(".")[0] for n in wanted}
-        found[name] = {n for n in known if n in MODULES and n != name}
-    return found
+def test_imports_go_down(graph):
+    assert sorted(upward(graph, house.rooms())) == []
 
 
-def rooms() -> list[list[str]]:
-    """Rooms that stand beside each other, lowest first, as CONTRIBUTING.md lists them."""
-    page = (TREE / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    order = re.search(r"```rooms\n(.*?)```", page, re.S)[1]
-    return [line.split() for line in order.splitlines()]
+def test_what_an_import_is():
+    modules = {"softact", "softact.a", "softact.a.b", "softact.c", "softact.d"}
+    source = """
+from typing import TYPE_CHECKING
+import numpy
+from softact.a import b, name
+if TYPE_CHECKING:
+    from softact import d
+else:
+    import softact.c
+def function():
+    with open("") as file:
+        from softact import __version__
+"""
+    assert imports(source, modules) == {"softact", "softact.a", "softact.a.b", "softact.c"}
 
 
-LEVEL = {room: level for level, beside in enumerate(rooms()) for room in beside}
-
-
-def room_of(module: str) -> str:
-    """The most special name in the order that a module belongs to."""
-    short = module.removeprefix("softact.")
-    while short not in LEVEL and "." in short:
-        short = short.rpartition(".")[0]
-    return short
-
-
-def test_every_module_is_in_a_room():
-    lost = [name for name in MODULES if room_of(name) not in LEVEL and name != "softact"]
-    assert not lost
-
-
-def test_no_circle_of_imports():
-    try:
-        TopologicalSorter(edges()).prepare()
-    except CycleError as error:
-        pytest.fail(" <- ".join(error.args[1]))
-
-
-def test_no_import_from_a_higher_room():
-    wrong = [
-        f"{name} ({room_of(name)}) imports {other} ({room_of(other)})"
-        for name, others in edges().items()
-        for other in others
-        if name != "softact" and other != "softact"
-        if room_of(name) != room_of(other) and LEVEL[room_of(other)] >= LEVEL[room_of(name)]
-    ]
-    assert not wrong, "\n".join(sorted(wrong))
+def test_a_circle_and_an_import_from_below_are_found():
+    graph = {"softact.a.x": {"softact.b.y"}, "softact.b.y": {"softact.c"}, "softact.c": set()}
+    assert circles(graph) == []
+    assert upward(graph, [["c"], ["b"], ["a"]]) == set()
+    assert upward(graph, [["b"], ["c"], ["a"]]) == {("softact.b.y", "softact.c")}
+    assert upward(graph, [["c", "b"], ["a"]]) == {("softact.b.y", "softact.c")}
+    graph["softact.c"] = {"softact.a.x"}
+    assert circles(graph) == sorted(graph)

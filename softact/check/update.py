@@ -35,7 +35,7 @@ def update(outcome: Outcome, reason: str) -> list[str]:
         line = case.source.lines["values", number, "value"] - 1
         new = float(f"{difference.found:.7g}")
         lines[line], count = re.subn(
-            r"(\bvalue:\s*)" + _NUMBER, lambda m, new=new: f"{m[1]}{new!r}", lines[line], count=1
+            r"(\bvalue:\s*)" + _NUMBER, rf"\g<1>{new!r}", lines[line], count=1
         )
         if not count:
             raise SpecError(f"{case.path}:{line + 1}: the number has to follow 'value:' here")

@@ -95,7 +95,7 @@ class RigidContact:
             t, m, slip = friction(self.obstacle.friction, *flat)
             traction = traction + t.reshape(traction.shape)
             slip = slip.reshape(traction.shape)
-            if moduli:
+            if modulus is not None:
                 modulus = modulus + m.reshape(modulus.shape)
         return on, traction, modulus, slip
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection
 from pathlib import Path
+from typing import Any
 
 from softact.converge.output import summary
 from softact.converge.richardson import NOTHING, SAFETY
@@ -21,7 +22,7 @@ SAME, SAME_BAR = 1e-3, 0.1
 _COLUMN = "_mesh_error"
 
 
-def check_folder(directory: Path, hashes: Iterable[str]) -> None:
+def check_folder(directory: Path, hashes: Collection[object]) -> None:
     """Raise SpecError unless a result folder is sound, complete and of a spec with one of
     ``hashes``."""
     results = read(directory)
@@ -60,7 +61,7 @@ def carry_into(study: Convergence, directory: Path) -> str:
     story = {"error_bars": bars, "level": level, "safety": SAFETY, **_story(study, level)}
     heads, rows = read_cells(directory / SUMMARY)
     cells = zip(heads, rows[0], strict=True)
-    row = {name: cell for name, cell in cells if not name.endswith(_COLUMN)}
+    row: dict[str, Any] = {name: cell for name, cell in cells if not name.endswith(_COLUMN)}
     row |= {f"{measure}{_COLUMN}": bar for measure, bar in bars.items()}
     write_atomic(directory / MESH_ERROR, json_text(story))
     write_atomic(directory / SUMMARY, csv_text([row]))

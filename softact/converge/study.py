@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -75,7 +76,7 @@ class Convergence:
         default the finest one."""
         found = self.estimate(measure)
         error = found.errors[number]
-        if error is not None:
+        if error is not None and found.limit is not None:
             near = error <= max(self.tolerance * abs(found.limit), NOTHING)
             return WITHIN if near else NOT_CONVERGED
         values = self.values(measure)
@@ -193,7 +194,7 @@ def converge(
 def _levels(specs: Sequence[Spec], cache: Cache, jobs: int, told) -> list[Level]:
     keys = {run_key(spec): spec for spec in specs}
     found: dict[str, Level] = {}
-    for answer in run_all({key: lambda s=spec: s for key, spec in keys.items()}, cache, jobs):
+    for answer in run_all({key: partial(_same, spec) for key, spec in keys.items()}, cache, jobs):
         if answer.record is None:
             raise answer.error()
         spec = keys[answer.key]
@@ -203,6 +204,10 @@ def _levels(specs: Sequence[Spec], cache: Cache, jobs: int, told) -> list[Level]
         found[answer.key] = Level(spec, answer.record, _edge(spec, answer.record, folder))
         told(found[answer.key], answer)
     return [found[key] for key in keys]
+
+
+def _same(spec: Spec) -> Spec:
+    return spec
 
 
 def _edge(spec: Spec, record: Record, folder: Path) -> float:

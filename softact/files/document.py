@@ -67,8 +67,8 @@ class Document:
 
     def copy(self) -> Self:
         """Return a copy that may be changed."""
-        known = {"lines": dict(self.lines), "overridden": dict(self.overridden)}
-        return replace(self, data=copy.deepcopy(self.data), **known)
+        data, lines = copy.deepcopy(self.data), dict(self.lines)
+        return replace(self, data=data, lines=lines, overridden=dict(self.overridden))
 
 
 def item(value: Any, key: str | int) -> Any:

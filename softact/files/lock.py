@@ -98,10 +98,12 @@ def _born(directory: Path, first: Mapping[str, str]) -> tuple[int, list[Path]]:
     """Make the folder such that it is held and has its first files from its first moment."""
     made = [path for path in (directory, *directory.parents) if not path.exists()]
     nursery = _beside(directory, "new")
-    handle = None
+    handle: int | None = None
     try:
         nursery.mkdir(parents=True)
         handle = _opened(nursery / LOCK)
+        if handle is None:
+            raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN), nursery)
         for name, text in first.items():
             (nursery / name).write_text(text, encoding="utf-8")
         nursery.rename(directory)

@@ -7,6 +7,7 @@ import io
 import json
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -25,7 +26,8 @@ _NO_COMMENT = b"\0\0"  # the length of an archive's comment, its last two bytes 
 def seal(known: Mapping, arrays: Mapping[str, np.ndarray]) -> bytes:
     """The file's content. known: plain data; arrays: name -> array."""
     buffer = io.BytesIO()
-    np.savez(buffer, known=np.frombuffer(json.dumps(known).encode(), np.uint8), **arrays)
+    parts: dict[str, Any] = {"known": np.frombuffer(json.dumps(known).encode(), np.uint8), **arrays}
+    np.savez(buffer, **parts)
     raw = buffer.getvalue().removesuffix(_NO_COMMENT) + _COMMENT.to_bytes(2, "little")
     return raw + _MARK + hashlib.sha256(raw).hexdigest().encode()
 

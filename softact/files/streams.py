@@ -2,10 +2,10 @@
 
 import os
 import sys
-from typing import TextIO
+from typing import Any, TextIO
 
 #: Of ``subprocess``: text that other programs print, whatever the locale.
-UTF8 = {"encoding": "utf-8", "errors": "replace"}
+UTF8: dict[str, Any] = {"encoding": "utf-8", "errors": "replace"}
 
 
 def make_safe(encoding: str | None = None) -> None:

@@ -15,7 +15,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 from pydantic import (
@@ -73,6 +73,10 @@ class Geometry(BaseModel):
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+    if TYPE_CHECKING:  # Each has a default and a description of its own for them.
+        type: str
+        mesh_size: float
 
     def layout(self) -> Layout:
         """Names of the parts of the mesh and what they mean."""

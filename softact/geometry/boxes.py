@@ -176,7 +176,7 @@ class Boxes:
 
 
 def _cells_within(lines: list[np.ndarray], box: Box) -> tuple[slice, ...]:
-    def index(axis, at):
+    def index(axis: int, at: float):
         return int(np.searchsorted(lines[axis], at - SAME_PLANE))
 
     return tuple(slice(index(a, box.lower[a]), index(a, box.upper[a])) for a in range(3))
@@ -226,7 +226,7 @@ class BoxMesh:
         ordered = sorted(pieces.items(), key=lambda piece: sorted(piece[0]))
         return [(names, np.vstack(parts)) for names, parts in ordered]
 
-    def _faces(self, axis, below, above):
+    def _faces(self, axis: int, below: np.ndarray, above: np.ndarray):
         """Pairs of surface names and (k, 3) grid indices of faces normal to ``axis``."""
         count = len(self.solid.regions)
         solid_below, solid_above = (0 < below) & (below <= count), (0 < above) & (above <= count)
@@ -252,7 +252,7 @@ class BoxMesh:
                 faces = np.argwhere(inside & solid_below & solid_above)
                 yield frozenset({sheet.name}), faces
 
-    def _split_faces(self, axis, faces):
+    def _split_faces(self, axis: int, faces: np.ndarray):
         """Two triangles for each face, cut from inner corner to inner corner of its cell."""
         across = [a for a in range(3) if a != axis]
         square = np.zeros((4, 3), dtype=int)

@@ -27,7 +27,7 @@ class Corrugated(Geometry):
         top_wall: float
         midsection_radius: float
         symmetry: bool
-        mesh_size: float
+        length: float
 
     @property
     @abstractmethod

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from itertools import groupby, pairwise
 from math import pi
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 
@@ -150,7 +151,7 @@ class Prisms:
         return solids
 
 
-def _extrude(occ, shapes: Shapes, prism: Prism) -> list[tuple[int, int]]:
+def _extrude(occ: Any, shapes: Shapes, prism: Prism) -> list[tuple[int, int]]:
     """The volume of a prism over a copy of its shape."""
     faces = occ.copy(shapes[prism.shape])
     occ.rotate(faces, 0, 0, 0, 1, 1, 1, 2 * pi / 3)  # first two coordinates become y and z

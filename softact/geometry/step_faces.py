@@ -177,7 +177,7 @@ def linked(groups: Sequence[Iterable[int]]) -> list[int]:
             owners.setdefault(member, []).append(number)
     pairs = [(known[0], other) for known in owners.values() for other in known[1:]]
     one, other = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
-    return connected(one, other, len(sets)).tolist()
+    return [int(number) for number in connected(one, other, len(sets))]
 
 
 def shells(faces: Sequence[Face]) -> tuple[list[Face], list[list[Face]]]:

@@ -63,7 +63,7 @@ def find_blocks(rows: Sequence[Row]) -> list[Block]:
     return [block for block in found if block.count]
 
 
-def _trimmed(rows, kinds, start: int, end: int) -> Block:
+def _trimmed(rows: Sequence[Row], kinds: list[list[str]], start: int, end: int) -> Block:
     """The block without the rows at its ends that are text to most of the others."""
     inside = [i for i in range(start, end) if kinds[i]]
     numbers = Counter(j for i in inside for j, kind in enumerate(kinds[i]) if kind == "number")

@@ -153,7 +153,10 @@ def value(cell: str, mark: str) -> float | None:
     return float(cell.replace(",", "."))
 
 
-def numbers(rows: Sequence[Row], places: Iterable[int]):
+Faults = dict[int, list[tuple[int, str | None]]]
+
+
+def numbers(rows: Sequence[Row], places: Iterable[int]) -> tuple[dict[int, np.ndarray], Faults]:
     """Return the numbers of columns and the faults of their cells.
 
     Numbers: place -> (rows,), NaN where a cell is empty or none. Faults: place -> list of line and
@@ -161,7 +164,8 @@ def numbers(rows: Sequence[Row], places: Iterable[int]):
     """
     cells = {i: [row.cells[i] if i < len(row.cells) else "" for row in rows] for i in places}
     common = decimal_mark(cell for column in cells.values() for cell in column)
-    found, faults = {}, {}
+    found: dict[int, np.ndarray] = {}
+    faults: Faults = {}
     for i, column in cells.items():
         mark = decimal_mark(column) if common == "?" else common
         found[i] = np.full(len(rows), math.nan)

@@ -151,7 +151,7 @@ def rising(curve: Mapping[str, np.ndarray], x: str) -> np.ndarray:
     """Return the rows of the step in which x changes most, with the row that it starts from."""
     best, largest = np.arange(len(curve[x])), -1.0
     for step in dict.fromkeys(curve["step"]):
-        rows = np.flatnonzero(curve["step"] == step)
+        rows: np.ndarray = np.flatnonzero(curve["step"] == step)
         if rows[0] > 0:
             rows = np.concatenate([[rows[0] - 1], rows])
         change = float(np.ptp(curve[x][rows]))

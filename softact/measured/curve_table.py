@@ -70,7 +70,14 @@ def read_columns(
     return Columns(heading.line, values, tuple(messages + lost))
 
 
-def _heading(path, rows, blocks, columns, given, command) -> tuple[Heading, Block]:
+def _heading(
+    path: Path,
+    rows: Sequence[Row],
+    blocks: Sequence[Block],
+    columns: Sequence[str],
+    given: Sequence[str] | None,
+    command: str,
+) -> tuple[Heading, Block]:
     """The row that names most columns of a run, and the numbers under it."""
     main = largest(blocks)
     if given is not None:
@@ -140,12 +147,12 @@ def _numbers(path: Path, rows: Sequence[Row], names: Sequence[str], used):
     if not rows:
         raise SpecError(f"{path}: there are headings but no values under them")
     found, wrong = numbers(rows, used)
-    faults = sorted(
+    in_order = sorted(
         (line, f"{path}:{line}: column '{names[i]}': {fault}")
         for i in used
         for line, fault in wrong[i]
     )
-    faults = [fault for _, fault in faults]
+    faults = [fault for _, fault in in_order]
     full = np.all([np.isfinite(column) for column in found.values()], axis=0)
     if len(faults) > MANY:
         faults = [*faults[:MANY], f"{path}: and {len(faults) - MANY} more faults of this kind"]

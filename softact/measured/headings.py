@@ -191,16 +191,18 @@ def _with_unit(column: Column, text: str, inside: list[str]) -> Column:
         if ratio is not None:
             return replace(column, factor=ratio, unit="%" if ratio == 0.01 else clean(text))
         return replace(column, fault=f"'{heading}': '{text}' is no unit of a {name}")
-    unit = registry_unit(text, quantity.dimension)
+    dimension = quantity.dimension
+    assert isinstance(dimension, Dimension)  # all others have been answered
+    unit = registry_unit(text, dimension)
     if unit is None:
         unknown = text or next((part for part in reversed(inside) if part), "")
-        return replace(column, fault=_unit_fault(heading, unknown, quantity.dimension))
+        return replace(column, fault=_unit_fault(heading, unknown, dimension))
     remark = column.remark
     if mega_for_milli(text):
         remark = f"'{heading}': mPa read as MPa"
-    elif quantity.dimension is not LENGTH and weight_for_mass(text):
+    elif dimension is not LENGTH and weight_for_mass(text):
         remark = f"'{heading}': {clean(text)} read as {unit}, a weight"
-    return replace(column, factor=quantity.dimension.parse(f"1 {unit}"), unit=unit, remark=remark)
+    return replace(column, factor=dimension.parse(f"1 {unit}"), unit=unit, remark=remark)
 
 
 def _unit_fault(heading: str, unit: str, dimension: Dimension) -> str:

@@ -61,7 +61,7 @@ def _of_row(row: Row, words):
             yield from _size(match[1], number, match[3].strip('";,'), words)
 
 
-def _of_block(rows, block: Block, heading: Heading, words):
+def _of_block(rows: Sequence[Row], block: Block, heading: Heading, words):
     for row in rows[block.start : block.end]:
         for name, cell in zip(heading.names, row.cells, strict=False):
             if (number := _number(cell)) is not None:

@@ -60,12 +60,12 @@ def registry_unit(text: str, dimension: Dimension) -> str | None:
         return text if text in _FORCES.values() or text == "MN" else _FORCES.get(text.lower())
     if single := _PRESSURES.get(text.lower()):
         return single
-    force, slash, area = text.replace(" ", "").partition("/")
+    written, slash, area = text.replace(" ", "").partition("/")
     side = re.fullmatch(r"(?:sq\.?)?([A-Za-z]+)(?:\^?2)?", area) if slash else None
-    squared = side and ("2" in area or area.lower().startswith("sq"))
-    force = registry_unit(force, FORCE) if squared else None
-    length = _LENGTHS.get(side[1].lower()) if force else None
-    return f"{force}/{length}^2" if length else None
+    if side is None or not ("2" in area or area.lower().startswith("sq")):
+        return None
+    force, length = registry_unit(written, FORCE), _LENGTHS.get(side[1].lower())
+    return f"{force}/{length}^2" if force and length else None
 
 
 def clean(text: str) -> str:

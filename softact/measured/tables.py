@@ -97,7 +97,9 @@ def roles(columns: Sequence[Column]) -> set[str]:
     return {column.quantity.role for column in columns} - {""}
 
 
-def _heading_of(rows, blocks, main: Block | None) -> tuple[Heading, Block]:
+def _heading_of(
+    rows: Sequence[Row], blocks: Sequence[Block], main: Block | None
+) -> tuple[Heading, Block]:
     """The heading that names a deformation and a load, and the block from the row after it on."""
     if main is None:
         return _without_numbers(rows)
@@ -119,7 +121,7 @@ def _heading_of(rows, blocks, main: Block | None) -> tuple[Heading, Block]:
     )
 
 
-def _check_above(rows, blocks, main: Block) -> None:
+def _check_above(rows: Sequence[Row], blocks: Sequence[Block], main: Block) -> None:
     """A line of text may part a table under good headings in two."""
     for block in blocks:
         if block.end <= main.start and block.width == main.width:
@@ -136,7 +138,7 @@ def _parted(row: Row, columns: Sequence[Column] = ()) -> UnreadableError:
     )
 
 
-def _without_numbers(rows) -> tuple[Heading, Block]:
+def _without_numbers(rows: Sequence[Row]) -> tuple[Heading, Block]:
     """A file of headings alone, or of headings and rows in which hardly a cell is a number."""
     for i, row in enumerate(rows):
         if roles([read_heading(cell) for cell in row.cells]) == {"x", "y"}:
@@ -145,7 +147,9 @@ def _without_numbers(rows) -> tuple[Heading, Block]:
     raise UnreadableError(f"there is no table of numbers (the first line is {first})")
 
 
-def _alike(rows, blocks, main: Block, columns) -> list[Block]:
+def _alike(
+    rows: Sequence[Row], blocks: Sequence[Block], main: Block, columns: Sequence[Column]
+) -> list[Block]:
     """The blocks under headings that mean what those of the main block mean: other specimens."""
     meant = [(column.quantity.name, column.factor) for column in columns]
     parts = []
@@ -164,7 +168,9 @@ def _alike(rows, blocks, main: Block, columns) -> list[Block]:
     return parts or [main]
 
 
-def _labels(columns, kept: Sequence[Row], parts: Sequence[Block], rows) -> list[str] | None:
+def _labels(
+    columns: Sequence[Column], kept: Sequence[Row], parts: Sequence[Block], rows: Sequence[Row]
+) -> list[str] | None:
     """A label of the specimen per row: from a column, or by the table in which it stands."""
     place = next((i for i, c in enumerate(columns) if c.quantity.name == "specimen"), None)
     if place is not None:
@@ -177,7 +183,9 @@ def _labels(columns, kept: Sequence[Row], parts: Sequence[Block], rows) -> list[
     return [str(i) for i, count in enumerate(counts, 1) for _ in range(count)]
 
 
-def _left_out(rows, blocks, parts, heading: Heading | None) -> list[str]:
+def _left_out(
+    rows: Sequence[Row], blocks: Sequence[Block], parts, heading: Heading | None
+) -> list[str]:
     """What was not read though it holds numbers or stands within the table."""
     messages = []
     for part in parts:
@@ -196,7 +204,7 @@ def _left_out(rows, blocks, parts, heading: Heading | None) -> list[str]:
     return messages[:MANY]
 
 
-def _check_width(columns, kept: Sequence[Row], heading: Heading | None) -> None:
+def _check_width(columns: Sequence[Column], kept: Sequence[Row], heading: Heading | None) -> None:
     """More cells than headings are decimal commas in a table that commas separate, or an error."""
     if heading is None:
         return
@@ -210,7 +218,7 @@ def _check_width(columns, kept: Sequence[Row], heading: Heading | None) -> None:
             )
 
 
-def _numbers(columns, kept: Sequence[Row], every: bool = False):
+def _numbers(columns: Sequence[Column], kept: Sequence[Row], every: bool = False):
     """Values (rows, columns), and the faults of each column that could be used."""
     used = [i for i, column in enumerate(columns) if column.quantity.role or every]
     found, wrong = numbers(kept, used)

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
 def _evaluate(snapshot: Snapshot):
     contacts, state = snapshot.model.contacts, snapshot.state
-    columns, blocked, worst = {}, None, 0.0
+    columns: dict[str, float] = {}
+    blocked, worst = None, 0.0
     for contact in contacts:
         gap, ratio = contacts.smallest_gap(contact, state)
         worst = max(worst, -ratio)

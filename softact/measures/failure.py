@@ -110,7 +110,8 @@ def _region(snapshot: Snapshot, name, solid):
 
 def _evaluate(snapshot: Snapshot):
     layout, previous = snapshot.layout, snapshot.previous
-    names, regions, columns = tuple(layout.cavities), layout.regions, {}
+    names, regions = tuple(layout.cavities), layout.regions
+    columns: dict[str, float] = {}
     pressures = PRESSURE.evaluate(snapshot)
     safe = []
     for name, solid in snapshot.model.solids.items():

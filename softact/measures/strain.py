@@ -68,10 +68,10 @@ def _volume_change(snapshot: Snapshot) -> dict[str, float]:
     columns = {"volume_change_max": largest}
     columns |= vector_columns("volume_change_max_<xyz>_mm", place)
     columns["volume_change_mean"] = model.sum(grown) / model.sum(whole)
-    volume = np.concatenate(volumes)
-    kept = model.sum(float(volume.sum()))
+    kept_by = np.concatenate(volumes)
+    kept = model.sum(float(kept_by.sum()))
     if kept:
-        columns[PERCENTILE_COLUMN] = exceeded(comm, np.concatenate(changes), volume, SHARE)
+        columns[PERCENTILE_COLUMN] = exceeded(comm, np.concatenate(changes), kept_by, SHARE)
         columns[BEYOND_COLUMN] = 100 * model.sum(beyond) / kept
     return columns
 

@@ -59,7 +59,9 @@ def connected(one: np.ndarray, other: np.ndarray, count: int) -> np.ndarray:
     return connected_components(links, directed=False)[1]
 
 
-def _rigidly_linked(points: np.ndarray, cells: np.ndarray, pieces: np.ndarray):
+def _rigidly_linked(
+    points: np.ndarray, cells: np.ndarray, pieces: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Pairs of pieces that share at least three nodes that span a plane."""
     members = np.unique(np.column_stack([cells.ravel(), np.repeat(pieces, 4)]), axis=0)
     nodes, counts = np.unique(members[:, 0], return_counts=True)
@@ -71,7 +73,8 @@ def _rigidly_linked(points: np.ndarray, cells: np.ndarray, pieces: np.ndarray):
             for second in known[i + 1 :]:
                 shared.setdefault((first, second), []).append(node)
     linked = [pair for pair, nodes in shared.items() if _spans_a_plane(points[nodes])]
-    return np.array(linked, dtype=np.int64).reshape(-1, 2).T
+    one, other = np.array(linked, dtype=np.int64).reshape(-1, 2).T
+    return one, other
 
 
 def _spans_a_plane(points: np.ndarray) -> bool:
@@ -118,9 +121,9 @@ def gap(points: np.ndarray, cells: np.ndarray, labels: np.ndarray, label: int) -
     for these, those in ((own, ~own), (~own, own)):
         places = points[np.unique(skin.corners[these])]
         distance, _ = nearest_triangle(places, points[skin.corners[those]])
-        least = int(np.argmin(distance))
-        found.append((float(distance[least]), places[least]))
-    distance, where = min(found, key=lambda pair: pair[0])
-    if distance < TOUCHES * np.ptp(points, axis=0).max():
+        nearest = int(np.argmin(distance))
+        found.append((float(distance[nearest]), places[nearest]))
+    least, where = min(found, key=lambda pair: pair[0])
+    if least < TOUCHES * np.ptp(points, axis=0).max():
         return f"touches another near {place(where)} without being joined to it"
     return f"is joined to no other, the next is {distance:.2g} mm away at {place(where)}"

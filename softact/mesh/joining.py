@@ -64,7 +64,9 @@ def _coincident(points: np.ndarray, triangles: np.ndarray, part: np.ndarray) -> 
     return twin
 
 
-def _common_faces(points: np.ndarray, triangles: np.ndarray, twin: np.ndarray):
+def _common_faces(
+    points: np.ndarray, triangles: np.ndarray, twin: np.ndarray
+) -> tuple[np.ndarray, float]:
     """Whether each triangle (k, 3) lies on another one with the same corners, and their area."""
     keys = face_keys(twin[triangles], len(points))
     _, inverse, counts = np.unique(keys, return_inverse=True, return_counts=True)

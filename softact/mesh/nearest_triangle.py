@@ -17,7 +17,8 @@ def nearest_triangle(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarra
     # Imported here: reading a spec shall not wait for it.
     from scipy.spatial import cKDTree
 
-    distance, nearest = np.full(len(places), np.inf), np.full(len(places), -1)
+    distance: np.ndarray = np.full(len(places), np.inf)
+    nearest: np.ndarray = np.full(len(places), -1)
     if not len(places) or not len(corners):
         return distance, nearest
     count = min(CANDIDATES, len(corners))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 # VTK orders the edges of a quadratic tetrahedron 01 12 20 03 13 23, those of a triangle 01 12 20.
@@ -9,7 +11,9 @@ TET_EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 TRIANGLE_EDGES = ((0, 1), (1, 2), (0, 2))
 
 
-def vtk_order(reference: np.ndarray, edges=TET_EDGES, corners: int = 4) -> np.ndarray:
+def vtk_order(
+    reference: np.ndarray, edges: Sequence[tuple[int, int]] = TET_EDGES, corners: int = 4
+) -> np.ndarray:
     """Places of the corners, then of the middles of ``edges``, among ``reference`` nodes.
 
     reference: (n, 3) reference coordinates of the element's nodes, corners first.

@@ -62,7 +62,9 @@ class SheetMesh:
         links = on[open_].T @ on[open_] + beneath.T @ beneath
         return scipy.sparse.csgraph.connected_components(links, directed=False)[1]
 
-    def check(self, cavities: Mapping[str, Sequence[str]], symmetry: Sequence[int], flux) -> None:
+    def check(
+        self, cavities: Mapping[str, Sequence[str]], symmetry: Sequence[int], flux: Sequence[float]
+    ) -> None:
         """Raise MeshError for a triangle without area, an open seam of a cavity's walls outside
         the symmetry planes (and walls that ``flux`` does not count), or walls whose normals do
         not agree."""
@@ -76,7 +78,9 @@ class SheetMesh:
             if set(walls) & set(self.parts):
                 self._check_closed(name, walls, list(symmetry), np.asarray(flux))
 
-    def _check_closed(self, cavity, walls, planes, flux) -> None:
+    def _check_closed(
+        self, cavity: str, walls: Sequence[str], planes: list[int], flux: np.ndarray
+    ) -> None:
         triangles = self.triangles[np.concatenate([self.parts[wall] for wall in walls])]
         directed = np.concatenate([triangles[:, list(side)] for side in SIDES])
         edges, place, counts = np.unique(
@@ -158,7 +162,7 @@ def nodes_of(mesh: SheetMesh, degree: int) -> SheetNodes:
     places = np.vstack([mesh.points, mesh.points[edges].mean(axis=1)])
     keys = edges[:, 0] * count + edges[:, 1]
 
-    def with_middles(pairs):
+    def with_middles(pairs: np.ndarray) -> np.ndarray:
         low, high = np.sort(pairs, axis=1).T
         found = np.searchsorted(keys, low * count + high)
         if len(pairs) and not np.array_equal(keys[found], low * count + high):

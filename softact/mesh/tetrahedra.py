@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -77,7 +77,12 @@ def read_msh(path: Path, layout: Layout) -> Tetrahedra:
     return from_groups(raw.points, sets, layout, str(path))
 
 
-def from_groups(points, sets, layout: Layout, origin: str) -> Tetrahedra:
+def from_groups(
+    points: np.ndarray,
+    sets: Mapping[tuple[int, str], list[np.ndarray]],
+    layout: Layout,
+    origin: str,
+) -> Tetrahedra:
     """Tetrahedra from {(dimension, name): [cells, ...]}; unused points are dropped."""
     cells, region = [], []
     for number, name in enumerate(layout.regions):
@@ -85,8 +90,7 @@ def from_groups(points, sets, layout: Layout, origin: str) -> Tetrahedra:
             raise MeshError(f"{origin}: the mesh has no volume group '{name}'")
         cells.append(np.vstack(sets[3, name]))
         region.append(np.full(len(cells[-1]), number, dtype=np.int32))
-    cells = np.vstack(cells).astype(np.int64)
-    used, cells = np.unique(cells, return_inverse=True)
+    used, numbered = np.unique(np.vstack(cells).astype(np.int64), return_inverse=True)
     renumber = np.full(len(points), -1, dtype=np.int64)
     renumber[used] = np.arange(len(used))
     surfaces = {}
@@ -96,7 +100,7 @@ def from_groups(points, sets, layout: Layout, origin: str) -> Tetrahedra:
         surfaces[name] = renumber[np.unique(np.sort(np.vstack(sets[2, name]), axis=1), axis=0)]
     return Tetrahedra(
         np.ascontiguousarray(points[used], dtype=float),
-        cells.reshape(-1, 4),
+        numbered.reshape(-1, 4),
         np.concatenate(region),
         surfaces,
     )
@@ -162,7 +166,9 @@ def of_sheets(comm: MPI.Comm, sheets: SheetMesh, layout: Layout) -> Mesh:
     return Mesh(None, layout, none, {}, len(sheets.triangles), comm, sheets)
 
 
-def _covering(comm: MPI.Comm, tets: Tetrahedra, located, layout: Layout) -> SheetMesh:
+def _covering(
+    comm: MPI.Comm, tets: Tetrahedra, located: dict[str, np.ndarray], layout: Layout
+) -> SheetMesh:
     """The sheets that lie on a solid."""
     if comm.size > 1:
         raise MeshError("sheets on a solid: for one process only")
@@ -174,12 +180,14 @@ def _covering(comm: MPI.Comm, tets: Tetrahedra, located, layout: Layout) -> Shee
     return SheetMesh.of_parts(tets.points, triangles, layout.bonded)
 
 
-def _prepare(tets: Tetrahedra, layout: Layout):
+def _prepare(
+    tets: Tetrahedra, layout: Layout
+) -> tuple[Tetrahedra, np.ndarray, dict[str, np.ndarray]]:
     check_closed(tets, layout)
     return tets, tets.region, _locate_facets(tets)
 
 
-def _on_root(comm: MPI.Comm, work):
+def _on_root(comm: MPI.Comm, work: Callable[[], tuple]) -> tuple:
     """What ``work`` returns on rank 0 (its first part stays there), on all processes.
 
     Its error is raised on all as well.

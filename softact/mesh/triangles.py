@@ -110,7 +110,9 @@ class Triangles:
         return np.einsum("k,q,qn,qm->knm", self.areas, weights, value, value)
 
 
-def average(nodes: np.ndarray, weights: np.ndarray, values: np.ndarray, count: int):
+def average(
+    nodes: np.ndarray, weights: np.ndarray, values: np.ndarray, count: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Sums (count, ...) of weighted element values (k, n, ...) at the nodes, and of the weights."""
     k, n = nodes.shape
     add = scipy.sparse.csr_matrix(

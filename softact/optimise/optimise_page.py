@@ -164,7 +164,8 @@ def _history(trials: Trials, number: int) -> base.Plot:
     def shown(some):
         return [t.values[number] * label.factor for t in some]
 
-    steps, so_far = [], []
+    steps: list[int] = []
+    so_far: list[float] = []
     for trial, value in zip(good, shown(good), strict=True):
         so_far.append(value if not so_far else sign * max(sign * so_far[-1], sign * value))
         steps.append(trial.number)

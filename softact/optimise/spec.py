@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from softact.fields import fault, fault_at
 from softact.geometry.base import is_of_mesh
-from softact.sweep.axes import Axis, quantity
+from softact.sweep.axes import Axis
 from softact.sweep.design import Coordinates, Design
 from softact.sweep.record import Record
 from softact.sweep.spec import Model, check_axes
@@ -53,9 +53,9 @@ class Objective(Part):
     goal: Literal["maximise", "minimise"] = Field(description="maximise or minimise")
 
     @property
-    def direction(self) -> str:
+    def direction(self) -> Literal["minimize", "maximize"]:
         """The goal as Optuna spells it."""
-        return self.goal.replace("ise", "ize")
+        return "minimize" if self.goal == "minimise" else "maximize"
 
 
 class Constraint(Part):
@@ -76,6 +76,7 @@ class Constraint(Part):
         The run has the measure.
         """
         value = self.value(record)
+        assert value is not None
         parts = []
         if self.below is not None:
             parts.append((value - self.below) / max(abs(self.below), 1e-12))
@@ -126,7 +127,7 @@ class Optimisation(Model):
 
 def place_of(axis: Axis, value: Any) -> int | None:
     """Where a value stands in an axis's list, None where it does not; 1 is not True there."""
-    same = (n for n, v in enumerate(axis.values) if type(v) is type(value) and v == value)
+    same = (n for n, v in enumerate(axis.values or ()) if type(v) is type(value) and v == value)
     return next(same, None)
 
 
@@ -136,7 +137,7 @@ def _not_on(axis: Axis, value: Any) -> str:
         known = ", ".join(show(entry) for entry in axis.values)
         there = place_of(axis, value) is not None
         return "" if there else f"{show(value)} is none of its values: {known}"
-    number, ends = axis.number(value), sorted(quantity(end)[0] for end in (axis.from_, axis.to))
+    number, ends = axis.number(value), sorted(axis.ends)
     if isinstance(number, str):
         return f"{show(value)} is no number in {axis.unit or 'a unit'} as its range is"
     if not ends[0] <= number <= ends[1]:

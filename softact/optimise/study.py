@@ -15,7 +15,7 @@ from softact.files import document
 from softact.optimise import store
 from softact.optimise.spec import Objective, Optimisation, Part, place_of
 from softact.results.folder import COMPLETE
-from softact.sweep.axes import Axis, quantity, written
+from softact.sweep.axes import Axis, written
 from softact.sweep.cache import Cache
 from softact.sweep.compute import FAILED, INVALID, Answer, of_record
 from softact.sweep.local import run_all
@@ -154,7 +154,7 @@ class Trials:
             try:
                 spec = spec_at(self.base, changes)
             except SpecError as error:
-                yield number, Answer(None, None, INVALID, "; ".join(error.lines))
+                yield number, Answer("", None, INVALID, "; ".join(error.lines))
                 continue
             key = run_key(spec)
             keys.setdefault(key, []).append(number)
@@ -181,7 +181,7 @@ class Trials:
         if answer.transient:
             trial.set_user_attr("again_after", self._call)
         # The status last: it says that the rest is there.
-        for name, value in (("cause", cause), ("run", answer.key or ""), ("status", status)):
+        for name, value in (("cause", cause), ("run", answer.key), ("status", status)):
             trial.set_user_attr(name, value)
         self.study.tell(trial, values, state=None if values else TrialState.FAIL)
 
@@ -254,7 +254,7 @@ def _suggested(trial: Any, axis: Axis) -> Any:
     if axis.values is not None:
         # By their places: Optuna takes no lists or mappings, and 1 for True.
         return axis.values[trial.suggest_categorical(axis.title, range(len(axis.values)))]
-    low, high = sorted((quantity(axis.from_)[0], quantity(axis.to)[0]))
+    low, high = sorted(axis.ends)
     if not axis.continuous:
         return trial.suggest_int(axis.title, int(low), int(high))
     number = trial.suggest_float(axis.title, low, high, log=axis.scale == "log")
@@ -274,5 +274,5 @@ def _parameter(axis: Axis, value: Any) -> Any:
     """Optuna's parameter of a spec's value, which the axis has."""
     if axis.values is not None:
         return place_of(axis, value)
-    number = axis.number(value)
+    number = float(axis.number(value))
     return number if axis.continuous else round(number)

@@ -188,7 +188,9 @@ def _verdicts(names: Sequence[str], verdicts: Sequence[Verdict]) -> list[Markup]
 def _at(runs: Sequence[Results], aim: float | None) -> str:
     if aim is None:
         return "at the state that stands for each (they have no pressure in common)"
-    label = labels.column(load_name(runs[0]))
+    driver = load_name(runs[0])
+    assert driver is not None  # they have a pressure in common
+    label = labels.column(driver)
     return f"at {labels.number(aim)} {label.unit}, the largest load that all reach"
 
 
@@ -256,9 +258,10 @@ def _runs(names, runs, verdicts: Sequence[Verdict]) -> Markup:
     rows = []
     for name, run, verdict in zip(names, runs, verdicts, strict=True):
         told, driver = run.run, load_name(run)
+        at = float(load(run)[reached(run).main])
         unit = labels.column(driver).unit if driver else ""
         rows.append([
-            name, verdict.words, f"{labels.number(load(run)[reached(run).main])} {unit}".strip(),
+            name, verdict.words, f"{labels.number(at)} {unit}".strip(),
             (told.get("mesh") or {}).get("cells"), (told.get("mesh") or {}).get("unknowns"),
             sum(int(item.get("iterations") or 0) for item in told.get("history") or []),
             (told.get("times_s") or {}).get("solve"), str(told.get("softact") or ""),

@@ -78,7 +78,7 @@ def noise(results: Results, name: str) -> float:
     """
     unit = labels.column(name).unit
     energy = _size(results.curve.get("strain_energy_mJ", np.zeros(0)))
-    length = results.layout.length if results.layout else 0.0
+    length = results.layout.length
     scales = {
         "N·mm": energy,
         "N": energy / length if length else 0.0,

@@ -69,11 +69,11 @@ class Scene:
     def group(self, numbers: Sequence[float], ghost: bool, pixels: float) -> Group:
         """A frame about all these states whose longer side has ``pixels``, even numbers."""
         used = np.unique(self.skin.outer)
-        flat = []
+        projected = []
         for number in [*numbers, -1] if ghost else numbers:
             whole, _ = mirrored(self.points(number)[used], np.zeros((0, 3), int), self.skin.mirrors)
-            flat.append(self.view.project(whole))
-        flat = np.vstack(flat)
+            projected.append(self.view.project(whole))
+        flat = np.vstack(projected)
         margin = 0.04 * np.ptp(flat, axis=0).max()
         low, high = flat.min(axis=0) - margin, flat.max(axis=0) + margin
         mm = (high - low).max() / pixels  # of a pixel
@@ -82,7 +82,7 @@ class Scene:
         low, high = middle - size * mm / 2, middle + size * mm / 2
         return Group(numbers, ghost, low, high, (int(width), int(height)))
 
-    def bodies(self, numbers: Sequence[int], whole: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def bodies(self, numbers: Sequence[float], whole: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Points (states, m, 3) and triangles (b, 3) of the obstacles; those that are not there
         have shrunk to a point."""
         points, triangles, count = [np.zeros((len(numbers), 0, 3))], [np.zeros((0, 3), int)], 0

@@ -46,13 +46,13 @@ def motions(results: Results) -> list[str]:
     What holds it back tells first, then the bending of an actuator that is made to bend.
     """
     sizes = {name: _largest(results, name) / TURN for name in (BENDING, TWIST)}
-    length = results.layout.length if results.layout else 0.0
+    length = results.layout.length
     if length and _largest(results, BENDING) < BENT:
         sizes[ELONGATION] = _largest(results, ELONGATION) / (CHANGE * length)
     most = max(sizes.values())
     moved = [name for name in sizes if sizes[name] > max(STILL, BESIDE * most)]
     held = [name for name in HELD if _largest(results, name) > noise(results, name)]
-    bends = results.layout is not None and results.layout.bending_axis is not None
+    bends = results.layout.bending_axis is not None
     return held + sorted(moved, key=lambda name: (not (bends and name == BENDING), -sizes[name]))
 
 
@@ -69,7 +69,7 @@ def figure(results: Results, name: str, row: int, note: str = "") -> Figure:
     if name == ELONGATION:
         label = labels.Label("Contraction" if value < 0 else "Elongation", label.unit)
         value = abs(value)
-        length = results.layout.length if results.layout else 0.0
+        length = results.layout.length
         if length:
             part = f"{100 * value / length:.3g} % of the length"
             note = f"{part}, {note}" if note else part

@@ -32,7 +32,8 @@ def drawing(results: Results, make_skin: Callable[[], Skin]) -> Iterator[Callabl
     that, and returns why drawing failed, or "".
     """
     with frames.renderer() as renderer:
-        groups, failed = {}, ""
+        groups: dict[str, frames.Group] = {}
+        failed = ""
         try:
             scene = frames.make_scene(results, make_skin())
             four = states(results, MOST_STATES)

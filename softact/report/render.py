@@ -83,8 +83,9 @@ def _surface(job) -> vtkActor:
     table.SetNumberOfTableValues(256)
     places = np.linspace(0, len(colours) - 1, 256)
     for number in range(256):
-        rgb = (np.interp(places[number], np.arange(len(colours)), colours[:, n]) for n in range(3))
-        table.SetTableValue(number, *rgb)
+        at = np.arange(len(colours))
+        red, green, blue = (float(np.interp(places[number], at, c)) for c in colours[:, :3].T)
+        table.SetTableValue(number, red, green, blue)
     data = vtkPolyData()
     data.SetPolys(_cells(job["triangles"]))
     normals = vtkPolyDataNormals()

@@ -123,7 +123,7 @@ def _banner(results: Results, verdict: Verdict, faults: list[str]) -> Markup:
     head = f"{verdict.words[:1].upper()}{verdict.words[1:]}"
     head += " …" if verdict.colour == AMBER else "."
     reasons = [r for r in verdict.reasons if r.kind != "end" or results.status == NO_EQUILIBRIUM]
-    items = [(TITLES[reason.kind], reason.text) for reason in reasons]
+    items: list[tuple[str, str] | str] = [(TITLES[reason.kind], reason.text) for reason in reasons]
     items += [fault for fault in faults if not any(fault in reason.text for reason in reasons)]
     return base.banner(_KINDS[verdict.colour], head, text, items)
 
@@ -159,8 +159,8 @@ def _cards(results: Results, bars: dict[str, str]) -> list[Markup]:
         cards.append(_card(figure, bars.get(name, "") if last else ""))
     extra = {k: v for k, v in results.summary.items() if k not in curve and "." not in k}
     for name in ("failure_pressure_kPa", "blocked_force_N"):
-        if isinstance(extra.get(name), float):
-            cards.append(_card(headline.Figure(name, labels.column(name), extra[name])))
+        if isinstance(value := extra.get(name), float):
+            cards.append(_card(headline.Figure(name, labels.column(name), value)))
     return cards
 
 
@@ -173,8 +173,9 @@ def _card(figure: headline.Figure, error: str = "") -> Markup:
 def _where(results: Results, name: str, row: int) -> str:
     """Where a largest value lies, if the run says."""
     stem = name.removesuffix("_MPa")
-    places = [results.curve.get(f"{stem}_{axis}_mm") for axis in "xyz"]
-    if not name.startswith("max_") or any(p is None or p.dtype != float for p in places):
+    columns = [results.curve.get(f"{stem}_{axis}_mm") for axis in "xyz"]
+    places = [column for column in columns if column is not None and column.dtype == float]
+    if not name.startswith("max_") or len(places) < len(columns):
         return ""
     return f"at x, y, z = {place_text(p[row] for p in places)} mm (undeformed)"
 

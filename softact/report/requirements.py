@@ -106,7 +106,7 @@ def _plot(names, runs, asked: Sequence[Requirement]) -> Plot | None:
     label, told = targets.label(figure), []
     for name, run in zip(names, runs, strict=True):
         values = targets.figure_values(run, figure)
-        if np.ndim(values) and tells(run, asked[0], runs):
+        if isinstance(values, np.ndarray) and values.ndim and tells(run, asked[0], runs):
             told.append((name, run, values))
     if not told:
         return None
@@ -129,4 +129,5 @@ def _parted(run: Results, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Load and values of a trace, with a gap where states between two rows are left out."""
     number = run.curve.get("increment", np.arange(len(values)))
     left_out = np.flatnonzero(np.diff(number) > 1) + 1
-    return tuple(np.insert(each.astype(float), left_out, np.nan) for each in (load(run), values))
+    loads, parted = (np.insert(v.astype(float), left_out, np.nan) for v in (load(run), values))
+    return loads, parted

@@ -111,7 +111,7 @@ def judge(results: Results, requirement: Requirement) -> Verdict:
     values = figure_values(results, r.figure)
     if values is None:
         return Verdict(r, UNKNOWN, nothing, f"the run has no {label(r.figure).name.lower()}")
-    if np.ndim(values) == 0:
+    if not isinstance(values, np.ndarray) or values.ndim == 0:
         return _verdict(r, float(values), "")
     states, where = _states(results, r)
     if where and not len(states):
@@ -159,7 +159,8 @@ def _found(results, r: Requirement, values: np.ndarray, states) -> tuple[float, 
         there = at_load(results, values, r.at)
         if np.isfinite(there) and there > found:
             found, at = there, r.at
-    unit = labels.column(load_name(results)).unit if load_name(results) else ""
+    name = load_name(results)
+    unit = labels.column(name).unit if name else ""
     return found, f"at {labels.number(at)} {unit}".strip()
 
 
@@ -175,7 +176,7 @@ def figure_values(results: Results, name: str) -> np.ndarray | float | None:
     if name == "whole_bending_deg":
         return body.whole_bending(results)
     if name in ("extension_percent", "contraction_percent"):
-        length = results.layout.length if results.layout else None
+        length = results.layout.length
         if not length or "elongation_mm" not in results.curve:
             return None
         sign = 1 if name.startswith("extension") else -1

@@ -58,7 +58,7 @@ class Asked(_Part):
         return self
 
     @property
-    def bound(self) -> str:
+    def bound(self) -> str | None:
         """The bound as written."""
         return self.at_most if self.at_least is None else self.at_least
 

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -41,7 +42,7 @@ def write_array(group: h5py.Group, name: str, values: np.ndarray) -> None:
     """Write an array with its checksum."""
     values = np.ascontiguousarray(values)
     item = group.create_dataset(name, data=values)
-    item.attrs[CHECKSUM] = np.uint32(zlib.crc32(values))
+    item.attrs[CHECKSUM] = np.uint32(zlib.crc32(values.data))
 
 
 def write_text(group: h5py.Group, name: str, text: str) -> None:
@@ -99,7 +100,7 @@ def array(item: h5py.Dataset, kinds: str = "iuf") -> np.ndarray:
     if item.id.get_storage_size() != size:
         raise ValueError(f"{item.name} holds no array of its shape")
     values = np.ascontiguousarray(item[()])
-    if CHECKSUM in item.attrs and zlib.crc32(values) != int(item.attrs[CHECKSUM]):
+    if CHECKSUM in item.attrs and zlib.crc32(values.data) != int(item.attrs[CHECKSUM]):
         raise ValueError(f"{item.name} is not as it was written")
     return values
 
@@ -159,7 +160,9 @@ def read_layout(mesh: h5py.Group) -> Layout:
     """The layout of a mesh in the file; keys of a newer or older softact are left out."""
     data = json.loads(_text(mesh["layout"]))
     known = {item.name for item in fields(Layout)}
-    tuples = {k: tuple(v) if isinstance(v, list) else v for k, v in data.items() if k in known}
+    tuples: dict[str, Any] = {
+        k: tuple(v) if isinstance(v, list) else v for k, v in data.items() if k in known
+    }
     tuples["cavities"] = {k: tuple(v) for k, v in data["cavities"].items()}
     return Layout(**tuples)
 

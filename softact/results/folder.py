@@ -12,8 +12,9 @@ import functools
 import hashlib
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 
@@ -85,7 +86,7 @@ class Curve(dict):
         super().__init__(columns)
         self._path = path
 
-    def __missing__(self, name: str):
+    def __missing__(self, name: str) -> NoReturn:
         raise damaged(self._path, f"it has no column '{name}'")
 
 
@@ -95,9 +96,9 @@ class Results:
 
     run: run.json. curve: column -> (increments,) floats, or strings where none is a number.
     summary: column -> number or string. points (n, 3) mm, cells (m, 10), region (m,), surfaces:
-    name -> (k, 6) or (k, 3); these and layout are None or empty where the run ended before its
-    mesh. increments: names in fields.h5 of the states, one for each row. faults: files that are
-    there but cannot be read, with the reason.
+    name -> (k, 6) or (k, 3); these and layout are empty where the run ended before its mesh, see
+    ``has_mesh``. increments: names in fields.h5 of the states, one for each row. faults: files that
+    are there but cannot be read, with the reason.
     """
 
     directory: Path
@@ -105,14 +106,19 @@ class Results:
     spec_yaml: str
     curve: dict[str, np.ndarray]
     summary: dict[str, float | str]
-    points: np.ndarray | None = None
-    cells: np.ndarray | None = None
-    region: np.ndarray | None = None
+    points: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    cells: np.ndarray = field(default_factory=lambda: np.zeros((0, 10), int))
+    region: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
     region_names: tuple[str, ...] = ()
-    surfaces: dict[str, np.ndarray] | None = None
-    layout: Layout | None = None
+    surfaces: dict[str, np.ndarray] = field(default_factory=dict)
+    layout: Layout = field(default_factory=lambda: Layout((), (), {}))
     increments: tuple[str, ...] = ()
     faults: tuple[str, ...] = ()
+
+    @property
+    def has_mesh(self) -> bool:
+        """Whether there is a mesh that can be read."""
+        return len(self.points) > 0
 
     @property
     def status(self) -> str:
@@ -151,6 +157,8 @@ class Results:
         one of cells. Raises DamagedResultError, also where it is not there."""
         with fields_file.opened(self.directory / FIELDS) as file:
             item = file["increments"][self.increments[number]][name]
+            if self.points is None or self.region is None:
+                raise damaged(self.directory / FIELDS, "it holds no mesh")
             counts = len(self.points), len(self.region)
             return fields_file.field(item, counts, vector=name == "displacement")
 

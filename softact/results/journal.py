@@ -12,6 +12,7 @@ import io
 import os
 import struct
 from pathlib import Path
+from typing import Any
 
 from softact.files.text import write_atomic
 
@@ -56,7 +57,7 @@ class Overlay(io.RawIOBase):
         self._end = self._at if size is None else size
         return self._end
 
-    def readinto(self, buffer) -> int:
+    def readinto(self, buffer: Any) -> int:
         view = memoryview(buffer).cast("B")
         length = max(0, min(len(view), self._end - self._at))
         view = view[:length]
@@ -70,7 +71,7 @@ class Overlay(io.RawIOBase):
         self._at += length
         return length
 
-    def write(self, data) -> int:
+    def write(self, data: Any) -> int:
         raw = bytes(memoryview(data).cast("B"))
         self._patches.append((self._at, raw))
         self._at += len(raw)

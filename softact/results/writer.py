@@ -10,7 +10,9 @@ import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
+import h5py
 import numpy as np
 
 from softact.errors import SpecError
@@ -97,7 +99,7 @@ class ResultsWriter:
         write_atomic(writer.directory / CURVE, writer.curve)
         return writer
 
-    def _described(self, file) -> Xdmf:
+    def _described(self, file: h5py.File) -> Xdmf:
         """The XDMF of the increments of the rows so far."""
         found = Xdmf(len(file["mesh/points"]), file["mesh/cells"].shape, sheets_of(file["mesh"]))
         for row, name in zip(self._rows, file["increments"], strict=False):
@@ -175,7 +177,7 @@ class ResultsWriter:
                 of_sheets = np.repeat(numbers, [len(block) for block in blocks])
                 write_array(mesh, "mixed", mixed(cells, np.concatenate(blocks)))
                 write_array(mesh, "part", np.concatenate([region, of_sheets]))
-        self._xdmf = Xdmf(len(points), cells.shape, sheets)
+        self._xdmf = Xdmf(len(points), (len(cells), cells.shape[1]), sheets)
 
     def increment(
         self, row: Mapping[str, float | str], fields: Mapping[str, np.ndarray] | None = None
@@ -191,7 +193,7 @@ class ResultsWriter:
         self._rows.append(dict(row))
         write_atomic(self.directory / CURVE, self.curve)
 
-    def _write_fields(self, row, fields) -> None:
+    def _write_fields(self, row: Mapping[str, Any], fields: Mapping[str, np.ndarray]) -> None:
         if self._xdmf is None:
             raise RuntimeError("ResultsWriter.mesh must be called before fields are written")
         number = len(self._rows)
@@ -205,7 +207,7 @@ class ResultsWriter:
         self._xdmf.add(self._time(row), f"increments/{number:05d}", arrays)
         write_atomic(self.directory / XDMF, self._xdmf.text())
 
-    def _time(self, row) -> float:
+    def _time(self, row: Mapping[str, Any]) -> float:
         """Time of the XDMF collection: finished steps plus the fraction of the current one."""
         if "step_fraction" not in row:
             return float(len(self._rows))
@@ -238,7 +240,7 @@ class ResultsWriter:
         return run_text({"status": status, **known})
 
 
-def _number(cell):
+def _number(cell: float | str) -> float | str:
     try:
         return float(cell)
     except ValueError:

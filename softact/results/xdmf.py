@@ -29,7 +29,7 @@ class Xdmf:
     TimeSeriesReader understand.
     """
 
-    def __init__(self, points: int, cells: tuple[int, int], sheets: tuple[int, int] | None = None):
+    def __init__(self, points: int, cells: tuple[int, ...], sheets: tuple[int, ...] | None = None):
         self._points, self._cells, self._sheets = points, cells, sheets
         self._root = ElementTree.Element("Xdmf", Version="3.0")
         domain = ElementTree.SubElement(self._root, "Domain")
@@ -52,7 +52,7 @@ class Xdmf:
             size = values.dtype.itemsize
             self._attribute(grid, name, f"{group}/{name}", values.shape, "Float", size)
 
-    def _topology(self, grid) -> int:
+    def _topology(self, grid: ElementTree.Element) -> int:
         """Add the cells to a grid; returns their number."""
         shapes = [shape for shape in (self._cells, self._sheets) if shape]
         count = sum(shape[0] for shape in shapes)
@@ -67,7 +67,15 @@ class Xdmf:
             self._item(topology, "mesh/cells", self._cells, "Int", 8)
         return count
 
-    def _attribute(self, grid, name, path, shape, kind, precision) -> None:
+    def _attribute(
+        self,
+        grid: ElementTree.Element,
+        name: str,
+        path: str,
+        shape: tuple[int, ...],
+        kind: str,
+        precision: int,
+    ) -> None:
         attribute = ElementTree.SubElement(
             grid,
             "Attribute",
@@ -78,7 +86,9 @@ class Xdmf:
         self._item(attribute, path, shape, kind, precision)
 
     @staticmethod
-    def _item(parent, path, shape, kind, precision) -> None:
+    def _item(
+        parent: ElementTree.Element, path: str, shape: tuple[int, ...], kind: str, precision: int
+    ) -> None:
         item = ElementTree.SubElement(
             parent,
             "DataItem",

@@ -73,9 +73,10 @@ def to_resume(spec: Spec, directory: Path) -> Interrupted | None:
 def _check_mesh(geometry: Geometry, run: Mapping, directory: Path) -> None:
     """Raise SpecError where a script makes another mesh than that of the run: it may read anything,
     and what it has read has changed."""
-    made = isinstance(geometry, Imported) and not geometry.self_contained
+    if not isinstance(geometry, Imported) or geometry.self_contained:
+        return
     known = run.get("mesh_hash")
-    if made and known and mesh_digest(geometry) != known:
+    if known and mesh_digest(geometry) != known:
         raise SpecError(
             f"{directory}: holds the run of another mesh: what {Path(geometry.file).name} reads "
             "has changed; start the run anew, without --resume"

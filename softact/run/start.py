@@ -98,11 +98,11 @@ def run(
         old = to_resume(spec, directory) if resume else None
         if resume and old is None:
             notes.append(f"{directory}: there is nothing to go on from; solved from the beginning")
-        finished = old is not None and old.finished_as(spec)
-        if finished:
+        finished = old if old is not None and old.finished_as(spec) else None
+        if finished is not None:
             read(directory)  # what is damaged is told of before anything is written
             _remember(directory, measured)
-            outcome = Outcome(COMPLETE, directory, None, old.verdict)
+            outcome = Outcome(COMPLETE, directory, None, finished.verdict)
         else:
             with _scratch(scratch) as folder:
                 goes_on = old is not None
@@ -200,6 +200,7 @@ class _Solver:
                 pass_fds=self.inherited,
                 start_new_session=True,
             )
+            assert process.stdout is not None  # it is a pipe
             try:
                 if beside:
                     self._prepare()

@@ -15,7 +15,7 @@ import time
 import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
@@ -59,12 +59,13 @@ def solve(
     mesh = model.mesh
     model.contacts.check_clear(model.initial_state())
     unknowns = comm.allreduce(model.unknowns.owned)
-    start, begin = None, 0
+    start = None
+    begin: int | None = 0
     if resume:
         start = checkpoint.read(model, directory)
     if start is not None:
         begin = checkpoint.first_to_solve(start, identity(spec)["steps"])
-    known = {"mesh": {"cells": mesh.cell_count, "unknowns": unknowns}}
+    known: dict[str, Any] = {"mesh": {"cells": mesh.cell_count, "unknowns": unknowns}}
     if notes:
         known["mesh"]["remarks"] = list(notes)
     known["mesh_hash"] = digest(mesh_file)
@@ -193,6 +194,7 @@ def main(job_file: str, parent: str | None = None) -> int:
 def _abort_without_memory(comm: MPI.Comm) -> NoReturn:
     print_event({"stage": "error", "exit_code": 70, "lines": [OUT_OF_MEMORY]})
     comm.Abort(70)
+    raise AssertionError  # Abort does not return
 
 
 def _leave(code: int) -> None:

@@ -1,6 +1,6 @@
 """pydantic's errors as one plain line each: where, what is wrong, what would be right."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
@@ -43,7 +43,7 @@ def fault_lines(error: ValidationError, document: Document, model: type[BaseMode
     return ordered
 
 
-def _follows(entry: dict[str, Any], place: Place, document: Document) -> bool:
+def _follows(entry: Mapping[str, Any], place: Place, document: Document) -> bool:
     """Whether a list is called too short only because its entries have faults, told already."""
     short = entry["type"] == "too_short"
     return short and len(_given(place, document)) >= entry["ctx"]["min_length"]
@@ -56,7 +56,7 @@ def _order(place: Place, document: Document) -> int:
     return 0
 
 
-def _place(entry: dict[str, Any], document: Document, model: type[BaseModel]) -> Place:
+def _place(entry: Mapping[str, Any], document: Document, model: type[BaseModel]) -> Place:
     """Return where the fault stands in the document, without what only pydantic knows of."""
     place: Place = ()
     for key in entry["loc"]:
@@ -74,7 +74,9 @@ def _may_hold(place: Place, key: Any, document: Document, model: type[BaseModel]
     return slot.is_a(dict) or key in slot.keys(there)
 
 
-def _text(entry: dict[str, Any], place: Place, document: Document, model: type[BaseModel]) -> str:
+def _text(
+    entry: Mapping[str, Any], place: Place, document: Document, model: type[BaseModel]
+) -> str:
     if writer := _TEXTS.get(entry["type"]):
         return writer(entry, place, document, model)
     return entry["msg"].removeprefix("Value error, ").removeprefix("Assertion failed, ")

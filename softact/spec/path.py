@@ -40,7 +40,8 @@ def locate(data: Any, path: str) -> Place:
 
     Raises SpecError that says where the path leaves the data, and what is there.
     """
-    place, rest, value = (), parts(path), data
+    place: Place = ()
+    rest, value = parts(path), data
     while rest:
         key, rest = _next(value, rest, place)
         if isinstance(value, dict) and key not in value:
@@ -88,7 +89,8 @@ def assign(document: Document, path: str, value: Any, where: str) -> Place:
     Mappings on the way that the document lacks are made, and a short form on the way, such as the
     name of a material card, is written out. Raises SpecError where the path leads nowhere.
     """
-    place, rest, target = (), parts(path), document.data
+    place: Place = ()
+    rest, target = parts(path), document.data
     slot: Slot | None = Slot(Spec)
     while True:
         key, rest = _next(target, rest, place)

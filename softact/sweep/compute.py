@@ -7,6 +7,7 @@ import os
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from softact.errors import CannotWriteError, GmshKilledError, SoftactError, SpecError
 from softact.files.text import why_unwritable
@@ -34,13 +35,13 @@ class ChangedError(SpecError):
 class Answer:
     """How a point ended.
 
-    record: of its run, None where there is none. status: the record's, "failed" or
-    "invalid_spec". cause: why it is not complete, "" where it is. cached: whether the run was
-    there before. transient: whether another try could end better (a solver that was killed).
-    exit_code: of a command that can do without this run no further.
+    key: of the run, "" where the spec is wrong. record: of its run, None where there is none.
+    status: the record's, "failed" or "invalid_spec". cause: why it is not complete, "" where it
+    is. cached: whether the run was there before. transient: whether another try could end better
+    (a solver that was killed). exit_code: of a command that can do without this run no further.
     """
 
-    key: str | None
+    key: str
     record: Record | None
     status: str
     cause: str
@@ -76,7 +77,7 @@ def compute(
     the key says otherwise. Raises CannotWriteError where the disk is full or read-only: there is no
     sense in going on. Whatever else goes wrong is told in the answer.
     """
-    given = {"processes": processes, "threads": threads}
+    given: dict[str, Any] = {"processes": processes, "threads": threads}
     with cache.lock(key, wait):
         found = cache.find(key)
         if found is not None:
@@ -102,7 +103,7 @@ def _solve(
     folder: Path,
     cache: Cache,
     progress: Progress | None,
-    given: dict[str, int | None],
+    given: dict[str, Any],
 ) -> Record:
     started = time.perf_counter()
     results = folder / "results"

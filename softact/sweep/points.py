@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -40,7 +40,7 @@ class Point:
         return [f"--set {path}='{value}'" for path, value in self.changes]
 
 
-def changes_of(axes: Sequence[Axis], coordinates: Coordinates) -> tuple[tuple[str, Any], ...]:
+def changes_of(axes: Sequence[Axis], coordinates: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:
     """(path, value) of each path that differs from the base."""
     titles = {axis.title: axis for axis in axes}
     return tuple((path, v) for title, v in coordinates.items() for path in titles[title].path)
@@ -112,8 +112,8 @@ class Plan:
             spec = spec_at(self.base, changes)
         except SpecError as error:
             return error.lines, True
-        imported = isinstance(spec.geometry, Imported)
-        return run_key(spec), not imported or spec.geometry.self_contained
+        geometry = spec.geometry
+        return run_key(spec), not isinstance(geometry, Imported) or geometry.self_contained
 
     def _contents(self, value: Any) -> list[tuple[str, str]]:
         """Every text in plain data that is the name of a file, and the digest of the file."""

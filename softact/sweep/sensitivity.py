@@ -64,8 +64,8 @@ def sample_of(kind: Literal["sobol", "morris"], sweep: Sweep) -> Sample:
             f"has at most {MOST_POINTS}, so take fewer samples"
         )
     # Sobol: an array, since SALib hands the names to pandas, which takes no list any more.
-    names = [axis.title for axis in sweep.axes]
-    names = np.array(names) if kind == "sobol" else names
+    titles = [axis.title for axis in sweep.axes]
+    names = np.array(titles) if kind == "sobol" else titles
     problem = {"num_vars": size, "names": names, "bounds": [[0.0, 1.0]] * size}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # about numbers that are no powers of two

@@ -49,7 +49,7 @@ class Study:
     def answer(self, point: Point) -> Answer | None:
         """How a point ended, None where it has not been computed yet."""
         if point.key is None:
-            return Answer(None, None, INVALID, "; ".join(point.faults))
+            return Answer("", None, INVALID, "; ".join(point.faults))
         return self.answers.get(point.key)
 
     def read_kept(self) -> None:

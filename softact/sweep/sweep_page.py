@@ -112,6 +112,7 @@ def page_data(study: Study, table: list[Row]) -> dict:
     names = curve_columns(study, measures)
     for number in chosen(table, MOST_CURVES):
         record = study.answers[str(table[number]["run"])].record
+        assert record is not None  # only points with a run are chosen
         columns = [record.curve(n) if n in record.columns else None for n in names]
         curves[number] = [None if c is None else _numbers(c) for c in columns]
     return {
@@ -134,8 +135,8 @@ def shown_measures(table: list[Row], study: Study) -> list[str]:
     names = measure_columns(table, study)
     found = []
     for name in names:
-        values = [row[name] for row in table if isinstance(row.get(name), float)]
-        finite = [v for v in values if math.isfinite(v)]
+        values = [row.get(name) for row in table]
+        finite = [v for v in values if isinstance(v, float) and math.isfinite(v)]
         spread = max(finite, default=0.0) - min(finite, default=0.0)
         largest = max(map(abs, finite), default=0.0)
         if spread > 1e-9 * max(largest, 1.0) and not is_place(name, names):

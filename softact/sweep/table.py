@@ -100,7 +100,7 @@ def _numbers(kind, cells: list, dtype: type):
     import pyarrow
 
     there = np.array([cell != "" for cell in cells], bool)
-    values = np.array([0 if cell == "" else cell for cell in cells], dtype)
+    values: np.ndarray = np.array([0 if cell == "" else cell for cell in cells], dtype)
     valid = np.packbits(there, bitorder="little")
     buffers = [pyarrow.py_buffer(part.tobytes()) for part in (valid, values)]
     return pyarrow.Array.from_buffers(kind, len(cells), buffers)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -74,8 +75,9 @@ def _lines(study: Study, table: list[Row], axis, measure: str):
     found: dict[tuple, list[tuple[float, float]]] = {}
     for row in table:
         x, y = row.get(axis.column), row.get(measure)
-        usable = row["status"] == COMPLETE and isinstance(x, float) and isinstance(y, float)
-        if usable and y == y:
+        if row["status"] != COMPLETE or not isinstance(x, float) or not isinstance(y, float):
+            continue
+        if not math.isnan(y):
             found.setdefault(tuple(row.get(name, "") for name in others), []).append((x, y))
     # The base of one_at_a_time stands in every axis once more: the same run, the same point.
     return [sorted(set(line)) for line in found.values()]

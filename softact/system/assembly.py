@@ -12,6 +12,7 @@ import ctypes
 import functools
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse
@@ -21,6 +22,9 @@ from softact import compat
 from softact.system import forms, jit
 from softact.system.kernels import Entities, pointer
 from softact.system.unknowns import Unknowns
+
+if TYPE_CHECKING:
+    from softact.mesh.tetrahedra import Mesh
 
 _INT = PETSc.IntType
 _petsc = ctypes.CDLL(PETSc.__file__)  # symbols of libpetsc; petsc4py 3.18 does not wrap COO
@@ -83,11 +87,12 @@ class Assembler:
     mesh: of the cells; without a ``domain`` there are none. tables: further elements.
     """
 
-    def __init__(self, mesh, unknowns: Unknowns, tables: Sequence[BlockTable] = ()):
+    def __init__(self, mesh: Mesh, unknowns: Unknowns, tables: Sequence[BlockTable] = ()):
         self.unknowns = unknowns
         self.library = jit.load_library(unknowns.comm, Path(__file__).with_name("_assembly.c"))
         self.library.assemble_scalar.restype = ctypes.c_double
-        self.geometry_nodes, self.points = np.empty((0, 4), np.int32), np.empty((0, 3))
+        self.geometry_nodes: np.ndarray = np.empty((0, 4), np.int32)
+        self.points: np.ndarray = np.empty((0, 3))
         if mesh.domain is not None:
             self.geometry_nodes = np.ascontiguousarray(
                 compat.geometry_dofs(mesh.domain), dtype=np.int32
@@ -226,7 +231,7 @@ class Assembler:
         """Compiled kernels of the forms that ``softact.system.forms.name(*arguments)`` writes."""
         return jit.load_kernels(self.unknowns.comm, forms, name, *arguments)
 
-    def add_matrix(self, address, on: Entities, size: int) -> None:
+    def add_matrix(self, address: ctypes.c_void_p, on: Entities, size: int) -> None:
         """Run the matrix loop of one kernel."""
         u = self.unknowns
         self.library.assemble_matrix(
@@ -278,7 +283,7 @@ def _incidence(blocks: np.ndarray, total: int) -> scipy.sparse.csr_matrix:
     return scipy.sparse.csr_matrix((ones, blocks.ravel(), starts), shape=(count, total))
 
 
-def _diagonal_offset(indptr, indices) -> np.ndarray:
+def _diagonal_offset(indptr: np.ndarray, indices: np.ndarray) -> np.ndarray:
     rows = np.repeat(np.arange(len(indptr) - 1), np.diff(indptr))
     return np.flatnonzero(indices == rows) - indptr[:-1]
 

@@ -9,6 +9,7 @@ the factor two.
 from __future__ import annotations
 
 import ufl
+from ufl.core.expr import Expr
 
 from softact import compat
 
@@ -17,18 +18,18 @@ LAYER_STATES = 3  # from which a layer's stress is extrapolated
 FACET_DEGREE = 4  # integrates the volume enclosed by quadratic triangles exactly
 
 
-def deformation_gradient(u):
+def deformation_gradient(u: Expr):
     """F = I + grad u."""
     return ufl.Identity(3) + ufl.grad(u)
 
 
-def green_strain_rate(u, v):
+def green_strain_rate(u: Expr, v: Expr):
     """Voigt vector of the derivative of the Green strain in the direction v: sym(Fᵀ grad v)."""
     e = ufl.sym(deformation_gradient(u).T * ufl.grad(v))
     return ufl.as_vector([e[0, 0], e[1, 1], e[2, 2], 2 * e[0, 1], 2 * e[0, 2], 2 * e[1, 2]])
 
 
-def _symmetric(s):
+def _symmetric(s: Expr):
     return ufl.as_tensor([[s[0], s[3], s[4]], [s[3], s[1], s[5]], [s[4], s[5], s[2]]])
 
 
@@ -129,7 +130,7 @@ def surface_pressure(degree: int):
     test, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
     normal = ufl.FacetNormal(mesh)
 
-    def pull(f, v):
+    def pull(f: Expr, v: Expr):
         return pressure * ufl.dot(ufl.cofac(f) * normal, v)
 
     ds = _ds(FACET_DEGREE)
@@ -156,17 +157,17 @@ def layer(degree: int):
     plane = ufl.Identity(3) - ufl.outer(normal, normal)
     test, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
 
-    def tangential(strain):
+    def tangential(strain: Expr):
         return plane * strain * plane
 
-    def strain(u):
+    def strain(u: Expr):
         f = deformation_gradient(u)
         return tangential((f.T * f - ufl.Identity(3)) / 2)
 
-    def strain_rate(u, v):
+    def strain_rate(u: Expr, v: Expr):
         return tangential(ufl.sym(deformation_gradient(u).T * ufl.grad(v)))
 
-    def stress(e):
+    def stress(e: Expr):
         return stiffness * ((1 - poisson) * e + poisson * ufl.tr(e) * plane)
 
     ds = _ds(QUADRATURE_DEGREE)

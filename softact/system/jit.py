@@ -102,7 +102,8 @@ def load_kernels(comm: MPI.Comm, module, name: str, *arguments) -> tuple[ctypes.
     """
     from softact import compat
 
-    text = "".join(Path(m.__file__).read_text(encoding="utf-8") for m in (module, compat))
+    files = (module.__file__, compat.__file__)
+    text = "".join(Path(file).read_text(encoding="utf-8") for file in files)
     key = f"{text}{name}{arguments}"
     library = _load(comm, name, key, lambda: _generate(getattr(module, name)(*arguments)))
     count = ctypes.c_int.in_dll(library, "kernel_count").value
@@ -187,7 +188,7 @@ def _compile(source: str, library: Path) -> None:
 
 
 def _call(compiler: str, code: Path, made: Path) -> None:
-    command = [compiler, *FLAGS, "-std=c17", "-shared", "-fPIC", "-o", made, code, "-lm"]
+    command = [compiler, *FLAGS, "-std=c17", "-shared", "-fPIC", "-o", str(made), str(code), "-lm"]
     try:
         done = subprocess.run(command, capture_output=True, check=False, **UTF8)
     except (FileNotFoundError, PermissionError) as error:

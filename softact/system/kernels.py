@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -62,7 +63,7 @@ class Kernel:
         self._cells = np.ascontiguousarray(entities[:, 0] if on_facets else entities)
         self._facets = np.ascontiguousarray(entities[:, 1]) if on_facets else None
 
-    def _entities(self, coefficients, constants):
+    def _entities(self, coefficients: Sequence[Coefficient], constants: Sequence[float]):
         array = (_Coefficient * max(1, len(coefficients)))()
         for slot, c in zip(array, coefficients, strict=False):
             assert c.data.dtype == np.float64 and c.data.flags.c_contiguous
@@ -83,12 +84,20 @@ class Kernel:
         )
         return on, (values, array)
 
-    def scalar(self, coefficients=(), constants=()) -> float:
+    def scalar(
+        self, coefficients: Sequence[Coefficient] = (), constants: Sequence[float] = ()
+    ) -> float:
         """Sum of a functional over this process's entities."""
         on, _alive = self._entities(coefficients, constants)
         return self._assembler.library.assemble_scalar(self.address, ctypes.byref(on))
 
-    def add_vector(self, out: np.ndarray, size: int, coefficients=(), constants=()) -> None:
+    def add_vector(
+        self,
+        out: np.ndarray,
+        size: int,
+        coefficients: Sequence[Coefficient] = (),
+        constants: Sequence[float] = (),
+    ) -> None:
         """Add a linear form over the first ``size`` dofs of each cell to ``out`` (local,)."""
         on, _alive = self._entities(coefficients, constants)
         dofs = self._assembler.unknowns.cell_dofs
@@ -96,7 +105,9 @@ class Kernel:
             self.address, ctypes.byref(on), pointer(dofs), dofs.shape[1], size, pointer(out)
         )
 
-    def add_matrix(self, size: int, coefficients=(), constants=()) -> None:
+    def add_matrix(
+        self, size: int, coefficients: Sequence[Coefficient] = (), constants: Sequence[float] = ()
+    ) -> None:
         """Add a bilinear form over the first ``size`` dofs to the assembler's matrix values."""
         on, _alive = self._entities(coefficients, constants)
         self._assembler.add_matrix(self.address, on, size)

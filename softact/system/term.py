@@ -44,7 +44,8 @@ class TimeStep:
     def key(self) -> bytes:
         """Differs where the resistance differs."""
         return (
-            hashlib.blake2b(self.before, digest_size=16).digest() + repr(self.resistance).encode()
+            hashlib.blake2b(self.before.tobytes(), digest_size=16).digest()
+            + repr(self.resistance).encode()
         )
 
 
@@ -109,7 +110,8 @@ class Term(Protocol):
 def unit_forces(assembler: Assembler, entities: np.ndarray, degree: int) -> np.ndarray:
     """Nodal forces (3, local) of 1 N/mm³ in cells, or 1 N/mm² on facets, along x, y and z."""
     form = "body_force" if np.ndim(entities) == 1 else "surface_force"
-    kernel = Kernel(assembler, *assembler.kernels(form, degree), entities)
+    (address,) = assembler.kernels(form, degree)
+    kernel = Kernel(assembler, address, entities)
     forces = np.zeros((3, assembler.unknowns.local))
     for direction, out in zip(np.eye(3), forces, strict=True):
         kernel.add_vector(out, 3 * FUNCTIONS[degree], [], direction)

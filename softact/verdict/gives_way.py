@@ -44,11 +44,7 @@ def told(results: Results) -> str:
     """What happens at the limit of the path and what helps; "" where there is no limit or the
     fields do not tell."""
     loads = load(results)
-    if (
-        not reached(results).limit
-        or results.points is None
-        or len(results.increments) != len(loads)
-    ):
+    if not reached(results).limit or not results.has_mesh or len(results.increments) != len(loads):
         return ""
     if not results.layout.regions or len(loads) < 3 or load_name(results) is None:
         return ""

@@ -12,6 +12,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -113,7 +114,7 @@ class Verdict:
         return {"colour": self.colour, "words": self.words, "reasons": reasons}
 
 
-def from_data(data: object) -> Verdict | None:
+def from_data(data: Any) -> Verdict | None:
     """The verdict that run.json holds, None where that is none."""
     try:
         reasons = tuple(Reason(str(one["kind"]), str(one["text"])) for one in data["reasons"])

@@ -154,6 +154,11 @@ def test_a_step_file_that_is_not_watertight(step, meshed):
     assert "not watertight" in refused(FromStep.model_validate({"file": file}), meshed)
 
 
+def test_a_script_is_run_whatever_the_case_of_its_suffix(script, meshed):
+    geometry = {"file": script(suffix=".PY"), "surfaces": ["outer"], "mesh_size": "4 mm"}
+    assert meshed(FromScript.model_validate(geometry)).volumes.sum() == pytest.approx(VOLUME)
+
+
 def test_the_file_is_looked_for_beside_the_spec(script, tmp_path):
     script()
     spec = tmp_path / "pouch.yaml"

@@ -16,12 +16,11 @@ MOST_FRICTION = 10.0
 
 
 class Shape(Protocol):
-    """Signed distance of points, its gradient and its second derivatives.
+    """Signed distance of points, its gradient and its second derivatives."""
 
-    room: how deep a point may be inside before the nearest surface is that of another side, mm.
-    """
-
-    room: float
+    @property
+    def room(self) -> float:
+        """How deep a point may be inside before the nearest surface is that of another side, mm."""
 
     def distance(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Of points (n, 3) mm: distance (n,) to the surface, mm, below zero inside; its gradient

@@ -31,8 +31,8 @@ class BlockObstacle(SpecObstacle):
 
     def shape(self) -> Block:
         """See ``SpecObstacle``."""
-        axes = rotation_of(self.rotation).T.tolist()
-        return Block(self.center, self.size, tuple(tuple(axis) for axis in axes))
+        axes = [(float(x), float(y), float(z)) for x, y, z in rotation_of(self.rotation).T]
+        return Block(self.center, self.size, tuple(axes))
 
 
 @dataclass(frozen=True)
