@@ -34,7 +34,7 @@ def per_cavity(title: str, values: Mapping[str, float]) -> dict[str, float]:
     return {title.replace("<cavity>", name): value for name, value in values.items()}
 
 
-def vector_columns(title: str, values) -> dict[str, float]:
+def vector_columns(title: str, values: np.ndarray) -> dict[str, float]:
     """{'tip_x_mm': ..., ...} from 'tip_<xyz>_mm' and three numbers."""
     return {title.replace("<xyz>", c): float(v) for c, v in zip("xyz", values, strict=True)}
 
@@ -46,7 +46,7 @@ def continued(angle: float, before: float | None, period: float = 360.0) -> floa
     return angle + period * np.round((before - angle) / period)
 
 
-def rotation_about(axis, degrees: float) -> np.ndarray:
+def rotation_about(axis: np.ndarray, degrees: float) -> np.ndarray:
     """Rotation matrix about a unit vector (Rodrigues)."""
     x, y, z = axis
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])

@@ -13,10 +13,10 @@ if TYPE_CHECKING:
     from softact.measures.snapshot import Snapshot
 
 
-def _whole(snapshot: Snapshot, force) -> np.ndarray:
+def _whole(snapshot: Snapshot, force: np.ndarray) -> np.ndarray:
     """Force on the whole actuator from that on the part that was meshed."""
     for plane in snapshot.layout.symmetry.values():
-        force = np.where(np.arange(3) == plane, 0.0, 2.0) * force
+        force = force * np.where(np.arange(3) == plane, 0.0, 2.0)
     return force
 
 
@@ -29,7 +29,7 @@ def _evaluate(snapshot: Snapshot):
         if contact.obstacle is not None:
             force = _whole(snapshot, contacts.force(contact, state))
             columns |= vector_columns(f"contact_force_{contact.name}_<xyz>_N", force)
-            moved = state["shift"].get(contact.name, np.zeros(3))
+            moved = np.asarray(state["shift"].get(contact.name, np.zeros(3)))
             columns |= vector_columns(f"obstacle_{contact.name}_<xyz>_mm", moved)
             if contact.obstacle.load_cell:
                 blocked = force if blocked is None else blocked + force
