@@ -126,14 +126,6 @@ def test_a_finished_run_that_is_damaged_gets_no_measured_curve(cube, tmp_path):
     assert line.startswith("cube/curve.csv: is damaged (")
 
 
-def test_one_specimen_given_twice_has_no_scatter(tmp_path):
-    (tmp_path / "data.csv").write_text(TENSION)
-    ended = in_process(("fit", "data.csv", "data.csv", "--starts", "1"), tmp_path, 60.0)
-    assert ended.code == 0, ended
-    (data,) = json.loads((tmp_path / "results" / "fit" / "data.json").read_text())
-    assert data["reduced_chi_square"] is None
-
-
 def test_numbers_of_a_fit_that_are_none_are_null():
     stretch = np.linspace(1.0, 2.0, 20)
     test = Test("a", "uniaxial", stretch, 0.2 * (stretch - stretch**-2))

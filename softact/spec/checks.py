@@ -94,7 +94,7 @@ def _measures(value: Any) -> Iterator[Fault]:
     for index, name in enumerate(value):
         if isinstance(name, str) and name not in MEASURES:
             titles = [(m, title) for m, entry in MEASURES.items() for title in entry.columns]
-            found = next((pair for pair in titles if name and pair[1].startswith(name)), None)
+            found = next((pair for pair in titles if pair[1].startswith(f"{name}_")), None)
             hint = f"measure {found[0]} has {found[1]}" if found else nearest(name, MEASURES)
             yield ("measures", index), f"there is no measure {show(name)}; {hint}"
 
