@@ -42,7 +42,15 @@ class _Search:
     are kept in the cache: the same search, begun anew after a kill, comes to where it was at once.
     """
 
-    def __init__(self, request: Request, spec: Spec, knobs, measured, cache: Cache, say):
+    def __init__(
+        self,
+        request: Request,
+        spec: Spec,
+        knobs: list[Knob],
+        measured: Measured,
+        cache: Cache,
+        say: Callable[[str], None],
+    ):
         self.request, self.spec, self.knobs, self.measured = request, spec, knobs, measured
         self.cache, self.say = cache, say
         self.sizes = np.array([knob.size for knob in knobs])
@@ -119,7 +127,9 @@ class _Search:
         self.jacobian = np.stack(columns, axis=1)
         return self.jacobian
 
-    def _sensitivity(self, position, here, i: int, change: float) -> np.ndarray:
+    def _sensitivity(
+        self, position: np.ndarray, here: np.ndarray, i: int, change: float
+    ) -> np.ndarray:
         """Forward difference, backward at a bound or where the forward run ends early."""
         for signed in (change, -change):
             if not self.low[i] <= position[i] + signed <= self.high[i]:

@@ -99,7 +99,9 @@ def _candidates(request: Request, tests: list[Test]) -> list[Candidate]:
     return [hold(candidates[0], request.held)]
 
 
-def _fit_all(tests, candidates: list[Candidate], options: Options, say) -> list[Fit]:
+def _fit_all(
+    tests, candidates: list[Candidate], options: Options, say: Callable[[str], None]
+) -> list[Fit]:
     fits, refused = [], []
     for candidate in candidates:
         if len(candidates) > 1:
@@ -127,7 +129,13 @@ def _output(request: Request) -> Output:
     return output
 
 
-def _write(request: Request, output: Output, fits: list[Fit], others: dict[str, Law], say) -> None:
+def _write(
+    request: Request,
+    output: Output,
+    fits: list[Fit],
+    others: dict[str, Law],
+    say: Callable[[str], None],
+) -> None:
     card, plot, values, page = (f"{request.name}{suffix}" for suffix in SUFFIXES)
     try:
         text = card_text(fits[0], request.density, request.strength)

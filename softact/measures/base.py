@@ -34,7 +34,7 @@ def per_cavity(title: str, values: Mapping[str, float]) -> dict[str, float]:
     return {title.replace("<cavity>", name): value for name, value in values.items()}
 
 
-def vector_columns(title: str, values) -> dict[str, float]:
+def vector_columns(title: str, values: np.ndarray) -> dict[str, float]:
     """{'tip_x_mm': ..., ...} from 'tip_<xyz>_mm' and three numbers."""
     return {title.replace("<xyz>", c): float(v) for c, v in zip("xyz", values, strict=True)}
 

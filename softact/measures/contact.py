@@ -23,7 +23,7 @@ def _evaluate(snapshot: Snapshot):
         if contact.obstacle is not None:
             force = snapshot.of_whole(contacts.force(contact, state))
             columns |= vector_columns(f"contact_force_{contact.name}_<xyz>_N", force)
-            moved = state["shift"].get(contact.name, np.zeros(3))
+            moved = np.asarray(state["shift"].get(contact.name, np.zeros(3)))
             columns |= vector_columns(f"obstacle_{contact.name}_<xyz>_mm", moved)
             if contact.obstacle.load_cell:
                 blocked = force if blocked is None else blocked + force

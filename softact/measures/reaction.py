@@ -28,12 +28,12 @@ def _evaluate(snapshot: Snapshot):
     return columns
 
 
-def _columns(name, force, moment):
+def _columns(name: str, force: np.ndarray, moment: np.ndarray):
     moments = vector_columns(f"{name}_moment_<xyz>_Nmm", moment)
     return vector_columns(f"{name}_<xyz>_N", force) | moments
 
 
-def _titles(name, what):
+def _titles(name: str, what: str):
     return {f"{name}_{c}_N": f"force of {what} along {c}" for c in "xyz"} | {
         f"{name}_moment_{c}_Nmm": f"moment of {what} about {c}, taken at the origin" for c in "xyz"
     }

@@ -11,6 +11,7 @@ from softact.mesh.triangles import MEMBRANE_RULE, average, shape_functions
 
 if TYPE_CHECKING:
     from softact.model import Model
+    from softact.system.term import State
 
 
 def _at_nodes(model: Model, values_of) -> np.ndarray:
@@ -34,7 +35,7 @@ def _to_nodes(nodes: int) -> np.ndarray:
     return places @ np.linalg.inv(shape_functions(MEMBRANE_RULE[0], 3))
 
 
-def sheet_stress(model: Model, state) -> np.ndarray:
+def sheet_stress(model: Model, state: State) -> np.ndarray:
     """Cauchy stress (nodes, 6), MPa."""
 
     def values(part):
@@ -44,7 +45,7 @@ def sheet_stress(model: Model, state) -> np.ndarray:
     return _at_nodes(model, values)
 
 
-def sheet_stretch(model: Model, state) -> np.ndarray:
+def sheet_stretch(model: Model, state: State) -> np.ndarray:
     """Largest principal stretch in the sheets (nodes,)."""
 
     def values(part):
@@ -53,7 +54,7 @@ def sheet_stretch(model: Model, state) -> np.ndarray:
     return np.sqrt(np.maximum(_at_nodes(model, values)[:, 0], 0.0))
 
 
-def sheet_wrinkles(model: Model, state) -> np.ndarray | None:
+def sheet_wrinkles(model: Model, state: State) -> np.ndarray | None:
     """0 taut, 1 wrinkled, 2 slack (nodes,), means; None where no sheet has a tension field."""
     if not any(part.sheet.tension_field for part in model.sheets.values()):
         return None

@@ -1,8 +1,11 @@
 """Several result folders in one page: curves over each other, measures, and what was different."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from markupsafe import Markup
@@ -17,6 +20,9 @@ from softact.spec.kinds import expect_results
 from softact.spec.path import joined, leaves
 from softact.verdict.judge import AMBER, GREEN, RED, WORDS, Verdict, judge
 from softact.verdict.reached import reached
+
+if TYPE_CHECKING:
+    from softact.results.folder import Results
 
 
 @dataclass(frozen=True)
@@ -219,7 +225,7 @@ def _differences(names: Sequence[str], runs: Sequence[Results]) -> str:
     return base.table(["Path", *names], rows, file="spec.csv") if rows else ""
 
 
-def _plots(names, runs) -> list[Plot]:
+def _plots(names: Sequence[str], runs: Sequence[Results]) -> list[Plot]:
     columns = dict.fromkeys(name for run in runs for name in curves.measures(run))
     drivers = [load_name(run) for run in runs]
     known = {driver for driver in drivers if driver}
@@ -244,7 +250,7 @@ def _shapes(names: Sequence[str], runs: Sequence[Results]) -> list[tuple[str, Ma
     return [(name, base.image(p.read_bytes(), name)) for name, p in paths if p.is_file()]
 
 
-def _runs(names, runs, verdicts: Sequence[Verdict]) -> Markup:
+def _runs(names: Sequence[str], runs: Sequence[Results], verdicts: Sequence[Verdict]) -> Markup:
     heads = [
         "Run",
         "Verdict",
@@ -270,7 +276,7 @@ def _runs(names, runs, verdicts: Sequence[Verdict]) -> Markup:
     return base.table(heads, rows, marks=marks)
 
 
-def _measures_csv(names, aim, rows: Sequence[Row]) -> str:
+def _measures_csv(names: Sequence[str], aim, rows: Sequence[Row]) -> str:
     table = []
     for row in rows:
         line = {"measure": row.name, "load_kPa": "" if aim is None else aim}
@@ -282,7 +288,7 @@ def _measures_csv(names, aim, rows: Sequence[Row]) -> str:
     return csv_text(table)
 
 
-def _curves_csv(names, runs) -> str:
+def _curves_csv(names: Sequence[str], runs: Sequence[Results]) -> str:
     table = []
     for name, run in zip(names, runs, strict=True):
         count = len(load(run))

@@ -1,12 +1,18 @@
 """What the curves and tables of a report show, taken from curve.csv; and ``curve.png``."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from io import BytesIO
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from softact.report import labels
 from softact.results.folder import BOOKKEEPING, Results, load, load_name, rest_state
+
+if TYPE_CHECKING:
+    from softact.results.folder import Results
 
 #: Title of a chart and the beginnings of the names of the columns in it. Other columns get a
 #: chart of their own.
@@ -114,7 +120,7 @@ def charts(results: Results) -> list[Chart]:
     return found
 
 
-def _chart(results, title, x_label, abscissa, names) -> Chart:
+def _chart(results: Results, title: str, x_label: str, abscissa, names) -> Chart:
     shown = [labels.column(name) for name in names]
     series = [
         (label.name, abscissa, results.curve[name] * label.factor)

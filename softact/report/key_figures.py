@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +12,9 @@ from softact.report import labels
 from softact.report.curves import measures, round_loads
 from softact.results.folder import Results, load, load_name, load_text
 from softact.verdict.reached import reached
+
+if TYPE_CHECKING:
+    from softact.results.folder import Results
 
 # Columns that still fit; at least one round load is told of each step that changes the load.
 MOST_STOPS = 9
@@ -75,7 +79,9 @@ def _text(results: Results, driver: str | None, row: int, without: str) -> str:
     return f"{labels.number(float(results.curve[driver][row]))} {label.unit}"
 
 
-def _round_stops(results, step, begin: int, end: int, driver: str, most: int) -> list[Stop]:
+def _round_stops(
+    results: Results, step: str, begin: int, end: int, driver: str, most: int
+) -> list[Stop]:
     """Where a step first reaches round loads."""
     values = results.curve[driver]
     far = begin + int(np.argmax(np.abs(values[begin : end + 1] - values[begin])))

@@ -1,8 +1,11 @@
 """Pictures of the actuator: ``states.png`` and ``shape.png``."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from io import BytesIO
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +16,10 @@ from softact.report.frames import Group, Scene
 from softact.report.surface import Skin
 from softact.report.view import STRESS_COLOURS, View, states
 from softact.results.folder import Results, load, load_name, load_text
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 INK, _GREY = "#15202b", "#8a949b"
 _DPI = 160
@@ -96,7 +103,7 @@ def compose(
     figure = Figure(figsize=size, dpi=_DPI, facecolor="white")
     FigureCanvasAgg(figure)
 
-    def place(left, top, wide, tall):
+    def place(left: float, top: float, wide: float, tall: float):
         """Axes at inches from the upper left corner."""
         at = (left / size[0], 1 - (top + tall) / size[1], wide / size[0], tall / size[1])
         axes = figure.add_axes(at)
@@ -159,7 +166,7 @@ def _part_of_step(results: Results, number: float) -> str:
     return f"{100 * part:.3g} % of step '{step}'"
 
 
-def _ring(axes, group: Group, places: np.ndarray) -> None:
+def _ring(axes: Axes, group: Group, places: np.ndarray) -> None:
     """Rings around places (n, 2) mm of a panel that fills the axes."""
     axes.set_zorder(1)  # above the picture
     axes.set_xlim(group.low[0], group.high[0])
@@ -169,7 +176,7 @@ def _ring(axes, group: Group, places: np.ndarray) -> None:
         axes.scatter(*places.T, s=320, facecolors="none", edgecolors=colour, linewidths=width)
 
 
-def _colour_bar(figure, axes, scene: Scene) -> None:
+def _colour_bar(figure: Figure, axes: Axes, scene: Scene) -> None:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
@@ -182,7 +189,9 @@ def _colour_bar(figure, axes, scene: Scene) -> None:
     bar.set_label(str(labels.field(scene.field)), fontsize=10, color=INK)
 
 
-def _axes_cross(axes, view: View, mm_per_inch: float, wide: float, tall: float, note: str) -> None:
+def _axes_cross(
+    axes: Axes, view: View, mm_per_inch: float, wide: float, tall: float, note: str
+) -> None:
     """The three axes as arrows of a round length in mm, to the scale of the panels."""
     axes.set_xlim(0, wide * mm_per_inch)
     axes.set_ylim(0, tall * mm_per_inch)

@@ -1,7 +1,10 @@
 """Several runs beside published requirements: each figure over the load, with what is asked."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from markupsafe import Markup
@@ -11,6 +14,9 @@ from softact.report.base import Plot, Section
 from softact.report.base.templates import macros
 from softact.report.targets import Requirement
 from softact.results.folder import Results, load, load_name
+
+if TYPE_CHECKING:
+    from softact.results.folder import Results
 
 #: Figures of an actuator that nothing stops; a run with a load cell does not tell them.
 FREE = {
@@ -94,14 +100,18 @@ def _cell(run: Results, asked: Requirement) -> str:
     return ": ".join(part for part in (verdict.verdict, found) if part)
 
 
-def plots(names, runs, asked: Sequence[Requirement]) -> list[Plot]:
+def plots(
+    names: Sequence[str], runs: Sequence[Results], asked: Sequence[Requirement]
+) -> list[Plot]:
     """A plot for each figure of a state that is asked for, with a line at what is asked."""
     figures = dict.fromkeys(r.figure for r in asked)
     made = [_plot(names, runs, [r for r in asked if r.figure == figure]) for figure in figures]
     return [plot for plot in made if plot]
 
 
-def _plot(names, runs, asked: Sequence[Requirement]) -> Plot | None:
+def _plot(
+    names: Sequence[str], runs: Sequence[Results], asked: Sequence[Requirement]
+) -> Plot | None:
     figure = asked[0].figure
     label, told = targets.label(figure), []
     for name, run in zip(names, runs, strict=True):

@@ -1,10 +1,13 @@
 """Published applications beside an actuator: which of their requirements does it meet?"""
 
+from __future__ import annotations
+
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +21,9 @@ from softact.report.curves import at_load
 from softact.report.targets_file import Asked, TargetsFile, in_unit_of
 from softact.results.folder import Results, load, load_name
 from softact.spec.faults import validated
+
+if TYPE_CHECKING:
+    from softact.results.folder import Results
 
 MET, NOT_MET, UNKNOWN = "met", "not met", "not known"
 _DERIVED = {
@@ -150,7 +156,7 @@ def _states(results: Results, r: Requirement) -> tuple[np.ndarray, str]:
     return rows, why
 
 
-def _found(results, r: Requirement, values: np.ndarray, states) -> tuple[float, str]:
+def _found(results: Results, r: Requirement, values: np.ndarray, states) -> tuple[float, str]:
     """The largest value in those states, or at the very pressure between two of them."""
     loads = load(results)
     best = states[np.argmax(values[states])]

@@ -1,7 +1,10 @@
 """The data of the 3-D view: all states of the skin, small enough to stand in the page."""
 
+from __future__ import annotations
+
 import base64
 import gzip
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +14,9 @@ from softact.report.surface import Skin, drawn, mirrored, skin
 from softact.report.view import STRESS_COLOURS, bending_view, colour_range
 from softact.results.folder import Results, load, load_name, load_text
 from softact.verdict.reached import moving_rows, unstable_rows
+
+if TYPE_CHECKING:
+    from softact.results.folder import Results
 
 _MOST_STATES = 40
 _MOST_TRIANGLES = 45_000
@@ -95,7 +101,7 @@ def _place(results: Results, number: int, nodes: np.ndarray) -> np.ndarray:
     return drawn(results, moved)[nodes]
 
 
-def _shade(results, number, name, nodes, bottom, top) -> np.ndarray:
+def _shade(results: Results, number: int, name: str, nodes, bottom, top) -> np.ndarray:
     if number < 0:
         return np.zeros(len(nodes), np.uint8)
     values = np.nan_to_num(results.field(number, name)[nodes], nan=bottom)

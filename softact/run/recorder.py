@@ -6,6 +6,7 @@ import resource
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,7 +28,9 @@ from softact.verdict.judge import AMBER, RED, Reason, Verdict, judge
 
 if TYPE_CHECKING:
     from softact.model import Model
+    from softact.results.writer import ResultsWriter
     from softact.spec import Spec
+    from softact.system.term import State
 
 # Seconds without an event after which it is told what the solver tries.
 SILENCE = 5.0
@@ -43,7 +46,7 @@ class Recorder:
         self,
         spec: Spec,
         model: Model,
-        writer,
+        writer: ResultsWriter | None,
         tell: Callable[[dict], None],
         start,
         notes: Sequence[str] = (),
@@ -77,7 +80,7 @@ class Recorder:
 
     def _write_mesh(self) -> None:
         gathered = gather_mesh(self.model)
-        if gathered is not None:
+        if gathered is not None and self.writer is not None:
             points, cells, region, surfaces = gathered
             layout = self.model.mesh.layout
             names = layout.regions or layout.sheets
@@ -103,7 +106,7 @@ class Recorder:
             }
             told = {"messages": messages, "notes": [*self.notes, *progress.notes]}
             started = time.perf_counter()
-            self.verdict = self._judge(status, told)
+            self.verdict = self._judge(self.writer.directory, status, told)
             times["judge"] = time.perf_counter() - started
             told |= {
                 "verdict": self.verdict.data(),
@@ -117,9 +120,8 @@ class Recorder:
         self.tell({**done, "verdict": self.verdict and self.verdict.data()})
         return status
 
-    def _judge(self, status: str, told: dict) -> Verdict:
+    def _judge(self, directory: Path, status: str, told: dict) -> Verdict:
         """The verdict on what has been written, and on what run.json will say."""
-        directory = self.writer.directory
         try:
             return judge(replace(read(directory), run={"status": status, **told}))
         except Exception as error:  # the run is worth more than what is thought of it
@@ -155,7 +157,7 @@ class Recorder:
                 )
         return said
 
-    def _accept(self, state, attempt, number) -> None:
+    def _accept(self, state: State, attempt, number: int) -> None:
         started = time.perf_counter()
         snapshot = Snapshot(self.model, state, self.row, self.spec.safety_factor, self.probes)
         row = {"step": attempt.step, "increment": number, "step_fraction": attempt.fraction}
@@ -166,9 +168,11 @@ class Recorder:
         row["newton_iterations"] = attempt.iterations
         row["residual"] = attempt.residuals[-1] if attempt.residuals else 0.0
         self.row = row
+        # Gathered by all processes; only the one that writes gets them.
         fields = {
-            name: gather_nodes(self.model, values)
+            name: gathered
             for name, values in snapshot.nodal_fields().items()
+            if (gathered := gather_nodes(self.model, values)) is not None
         }
         if self.writer is not None:
             self.writer.increment(row, fields)
@@ -179,7 +183,7 @@ class Recorder:
         started = time.perf_counter()
         curve = self.writer.curve if self.writer is not None else ""
         data = pack(self.model, replace(checkpoint, curve=curve, spec=self.identity))
-        if self.writer is not None:
+        if self.writer is not None and data is not None:
             self.writer.checkpoint(data)
         self.write_time += time.perf_counter() - started
 
