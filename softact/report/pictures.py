@@ -173,7 +173,14 @@ def _ring(axes: Axes, group: Group, places: np.ndarray) -> None:
     axes.set_ylim(group.low[1], group.high[1])
     # A white rim lets it be seen on any colour.
     for colour, width in (("white", 4.5), (MARK, 2.2)):
-        axes.scatter(*places.T, s=320, facecolors="none", edgecolors=colour, linewidths=width)
+        axes.scatter(
+            places[:, 0],
+            places[:, 1],
+            s=320,
+            facecolors="none",
+            edgecolors=colour,
+            linewidths=width,
+        )
 
 
 def _colour_bar(figure: Figure, axes: Axes, scene: Scene) -> None:
@@ -203,11 +210,11 @@ def _axes_cross(
     for name, direction in zip("xyz", directions, strict=True):
         end = start + length * direction
         axes.annotate(
-            "", end, start, arrowprops={"arrowstyle": "-|>", "color": INK, "lw": 1.2,
+            "", tuple(end), tuple(start), arrowprops={"arrowstyle": "-|>", "color": INK, "lw": 1.2,
                                         "shrinkA": 0, "shrinkB": 0, "mutation_scale": 8},
         )  # fmt: skip
         beyond = end + 0.11 * mm_per_inch * direction / max(np.linalg.norm(direction), 0.3)
-        axes.text(*beyond, name, fontsize=9, color=INK, ha="center", va="center")
+        axes.text(beyond[0], beyond[1], name, fontsize=9, color=INK, ha="center", va="center")
     for height, text in ((0.15, f"arrows: {length:g} mm"), (0.0, note)):
         axes.text(
             0.5 * wide * mm_per_inch, height * tall * mm_per_inch, text,
