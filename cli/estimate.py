@@ -45,7 +45,7 @@ def estimate(
     """
     from softact import spec as specs
     from softact.estimate import estimate as estimated
-    from softact.files import csv_text, write_atomic
+    from softact.files.text import csv_text, write_atomic
 
     found = estimated(specs.load(spec, overrides))
     said = _beside(found, beside) if beside else []
@@ -66,7 +66,7 @@ def estimate(
 
 def _beside(found, directory: Path) -> list[str]:
     from softact.estimate.beside import verdict
-    from softact.results import read
+    from softact.results.folder import read
 
     return verdict(found, read(directory))
 

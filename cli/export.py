@@ -67,7 +67,7 @@ def export(
     """
     from softact.export import page, sources, statement
     from softact.export.job import prepare
-    from softact.files import write_atomic
+    from softact.files.text import write_atomic
 
     job = prepare(sources.runs(folders, cache_folder), pieces, damping_ratio)
     chosen = [FORMATS[name] for name in dict.fromkeys(formats)]

@@ -87,7 +87,7 @@ def angles(finger_xml: Path, pressures, tip_force) -> list[float]:
 def main(finger_xml: str, *folders: str) -> None:
     """Print the angles of arm and finite elements."""
     from softact.export.states import spec_of
-    from softact.results import read
+    from softact.results.folder import read
 
     for folder in folders:
         run = read(folder)

@@ -12,7 +12,7 @@ from softact.errors import SpecError
 from softact.estimate import Estimate, estimate
 from softact.report import labels
 from softact.report.base import Section, figures, lines, xy
-from softact.results import Results
+from softact.results.folder import Results
 from softact.spec import loads
 
 #: An estimate that is farther off at half of the pressure is said to be off.

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from softact.export import errors, reduced, statement
 from softact.export.chain import Chain, chain_of
 from softact.export.errors import Deviation
-from softact.results import Results
+from softact.results.folder import Results
 
 DAMPING_RATIO = 0.1
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from softact.materials import Law
-from softact.results import Results
+from softact.results.folder import Results
 from softact.spec import Spec
 
 

@@ -25,10 +25,9 @@ def html(job: Job) -> str:
     """The text of the page."""
     model = job.model
     warned = statement.warnings(model)
-    seen = {deviation.name: deviation for deviation in job.seen}
-    told = f"From the finite-element states, {seen["tip's place"].text()}."
-    if _bends(job):
-        told = f"From the finite-element states, {seen['bending angle'].text()}."
+    first = "bending angle" if _bends(job) else "tip's place"
+    (shown,) = [deviation for deviation in job.seen if deviation.name == first]
+    told = f"From the finite-element states, {shown.text()}."
     kind, head = ("warn", "Not all of it is fitted.") if warned else ("good", "Fitted.")
     sections = [
         Section("states", "Model and states", POINTS + base.figures(_over_states(job)), "States"),

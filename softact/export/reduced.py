@@ -14,7 +14,7 @@ from softact.errors import SpecError
 from softact.export import fitting, masses, states
 from softact.export.rod import COMPONENTS, Rod, rotations
 from softact.export.stiffness import ASSUMED, FITTED, SAME, assumed
-from softact.results import Results
+from softact.results.folder import Results
 
 TABLE_ROWS = 41
 #: A piece turns by no more, degrees; and there are no fewer and no more pieces.

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from softact.errors import SpecError
-from softact.files import csv_rows
-from softact.results import Results, read
+from softact.files.text import csv_rows
+from softact.results.folder import Results, read
 from softact.sweep.cache import DEFAULT, folder_of
 
 

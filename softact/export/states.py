@@ -16,9 +16,8 @@ import numpy as np
 
 from softact.errors import SpecError
 from softact.export.masses import point_masses
-from softact.geometry import Layout
-from softact.report.view import load_name
-from softact.results import Results
+from softact.mesh.layout import Layout
+from softact.results.folder import Results, load_name
 from softact.spec import Spec, loads
 
 #: A reaction that differs by more than this part (and N) from weight and tip's load tells of

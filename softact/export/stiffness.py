@@ -13,7 +13,7 @@ import numpy as np
 
 from softact.export import masses, states
 from softact.materials import Law
-from softact.results import Results
+from softact.results.folder import Results
 
 if TYPE_CHECKING:
     from softact.export.reduced import Body

@@ -18,8 +18,8 @@ from pathlib import Path
 from softact.errors import SpecError
 from softact.export import rod, to_json
 from softact.export.job import Job
-from softact.files import write_atomic
-from softact.spec.fields import STANDARD_GRAVITY
+from softact.fields import STANDARD_GRAVITY
+from softact.files.text import write_atomic
 
 ROD = "softact_rod.py"
 

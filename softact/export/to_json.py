@@ -8,7 +8,7 @@ import numpy as np
 
 from softact.export.job import Job
 from softact.export.rod import blocking_lever
-from softact.files import json_text, write_atomic
+from softact.files.text import json_text, write_atomic
 
 SCHEMA = "softact reduced model 1"
 

@@ -15,7 +15,7 @@ import numpy as np
 from softact.export.chain import AXES, Chain, Link
 from softact.export.job import Job
 from softact.export.statement import comment
-from softact.files import write_atomic
+from softact.files.text import write_atomic
 
 #: Springs are explicit in MuJoCo's integrators: with the damping implicit, an overdamped joint is
 #: stable below twice its time of decay.

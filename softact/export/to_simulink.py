@@ -13,7 +13,7 @@ import numpy as np
 from softact.errors import SpecError
 from softact.export.job import Job
 from softact.export.to_json import document
-from softact.files import csv_text, write_atomic
+from softact.files.text import csv_text, write_atomic
 
 PRESSURES, FORCES = 21, 9
 MEASURED = ("bending_angle_deg", "twist_angle_deg", "tip_x_mm", "tip_y_mm", "tip_z_mm",

@@ -12,7 +12,7 @@ import numpy as np
 
 from softact.export.chain import AXES, Chain
 from softact.export.job import Job
-from softact.files import write_atomic
+from softact.files.text import write_atomic
 
 MM, GRAM_PER_KG = 1e3, 1e3
 

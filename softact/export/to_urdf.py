@@ -16,7 +16,7 @@ from softact.errors import SpecError
 from softact.export.chain import AXES, Chain, Drive, Link
 from softact.export.job import Job
 from softact.export.statement import comment
-from softact.files import csv_text, write_atomic
+from softact.files.text import csv_text, write_atomic
 
 #: Joints of one place that turn about several axes need links between them, which must not be
 #: without mass (kg, kg·m²).

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from softact import run as runs
 from softact import spec as specs
 from softact.cli.estimate import estimate as command
 from softact.errors import SpecError
 from softact.estimate import BEAMS, EXACT, beside, estimate
 from softact.estimate.weight import mass
-from softact.results import read
+from softact.results.folder import read
+from softact.run import start as runs
 
 ROOT = Path(__file__).parents[2]
 FINGER = """

@@ -3,10 +3,10 @@
 import pytest
 import yaml
 
-from softact import run as runs
 from softact import spec as specs
 from softact.export import job
-from softact.results import read
+from softact.results.folder import read
+from softact.run import start as runs
 
 FORCES = ("-50 mN", "0 N", "50 mN")
 FINGER = """

@@ -6,8 +6,8 @@ applies a pure moment M, so that k = k0 + M/K all along. The mesh is a box witho
 
 import numpy as np
 
-from softact.geometry import Layout
-from softact.results_writer import ResultsWriter
+from softact.mesh.layout import Layout
+from softact.results.writer import ResultsWriter
 
 START, ACTIVE, END = 4.0, 40.0, 6.0
 LENGTH = START + ACTIVE + END

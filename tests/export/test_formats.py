@@ -12,8 +12,8 @@ import pytest
 from softact.errors import SpecError
 from softact.export import FORMATS, chain, page, statement, to_fmu, to_urdf
 from softact.export.rod import Rod
-from softact.files import csv_rows
-from softact.spec.fields import STANDARD_GRAVITY
+from softact.fields import STANDARD_GRAVITY
+from softact.files.text import csv_rows
 
 ROOT = Path(__file__).parents[2]
 ANGLE = 0.03  # of the finite elements' angle

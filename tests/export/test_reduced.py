@@ -7,7 +7,7 @@ import pytest
 
 from softact.errors import SpecError
 from softact.export import errors, fitting, job, masses, reduced, sources, states
-from softact.results import read
+from softact.results.folder import read
 
 from . import made_up
 

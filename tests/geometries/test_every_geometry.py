@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softact.geometry import GEOMETRIES
+from softact.geometries import GEOMETRIES
 
 
 def mm(value: float) -> str:
@@ -66,6 +66,15 @@ CASES = [
     ("shell_reinforced", {"cuts": 0, "symmetry": False}),
     ("fiber_reinforced", {"length": "40 mm"}),
     ("fiber_reinforced", {"length": "40 mm", "symmetry": False, "base_wall": "1 mm"}),
+    ("block", {"through_wall": 3}),
+    ("thick_sphere", {"through_wall": 3}),
+    ("tube", {"inner_radius": "5 mm", "outer_radius": "5.5 mm", "through_wall": 3}),
+    ("pneunet", {"chambers": 2, "mesh_size": "4 mm", "through_wall": 2}),
+    ("slow_pneunet", {"chambers": 2, "film_thickness": "2 mm", "through_wall": 3}),
+    ("omnidirectional", {"modules": 1, "mesh_size": "8 mm", "through_wall": 2}),
+    ("antagonistic", {"chambers": 1, "symmetry": True, "mesh_size": "2.5 mm", "through_wall": 2}),
+    ("shell_reinforced", {"cuts": 1, "end": "8 mm", "mesh_size": "3 mm", "through_wall": 2}),
+    ("fiber_reinforced", {"length": "30 mm", "mesh_size": "3 mm", "through_wall": 2}),
 ]  # fmt: skip
 
 
