@@ -1,8 +1,14 @@
 """`softact estimate`: a first answer in a second, by beams and moments."""
 
+from __future__ import annotations
+
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
+
+if TYPE_CHECKING:
+    from softact.estimate import Estimate
 
 
 @click.command(short_help="Estimate what an actuator does, without a run.")
@@ -64,14 +70,14 @@ def estimate(
         click.echo(f"wrote {output}")
 
 
-def _beside(found, directory: Path) -> list[str]:
+def _beside(found: Estimate, directory: Path) -> list[str]:
     from softact.estimate.beside import verdict
     from softact.results.folder import read
 
     return verdict(found, read(directory))
 
 
-def _table(found) -> list[str]:
+def _table(found: Estimate) -> list[str]:
     """Some rows, with the columns right below their heads."""
     from softact.report.labels import column, number
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from softact.cli._force import force_option
 from softact.export import FORMATS
 
 
@@ -21,9 +22,9 @@ from softact.export import FORMATS
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path, file_okay=False),
+    type=click.Path(path_type=Path),
     metavar="DIR",
-    help="Folder for the files.  [default: export, in the first folder]",
+    help="Folder for the files.  [default: results/<name of the first folder>-export]",
 )
 @click.option(
     "--pieces",
@@ -40,10 +41,11 @@ from softact.export import FORMATS
 @click.option(
     "--cache",
     "cache_folder",
-    type=click.Path(path_type=Path, file_okay=False),
+    type=click.Path(path_type=Path),
     metavar="DIR",
     help="Where the runs of a sweep are kept.  [default: results/.runs]",
 )
+@force_option
 def export(
     folders: tuple[str, ...],
     formats: tuple[str, ...],
@@ -51,6 +53,7 @@ def export(
     pieces: int | None,
     damping_ratio: float,
     cache_folder: Path | None,
+    force: bool,
 ) -> None:
     """Fit a reduced model to the states of runs and write it for simulators.
 
@@ -68,19 +71,22 @@ def export(
     from softact.export import page, sources, statement
     from softact.export.job import prepare
     from softact.files.text import write_atomic
+    from softact.results.own_folder import Output
 
+    first = Path(folders[0]).resolve().name
+    folder = Output(output or Path("results") / f"{first}-export", "export", force)
+    folder.check()  # before anything is fitted
     job = prepare(sources.runs(folders, cache_folder), pieces, damping_ratio)
-    chosen = [FORMATS[name] for name in dict.fromkeys(formats)]
-    for found in chosen:
-        found.check(job)
-    directory = output or Path(folders[0]) / "export"
-    directory.mkdir(parents=True, exist_ok=True)
-    written = [path for found in chosen for path in found.write(job, directory)]
-    report = directory / "reduced.html"
-    write_atomic(report, page.html(job))
+    files: dict[str, str | bytes] = {}
+    for name in dict.fromkeys(formats):
+        files |= FORMATS[name].files(job)
+    files["reduced.html"] = page.html(job)
+    with folder.opened(list(files)):
+        for name, content in files.items():
+            write_atomic(folder.file(name), content)
     for line in job.about:
         click.echo(line)
     for line in statement.warnings(job.model):
         click.echo(f"warning: {line}", err=True)
-    for path in [*written, report]:
-        click.echo(f"wrote {path}")
+    for name in files:
+        click.echo(f"wrote {folder.directory / name}")

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from html import escape
 
 import numpy as np
 
 from softact.errors import SpecError
 from softact.estimate import Estimate, estimate
 from softact.report import labels
-from softact.report.base import Section, figures, lines, xy
+from softact.report.base import Plot, Section, figures, lines, xy
+from softact.report.base.templates import macros
 from softact.results.folder import Results
 from softact.spec import loads
 
@@ -48,7 +48,9 @@ def of_run(results: Results) -> Estimate:
     return estimate(loads(results.spec_yaml, str(results.directory / "spec.yaml")))
 
 
-def differences(found: Estimate, results: Results, parts=(0.5, 1.0)) -> list[Difference]:
+def differences(
+    found: Estimate, results: Results, parts: Sequence[float] = (0.5, 1.0)
+) -> list[Difference]:
     """Of the columns that both have, at parts of the estimate's last pressure that the run reached.
 
     Raises SpecError where the run has no such pressure, as of a tube pressed on a bare surface.
@@ -75,7 +77,7 @@ def _shared(found: Estimate, results: Results) -> Iterator[str]:
             yield column
 
 
-def _rising(curve, pressure: str) -> np.ndarray:
+def _rising(curve: Mapping[str, np.ndarray], pressure: str) -> np.ndarray:
     """Rows of the step in which the pressure changes most, up to its largest value."""
     values, steps = curve[pressure], curve["step"]
     spans = {step: np.ptp(values[steps == step]) for step in dict.fromkeys(steps)}
@@ -99,16 +101,13 @@ def section(results: Results) -> Section:
     found = of_run(results)
     apart = verdict(found, results)
     poor = [f"poor here: {line}" for line in found.reservations]
-    listed = [*apart, *poor, *found.notes]
-    body = (
-        f"<p>An estimate, not a solution. {escape(found.method)}.</p>"
-        + figures(_plots(found, results))
-        + "<ul>" + "".join(f"<li>{escape(line)}</li>" for line in listed) + "</ul>"
-    )  # fmt: skip
+    told = [*apart, *poor, *found.notes]
+    plots = figures(_plots(found, results))
+    body = macros("estimate/beside.html").section(found.method, plots, told)
     return Section("estimate", "Beside a beam estimate", body, "Estimate")
 
 
-def _plots(found: Estimate, results: Results) -> Iterator:
+def _plots(found: Estimate, results: Results) -> Iterator[Plot]:
     x = found.pressure
     rows = _rising(results.curve, x)
     for column in _shared(found, results):

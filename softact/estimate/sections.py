@@ -14,6 +14,8 @@ import numpy as np
 
 from softact.estimate.uniaxial import Stress
 
+#: Which points y, z (n,) belong to a region.
+Inside = Callable[[np.ndarray, np.ndarray], np.ndarray]
 SMALL = 1e-6
 MOST_ITERATIONS, TOLERANCE = 60, 1e-7
 
@@ -112,9 +114,7 @@ def rectangle(y0: float, y1: float, z0: float, z1: float, rows: int = 24) -> Pat
     return Patch(grid_y.ravel(), grid_z.ravel(), area.ravel())
 
 
-def region(
-    inside: Callable[[np.ndarray, np.ndarray], np.ndarray], radius: float, count: int = 120
-) -> Patch:
+def region(inside: Inside, radius: float, count: int = 120) -> Patch:
     """Points of a region within a radius about the axis, where ``inside(y, z)`` is true."""
     step = 2 * radius / count
     line = -radius + step * (np.arange(count) + 0.5)

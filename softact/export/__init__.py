@@ -1,7 +1,8 @@
-"""Reduced models of actuators for simulators: one file per format, each with ``write``.
+"""Reduced models of actuators for simulators: one file per format, each with ``files``.
 
-A new format is one file with ``write(job, directory)``, which returns the files that it wrote, and
-one line in ``FORMATS``; ``check(job)`` beside it may refuse a model before anything is written.
+A new format is one file with ``files(job)``, which returns name -> content of what is to be
+written, and one line in ``FORMATS``. It raises SpecError where it cannot hold a model; nothing has
+been written then.
 """
 
 from __future__ import annotations
@@ -9,8 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
-from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -21,25 +20,17 @@ __all__ = ["FORMATS", "Format"]
 
 @dataclass(frozen=True)
 class Format:
-    """A file format. module: with its ``write``, imported only where it is asked for; description:
+    """A file format. module: with its ``files``, imported only where it is asked for; description:
     for the help."""
 
     module: str
     description: str
 
     @property
-    def _module(self) -> ModuleType:
-        return import_module(f"softact.export.{self.module}")
-
-    @property
-    def write(self) -> Callable[[Job, Path], list[Path]]:
-        """Writes the files of a model into a folder and returns them."""
-        return self._module.write
-
-    def check(self, job: Job) -> None:
-        """Raise SpecError where this format cannot hold a model, before anything is written."""
-        if check := getattr(self._module, "check", None):
-            check(job)
+    def files(self) -> Callable[[Job], dict[str, str | bytes]]:
+        """Gives name -> content of the files of a model. Raises SpecError where this format cannot
+        hold it."""
+        return import_module(f"softact.export.{self.module}").files
 
 
 FORMATS = {

@@ -58,13 +58,15 @@ class Drive:
 
 @dataclass(frozen=True)
 class Chain:
-    """Links from the clamp's on, the first of them fixed; tip: (3,) from the last joint, m."""
+    """Links from the clamp's on, the first of them fixed; tip: (3,) from the last joint, m.
+    slowness: seconds, damping by stiffness of every joint."""
 
     name: str
     links: tuple[Link, ...]
     drives: tuple[Drive, ...]
     tip: np.ndarray
     gravity: np.ndarray
+    slowness: float
 
 
 def chain_of(model: Reduced, damping_ratio: float) -> Chain:
@@ -93,7 +95,7 @@ def chain_of(model: Reduced, damping_ratio: float) -> Chain:
         _drive(model, name, piece, slow) for name in data["components"] if _has_joint(model, name)
     )
     gravity = model.states.gravity[np.argmax(np.linalg.norm(model.states.gravity, axis=1))]
-    return Chain(data["name"], tuple(links), drives, tip * M, gravity * M)
+    return Chain(data["name"], tuple(links), drives, tip * M, gravity * M, slow)
 
 
 def _has_joint(model: Reduced, component: str) -> bool:

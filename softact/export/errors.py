@@ -87,7 +87,7 @@ def _range(values: np.ndarray) -> float:
     return max(float(np.linalg.norm(np.ptp(values, axis=0))), 1e-12)
 
 
-def _deviation(name, unit, apart, whole, of) -> Deviation:
+def _deviation(name: str, unit: str, apart: np.ndarray, whole: float, of: str) -> Deviation:
     largest = float(np.abs(apart).max())
     return Deviation(
         name, unit, largest, float(np.sqrt(np.mean(apart**2))), 100 * largest / whole, of

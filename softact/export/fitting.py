@@ -102,11 +102,13 @@ def strain(
     return Curve(knots, rest), best
 
 
-def _terms(splines, columns, values, length) -> tuple[np.ndarray | None, float]:
+def _terms(
+    splines: np.ndarray, columns: np.ndarray, values: np.ndarray, length: float
+) -> tuple[np.ndarray | None, float]:
     """Factors of ``columns``, None where they are not known; and the root mean square left."""
     onto = np.linalg.qr(splines)[0]
 
-    def apart(part):
+    def apart(part: np.ndarray) -> np.ndarray:
         return part - onto @ (onto.T @ part)
 
     own, target = apart(columns), apart(values)

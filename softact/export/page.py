@@ -4,36 +4,38 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from html import escape
 
 import numpy as np
+from markupsafe import Markup
 
 from softact.export import reduced, statement
 from softact.export.job import Job
 from softact.export.to_json import document
 from softact.report import base
 from softact.report.base import Plot, Section
+from softact.report.base.templates import macros
 
 TITLES = {"bending_y": "bending", "bending_z": "bending across", "twist": "twist",
           "stretch": "stretch"}  # fmt: skip
 #: What turns by less is straight (degrees).
 STRAIGHT = 1.0
-POINTS = "<p class='note'>Points are states of the runs, lines are the reduced model.</p>"
 
 
 def html(job: Job) -> str:
     """The text of the page."""
-    model = job.model
+    model, pieces = job.model, macros("export/reduced_page.html")
     warned = statement.warnings(model)
     first = "bending angle" if _bends(job) else "tip's place"
     (shown,) = [deviation for deviation in job.seen if deviation.name == first]
     told = f"From the finite-element states, {shown.text()}."
     kind, head = ("warn", "Not all of it is fitted.") if warned else ("good", "Fitted.")
     sections = [
-        Section("states", "Model and states", POINTS + base.figures(_over_states(job)), "States"),
+        Section(
+            "states", "Model and states", pieces.states(base.figures(_over_states(job))), "States"
+        ),
         Section("deviations", "Deviations", _deviations(job), "Deviations"),
         Section("law", "What follows the pressure", base.figures(_law(job)), "Law"),
-        Section("about", "What it is and what is assumed", _about(job), "About"),
+        Section("about", "What it is and what is assumed", pieces.about(job.about), "About"),
     ]
     return base.page(
         model.data["name"],
@@ -115,7 +117,7 @@ def _law(job: Job) -> list[Plot]:
     return plots
 
 
-def _deviations(job: Job) -> str:
+def _deviations(job: Job) -> Markup:
     groups = [("the states it was fitted to", job.seen)]
     if job.unseen:
         groups.append((job.unseen[0], job.unseen[1]))
@@ -128,8 +130,3 @@ def _deviations(job: Job) -> str:
         ["Compared with", "Figure", "Largest", "Root mean square", "Unit", "Largest, relative"],
         rows, file="reduced_deviations.csv",
     )  # fmt: skip
-
-
-def _about(job: Job) -> str:
-    listed = "".join(f"<li>{escape(line)}</li>" for line in job.about)
-    return f"<ul>{listed}</ul>"

@@ -5,7 +5,7 @@ curvature whose rest shape, stiffness and volume follow the pressure; see ``rod`
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -117,7 +117,7 @@ def _body(run: Results) -> Body:
     return Body(base, axes, float(tip[0]), tip, active, places, mass, box)
 
 
-def _geometry(run, body: Body, found, pieces: int) -> dict:
+def _geometry(run: Results, body: Body, found: states.States, pieces: int) -> dict:
     """What the model holds of the undeformed actuator."""
     start, stop = body.active
     data = {
@@ -201,7 +201,9 @@ def _free(run: Results, mean: np.ndarray, length: float) -> list[str]:
     return [name for name in COMPONENTS if name in free]
 
 
-def _law(run, body, found, data, mean):
+def _law(
+    run: Results, body: Body, found: states.States, data: dict, mean: np.ndarray
+) -> tuple[list[str], dict, dict[str, str]]:
     """Rest strains and stiffnesses as functions of the pressure."""
     length = data["active_length_mm"]
     free = _free(run, mean, length)
@@ -234,7 +236,14 @@ def _law(run, body, found, data, mean):
     return free, table, sources
 
 
-def _share(curves, compliances, sources, found, mean, loads) -> None:
+def _share(
+    curves: dict[str, fitting.Curve],
+    compliances: dict[str, fitting.Compliance],
+    sources: dict[str, str],
+    found: states.States,
+    mean: np.ndarray,
+    loads: np.ndarray,
+) -> None:
     """An actuator without a plane of bending is as stiff in one plane as in the other."""
     pair = ("bending_y", "bending_z")
     known = [name for name in pair if sources.get(name) == FITTED]
@@ -252,7 +261,12 @@ def _empty(grid: np.ndarray) -> dict:
     return {"pressure_kPa": grid.tolist(), **nothing, "rest_volume_mm3": [0.0] * len(grid)}
 
 
-def _table(grid, free, curves, compliances) -> dict:
+def _table(
+    grid: np.ndarray,
+    free: Sequence[str],
+    curves: Mapping[str, fitting.Curve],
+    compliances: Mapping[str, fitting.Compliance],
+) -> dict:
     table = _empty(grid)
     for name in COMPONENTS:
         if name in free:

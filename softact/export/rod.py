@@ -10,14 +10,20 @@ function, the volume that it takes (Maxwell's relation): v = v₀ + dwᵀ K w₀
 dw = w − w₀ and ′ for d/dp. So no cycle of pressure and load makes energy out of nothing.
 """
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 COMPONENTS = ("twist", "bending_y", "bending_z", "stretch")
 AT_ONCE = 256  # states that are solved together, for want of memory
 TURNS = 0.5  # largest change of a curvature in one iteration, radians a piece
 
 
-def cross_matrices(vectors):
+def cross_matrices(vectors: np.ndarray) -> np.ndarray:
     """(..., 3, 3) matrices of the cross product with (..., 3) vectors."""
     zero = np.zeros(vectors.shape[:-1])
     x, y, z = np.moveaxis(vectors, -1, 0)
@@ -25,7 +31,7 @@ def cross_matrices(vectors):
     return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
 
 
-def rotations(vectors):
+def rotations(vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Rotation matrices of rotation vectors (..., 3), and the mean of the rotation on the way.
 
     The second maps a tangent to the chord of an arc that turns by the vector (Rodrigues).
@@ -41,7 +47,7 @@ def rotations(vectors):
     return np.eye(3) + first * cross + second * square, np.eye(3) + second * cross + third * square
 
 
-def blocking_lever(active, end):
+def blocking_lever(active: float, end: float) -> float:
     """1/mm: force across the tip by the moment that the rod would turn with, where the force holds
     the tip's centre on the axis and lets it turn; small deflections.
 
@@ -58,7 +64,7 @@ class Rod:
     centre is the origin.
     """
 
-    def __init__(self, data):
+    def __init__(self, data: Mapping[str, Any]):
         self.pieces = int(data["pieces"])
         self.start, self.end = float(data["start_mm"]), float(data["end_mm"])
         self.active = float(data["active_length_mm"])
@@ -77,27 +83,27 @@ class Rod:
 
     # --- what depends on the pressure alone -------------------------------------------------
 
-    def _table(self, table, pressure):
+    def _table(self, table: np.ndarray, pressure: ArrayLike) -> np.ndarray:
         """Linear between the rows; outside, the first or last value."""
         pressure = np.asarray(pressure, float)
         columns = [np.interp(pressure, self.pressure, column) for column in table.T]
         return np.stack(columns, axis=-1)
 
-    def rest(self, pressure):
+    def rest(self, pressure: ArrayLike) -> np.ndarray:
         """(..., 4) strains that the rod takes without a load."""
         return self._table(self.rest_table, pressure)
 
-    def stiffness(self, pressure):
+    def stiffness(self, pressure: ArrayLike) -> np.ndarray:
         """(..., 4) N·mm² for twist and curvatures, N for the stretch."""
         return self._table(self.stiffness_table, pressure)
 
-    def rest_volume(self, pressure):
+    def rest_volume(self, pressure: ArrayLike) -> np.ndarray:
         """(...,) mm³ without a load."""
         return np.interp(np.asarray(pressure, float), self.pressure, self.volume_table)
 
     # --- shape ------------------------------------------------------------------------------
 
-    def shape(self, strains):
+    def shape(self, strains: np.ndarray) -> tuple[np.ndarray, ...]:
         """Frames along rods of strains (m, pieces, 4).
 
         Returns ends (m, pieces + 1, 3) and frames there (m, pieces + 1, 3, 3), and the same in the
@@ -120,14 +126,16 @@ class Rod:
         stacked = ends, frames, middles, middle_frames
         return tuple(np.stack(part, axis=1) for part in stacked)
 
-    def tip(self, strains):
+    def tip(self, strains: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Centre (m, 3) of the tip's end face and its frame (m, 3, 3)."""
         ends, frames, _, _ = self.shape(strains)
         return ends[:, -1] + frames[:, -1] @ self.arm, frames[:, -1]
 
     # --- equilibrium ------------------------------------------------------------------------
 
-    def loads(self, strains, force, moment, gravity):
+    def loads(
+        self, strains: np.ndarray, force: np.ndarray, moment: np.ndarray, gravity: np.ndarray
+    ) -> np.ndarray:
         """(m, pieces, 4) moments (N·mm) and axial forces (N) in the middles of the pieces, from
         what acts beyond them.
 
@@ -153,7 +161,14 @@ class Rod:
         axial = (local @ beyond[..., None])[..., 0, 0]
         return np.concatenate([(local @ about[..., None])[..., 0], axial[..., None]], axis=-1)
 
-    def solve(self, pressure, force=None, moment=None, gravity=None, tolerance=1e-8):
+    def solve(
+        self,
+        pressure: ArrayLike,
+        force: ArrayLike | None = None,
+        moment: ArrayLike | None = None,
+        gravity: ArrayLike | None = None,
+        tolerance: float = 1e-8,
+    ) -> np.ndarray:
         """Strains (m, pieces, 4) in equilibrium at m pressures (kPa) and loads; see ``loads``.
 
         Newton's method with the residual's differences; raises ArithmeticError where it fails.
@@ -168,7 +183,7 @@ class Rod:
         solved = [self._solve(pressure[p], [load[p] for load in loads], tolerance) for p in parts]
         return np.concatenate([np.zeros((0, self.pieces, 4)), *solved])
 
-    def _solve(self, pressure, loads, tolerance):
+    def _solve(self, pressure: np.ndarray, loads: list[np.ndarray], tolerance: float) -> np.ndarray:
         m = len(pressure)
         rest, stiffness = self.rest(pressure)[:, None], self.stiffness(pressure)[:, None]
         strains = np.repeat(rest, self.pieces, axis=1)
@@ -176,7 +191,7 @@ class Rod:
         free = np.flatnonzero(self.free)
         unknowns = self.pieces * len(free)
 
-        def residual(strains, copies=1):
+        def residual(strains: np.ndarray, copies: int = 1) -> np.ndarray:
             repeated = [np.repeat(load, copies, axis=0) for load in loads]
             at = [np.repeat(part, copies, axis=0) for part in (rest, stiffness)]
             found = strains - at[0] - self.loads(strains, *repeated) / at[1]
@@ -192,18 +207,27 @@ class Rod:
             moved = strains[:, None] + step * moves * size
             there = residual(moved.reshape(-1, self.pieces, 4), unknowns)
             slope = (there.reshape(m, unknowns, unknowns) - here[:, None]) / step
-            change = np.linalg.solve(np.swapaxes(slope, 1, 2), -here[..., None])[..., 0]
+            try:
+                change = np.linalg.solve(np.swapaxes(slope, 1, 2), -here[..., None])[..., 0]
+            except np.linalg.LinAlgError:
+                break
             most = TURNS * self.pieces
             change *= np.minimum(1.0, most / np.maximum(np.abs(change).max(axis=1), 1e-30))[:, None]
             strains = strains + np.einsum("mu,upc->mpc", change, moves) * size
         raise ArithmeticError("the reduced model finds no equilibrium under these loads")
 
-    def state(self, pressure, force=None, moment=None, gravity=None):
+    def state(
+        self,
+        pressure: ArrayLike,
+        force: ArrayLike | None = None,
+        moment: ArrayLike | None = None,
+        gravity: ArrayLike | None = None,
+    ) -> dict[str, np.ndarray]:
         """What a run would have measured, see ``figures``, in equilibrium, see ``solve``."""
         pressure = np.atleast_1d(np.asarray(pressure, float))
         return self.figures(pressure, self.solve(pressure, force, moment, gravity))
 
-    def figures(self, pressure, strains):
+    def figures(self, pressure: np.ndarray, strains: np.ndarray) -> dict[str, np.ndarray]:
         """Columns of curve.csv -> (m,) values of rods of strains (m, pieces, 4)."""
         place, _ = self.tip(strains)
         turned = strains[..., :3].mean(axis=1) * self.active
@@ -219,7 +243,7 @@ class Rod:
         }
         return found | {f"tip_{c}_mm": place[:, i] for i, c in enumerate("xyz")}
 
-    def volume(self, pressure, strains):
+    def volume(self, pressure: np.ndarray, strains: np.ndarray) -> np.ndarray:
         """(m,) mm³ of the driven cavities."""
         change = strains - self.rest(pressure)[:, None]
         step = 1e-3 * np.ptp(self.pressure)
@@ -233,6 +257,6 @@ class Rod:
         return self.rest_volume(pressure) + self.active / self.pieces * whole
 
 
-def _sums_from_behind(values):
+def _sums_from_behind(values: np.ndarray) -> np.ndarray:
     """(m, k, 3) sums from each entry to the last."""
     return np.cumsum(values[:, ::-1], axis=1)[:, ::-1]

@@ -4,6 +4,7 @@ assumed."""
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from importlib.metadata import version
 from xml.etree.ElementTree import Comment, Element
@@ -13,6 +14,8 @@ import numpy as np
 from softact.export.errors import Deviation
 from softact.export.reduced import Reduced
 from softact.export.stiffness import FITTED
+from softact.results.folder import INCOMPLETE, Results
+from softact.verdict.judge import from_data
 
 Unseen = tuple[str, Sequence[Deviation]] | None
 
@@ -24,6 +27,7 @@ def lines(
     return [
         f"{model.data['name']}: reduced model, written by softact {version('softact')}",
         f"from {_runs(model)}: {fitted_to(model)}",
+        f"verdict on {_verdicts(model)}",
         *(f"deviation from the finite-element states, {text}" for text in deviations(seen)),
         *_unseen(unseen),
         *(f"stiffness of {name}: {why}" for name, why in model.data["stiffness_from"].items()),
@@ -36,10 +40,25 @@ def _runs(model: Reduced) -> str:
     return names[0] if len(names) == 1 else f"{len(names)} runs"
 
 
+def _verdicts(model: Reduced) -> str:
+    found = Counter(_verdict(run) for run in model.runs)
+    return "the runs: " + ", ".join(f"{count} {said}" for said, count in found.items())
+
+
+def _verdict(run: Results) -> str:
+    verdict = from_data(run.run.get("verdict"))
+    return verdict.cell if verdict else "without one"
+
+
 def comment(about: Sequence[str]) -> Element:
     """The lines as a comment of XML, in which no two hyphens may follow each other."""
     text = "\n  ".join(re.sub("-(?=-)", "- ", line) for line in about)
     return Comment(f"\n  {text}\n")
+
+
+def quoted(about: Sequence[str]) -> str:
+    """The lines as they may stand between the triple quotes of a script in Python."""
+    return "\n".join(about).replace("\\", "\\\\").replace('"""', "'''")
 
 
 def deviations(found: Sequence[Deviation]) -> list[str]:
@@ -81,6 +100,11 @@ def assumptions(damping_ratio: float) -> list[str]:
 
 def warnings(model: Reduced) -> list[str]:
     """What a user should know before relying on it."""
+    ended = [
+        f"{run.directory}: the run is {run.status.replace('_', ' ')}; its states so far are taken"
+        for run in model.runs
+        if run.status == INCOMPLETE
+    ]
     found = [
         f"stiffness of {name} is {why}"
         for name, why in model.data["stiffness_from"].items()
@@ -91,4 +115,4 @@ def warnings(model: Reduced) -> list[str]:
             "run the actuator under several payloads and export these runs together: see "
             "configs/sweeps/pneunet_tip_loads.yaml"
         )
-    return found
+    return [*ended, *found]

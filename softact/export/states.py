@@ -9,22 +9,25 @@ spec.yaml: densities, weight and the force on the tip, which ramp as the steps s
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
+from pydantic import BaseModel
 
 from softact.errors import SpecError
 from softact.export.masses import point_masses
 from softact.mesh.layout import Layout
 from softact.results.folder import Results, load_name
-from softact.spec import Spec, loads
+from softact.spec import Spec, Step, loads
+from softact.verdict.reached import moving_rows
 
 #: A reaction that differs by more than this part (and N) from weight and tip's load tells of
 #: another load: an obstacle, a pressure on an outer face.
 FOREIGN, LEAST_FORCE = 0.02, 1e-4
 OTHER_LOAD = "under another load than weight and a force on the tip"
 UNLOADING = "past the largest pressure so far"
+MOVING = "of a motion from one equilibrium to another"
 #: Where the tip turns out of the plane of bending by more, the model twists (degrees).
 TWISTED = 0.5
 
@@ -59,6 +62,12 @@ class States:
         return States(*(getattr(self, name)[chosen] for name in COLUMNS), Counter())
 
 
+#: Columns of curve.csv without which there is no model.
+NEEDED = ("step", "step_fraction", "bending_angle_deg", "twist_angle_deg", "tip_x_mm", "tip_y_mm",
+          "tip_z_mm", "reaction_x_N", "reaction_y_N", "reaction_z_N")  # fmt: skip
+#: Loads of a step that a model knows; a volume that is injected has a pressure too.
+KNOWN = ("pressure", "inject", "gravity", "payload")
+
 COLUMNS = tuple(entry.name for entry in fields(States) if entry.name != "left_out")
 
 
@@ -89,24 +98,23 @@ def driven_walls(run: Results) -> list[str]:
 
 def spec_of(results: Results) -> Spec:
     """The resolved spec of a run. Raises SpecError with the folder's name."""
-    try:
-        return loads(results.spec_yaml, str(results.directory / "spec.yaml"))
-    except SpecError as error:
-        raise SpecError(*error.lines) from None
+    return loads(results.spec_yaml, str(results.directory / "spec.yaml"))
 
 
 def check(runs: Sequence[Results]) -> None:
     """Raise SpecError unless the runs are of one actuator that has a clamp and a tip."""
     for run in runs:
-        if run.layout is None or not run.increments:
+        if not run.has_mesh or not run.increments:
             raise SpecError(f"{run.directory}: has no states; only a run that got on is exported")
+        if not run.spec_yaml:
+            raise SpecError(f"{run.directory}: has no spec.yaml, which tells weights and loads")
         if not (run.layout.clamp and run.layout.tip):
             raise SpecError(
-                f"{run.directory}: {run.spec['geometry'].get('type')} has no clamp or no tip, so "
+                f"{run.directory}: {run.spec['geometry']['type']} has no clamp or no tip, so "
                 "it has no angle and no reduced model"
             )
-        missing = [n for n in ("bending_angle_deg", "tip_x_mm", "twist_angle_deg")
-                   if n not in run.curve]  # fmt: skip
+        missing = [name for name in NEEDED if name not in run.curve]
+        missing += [] if _volumes(run) else ["cavity_volume_mm3"]
         if missing:
             raise SpecError(
                 f"{run.directory / 'curve.csv'}: lacks {', '.join(missing)}; solve the spec with "
@@ -129,6 +137,12 @@ def check(runs: Sequence[Results]) -> None:
             )
 
 
+def _volumes(run: Results) -> list[str]:
+    """Columns of the volumes of the cavities that are driven."""
+    names = ("cavity_volume_mm3", *(f"cavity_volume_{c}_mm3" for c in run.layout.cavities))
+    return [name for name in names if name in run.curve]
+
+
 def gather(runs: Sequence[Results], base: np.ndarray) -> States:
     """The states of runs that ``check`` has passed. base: (3,) the clamp's centre, mm.
 
@@ -136,7 +150,8 @@ def gather(runs: Sequence[Results], base: np.ndarray) -> States:
     pressure limit), states under loads that the model does not know, and those between equilibria.
     Raises SpecError where no state is left.
     """
-    parts, left_out = [], Counter()
+    parts: list[States] = []
+    left_out: Counter = Counter()
     for number, run in enumerate(runs):
         parts.append(_states(run, number, base, left_out))
     joined = [np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS]
@@ -155,7 +170,7 @@ def _states(run: Results, number: int, base: np.ndarray, left_out: Counter) -> S
     force, held = tip + support, np.any(np.hstack([support, moment]) != 0.0, axis=1)
     turned = np.column_stack([np.radians(curve["twist_angle_deg"]), _bending(run, axes)])
     place = np.column_stack([curve[f"tip_{c}_mm"] for c in "xyz"]) - base
-    kept = _kept(run, pressure, force, ramps.gravity, spec, left_out)
+    kept = _kept(run, pressure, force, ramps, left_out)
     count = int(kept.sum())
     return States(
         np.full(count, number), pressure[kept], turned[kept], (place @ axes.T)[kept],
@@ -164,13 +179,12 @@ def _states(run: Results, number: int, base: np.ndarray, left_out: Counter) -> S
     )  # fmt: skip
 
 
-def _support(curve, stem: str, unit: str) -> np.ndarray:
+def _support(curve: Mapping[str, np.ndarray], stem: str, unit: str) -> np.ndarray:
     """(rows, 3) what a support of the tip exerts on it; zero where the tip is free."""
-    columns = [curve.get(f"{stem}_{c}_{unit}") for c in "xyz"]
-    rows = len(next(iter(curve.values())))
-    if columns[0] is None:
-        return np.zeros((rows, 3))
-    return -np.nan_to_num(np.column_stack(columns))
+    names = [f"{stem}_{c}_{unit}" for c in "xyz"]
+    if names[0] not in curve:
+        return np.zeros((len(curve["step"]), 3))
+    return -np.nan_to_num(np.column_stack([curve[name] for name in names]))
 
 
 def _bending(run: Results, axes: np.ndarray) -> np.ndarray:
@@ -206,35 +220,46 @@ def _volume(run: Results, pressure: np.ndarray) -> np.ndarray:
     return total
 
 
-def _kept(run, pressure, force, gravity, spec, left_out) -> np.ndarray:
+def _kept(
+    run: Results, pressure: np.ndarray, force: np.ndarray, ramps: _Ramps, left_out: Counter
+) -> np.ndarray:
+    """(rows,) the states that the model is fitted to; the others are counted in ``left_out``."""
     sign = 1.0 if pressure[np.argmax(np.abs(pressure))] >= 0 else -1.0
     rising = sign * pressure >= np.maximum.accumulate(sign * pressure) - 1e-9
     left_out[UNLOADING] += int((~rising).sum())
-    kept = rising & np.isfinite(run.curve["bending_angle_deg"])
-    reactions = [run.curve.get(f"reaction_{c}_N") for c in "xyz"]
-    if reactions[0] is not None:
-        weight = point_masses(run, spec)[1].sum() * gravity
-        foreign = np.column_stack(reactions) + weight + force
-        allowed = FOREIGN * np.linalg.norm(np.abs(weight) + np.abs(force), axis=1) + LEAST_FORCE
-        other = np.linalg.norm(foreign, axis=1) > allowed
-        left_out["under another load than weight and a force on the tip"] += int(
-            (kept & other).sum()
-        )
-        kept &= ~other
-    return kept
+    still = ~moving_rows(run) & np.isfinite(run.curve["bending_angle_deg"])
+    left_out[MOVING] += int((rising & ~still).sum())
+    kept = rising & still
+    weight = point_masses(run, ramps.spec)[1].sum() * ramps.gravity
+    reactions = np.column_stack([run.curve[f"reaction_{c}_N"] for c in "xyz"])
+    allowed = FOREIGN * np.linalg.norm(np.abs(weight) + np.abs(force), axis=1) + LEAST_FORCE
+    other = np.linalg.norm(reactions + weight + force, axis=1) > allowed
+    other |= ramps.others
+    left_out[OTHER_LOAD] += int((kept & other).sum())
+    return kept & ~other
 
 
 class _Ramps:
     """Loads of the rows of a curve, which ramp linearly from step to step."""
 
-    def __init__(self, spec: Spec, curve):
-        self._spec, self._steps = spec, [str(step) for step in curve["step"]]
+    def __init__(self, spec: Spec, curve: Mapping[str, np.ndarray]):
+        self.spec, self._steps = spec, [str(step) for step in curve["step"]]
         self._fractions = curve["step_fraction"]
 
-    def _ramp(self, value) -> np.ndarray:
+    @property
+    def others(self) -> np.ndarray:
+        """(rows,) whether a load is on that the model does not know: in the step that brings it,
+        and from there on. A pure moment, such as a torque, does not show in the reactions."""
+        on, begun = {}, False
+        for step in self.spec.steps:
+            begun |= any(key not in KNOWN and _acts(value) for key, value in step.loads.items())
+            on[step.name] = begun
+        return np.array([on[name] for name in self._steps])
+
+    def _ramp(self, value: Callable[[Step], Sequence[float] | None]) -> np.ndarray:
         """(rows, 3) of a load; value: its end value in a step, None where the step leaves it."""
         before, spans = np.zeros(3), {}
-        for step in self._spec.steps:
+        for step in self.spec.steps:
             after = value(step)
             after = before if after is None else np.asarray(after, float)
             spans[step.name], before = (before, after), after
@@ -250,10 +275,21 @@ class _Ramps:
     def force_on(self, tip: str) -> np.ndarray:
         """(rows, 3) N of the payload on a surface."""
 
-        def value(step):
+        def value(step: Step) -> Sequence[float] | None:
             load = step.payload
             if load is None or (load.surface or tip) != tip:
                 return None
             return load.force
 
         return self._ramp(value)
+
+
+def _acts(value: object) -> bool:
+    """Whether a load of a step is more than zeros."""
+    if isinstance(value, BaseModel):
+        return _acts(value.model_dump())
+    if isinstance(value, Mapping):
+        return any(map(_acts, value.values()))
+    if isinstance(value, list | tuple):
+        return any(map(_acts, value))
+    return isinstance(value, float | int) and value != 0

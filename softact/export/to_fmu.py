@@ -15,40 +15,44 @@ from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 
-from softact.errors import SpecError
+from softact.errors import CannotWriteError, SpecError
 from softact.export import rod, to_json
 from softact.export.job import Job
+from softact.export.statement import quoted
 from softact.fields import STANDARD_GRAVITY
-from softact.files.text import write_atomic
+from softact.files.text import json_text
 
-ROD = "softact_rod.py"
+ROD = "reduced_rod.py"
 
 
-def check(job: Job) -> None:
-    """Raise SpecError where pythonfmu is not installed."""
+def files(job: Job) -> dict[str, str | bytes]:
+    """The unit. Raises SpecError where pythonfmu is not installed."""
     if find_spec("pythonfmu") is None:
         raise SpecError(
             "--to fmu: the package pythonfmu is not installed; pip install 'softact[export]'"
         )
+    try:
+        return {f"{job.name}.fmu": _built(job)}
+    except OSError as error:
+        raise CannotWriteError(
+            f"no temporary files: {error.strerror or error}; export TMPDIR=DIR names a folder"
+        ) from None
 
 
-def write(job: Job, directory: Path) -> list[Path]:
-    """Write the unit."""
+def _built(job: Job) -> bytes:
     from pythonfmu.builder import FmuBuilder
 
-    target = directory / f"{job.name}.fmu"
+    # Not the name alone, which may be that of a module of Python's or one of its words.
+    name = f"softact_{job.name}"
     with tempfile.TemporaryDirectory() as folder, _imports_undone():
         here = Path(folder)
-        script = here / f"{job.name}.py"
-        script.write_text(
-            SLAVE.format(name=job.name, about=_quoted(job), gravity=STANDARD_GRAVITY),
-            encoding="utf-8",
-        )
-        shutil.copy(rod.__file__, here / ROD)
-        (model,) = to_json.write(job, here)
+        script, model = here / f"{name}.py", here / to_json.MODEL
+        text = SLAVE.format(name=name, about=quoted(job.about), gravity=STANDARD_GRAVITY)
+        script.write_text(text, encoding="utf-8")
+        shutil.copyfile(rod.__file__, here / ROD)
+        model.write_text(json_text(to_json.document(job)), encoding="utf-8")
         made = FmuBuilder.build_FMU(script, dest=here / "made", project_files=[here / ROD, model])
-        write_atomic(target, made.read_bytes())
-    return [target]
+        return made.read_bytes()
 
 
 @contextmanager
@@ -64,10 +68,6 @@ def _imports_undone() -> Iterator[None]:
                 del sys.modules[name]
 
 
-def _quoted(job: Job) -> str:
-    return "\n".join(job.about).replace("\\", "\\\\").replace('"""', "'''")
-
-
 SLAVE = '''\
 """{about}"""
 
@@ -79,7 +79,7 @@ from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-import softact_rod  # noqa: E402
+import reduced_rod  # noqa: E402
 
 GRAVITY = {gravity!r}  # mm/s² for each g
 
@@ -90,7 +90,7 @@ class {name}(Fmi2Slave):
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
         path = Path(__file__).parent / "model.json"
-        self._rod = softact_rod.Rod(json.loads(path.read_text(encoding="utf-8")))
+        self._rod = reduced_rod.Rod(json.loads(path.read_text(encoding="utf-8")))
         self.pressure_kPa = 0.0
         for axis in "xyz":
             setattr(self, f"tip_force_{{axis}}_N", 0.0)
@@ -116,7 +116,10 @@ class {name}(Fmi2Slave):
         self._take(self._state())
 
     def do_step(self, current_time, step_size):
-        self._take(self._state())
+        try:
+            self._take(self._state())
+        except ArithmeticError:  # no equilibrium: the step is discarded
+            return False
         return True
 
     def _take(self, found):

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 
 from softact.export.job import Job
 from softact.export.rod import blocking_lever
-from softact.files.text import json_text, write_atomic
+from softact.files.text import json_text
 
+MODEL = "model.json"
 SCHEMA = "softact reduced model 1"
 
 
@@ -42,8 +41,6 @@ def document(job: Job) -> dict:
     }
 
 
-def write(job: Job, directory: Path) -> list[Path]:
-    """Write ``model.json``."""
-    path = directory / "model.json"
-    write_atomic(path, json_text(document(job)))
-    return [path]
+def files(job: Job) -> dict[str, str | bytes]:
+    """``model.json``."""
+    return {MODEL: json_text(document(job))}

@@ -7,7 +7,7 @@ they get at a pressure stands in tables in the file; a small module beside it re
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Iterable
 from xml.etree import ElementTree as Xml
 
 import numpy as np
@@ -15,21 +15,20 @@ import numpy as np
 from softact.export.chain import AXES, Chain, Link
 from softact.export.job import Job
 from softact.export.statement import comment
-from softact.files.text import write_atomic
 
 #: Springs are explicit in MuJoCo's integrators: with the damping implicit, an overdamped joint is
 #: stable below twice its time of decay.
 PART_OF_DECAY, LONGEST_STEP = 0.2, 1e-3
 
 
-def write(job: Job, directory: Path) -> list[Path]:
-    """Write the model and the module that drives it."""
-    chain = job.chain
-    model, module = directory / f"{job.name}.xml", directory / f"{job.name}_mujoco.py"
-    write_atomic(model, text(chain, job.about))
+def files(job: Job) -> dict[str, str | bytes]:
+    """The model and the module that drives it."""
+    chain, model = job.chain, f"{job.name}.xml"
     components = tuple(drive.component for drive in chain.drives)
-    write_atomic(module, MODULE.format(file=model.name, components=components))
-    return [model, module]
+    return {
+        model: text(chain, job.about),
+        f"{job.name}_mujoco.py": MODULE.format(file=model, components=components),
+    }
 
 
 def text(chain: Chain, about: list[str]) -> str:
@@ -105,7 +104,7 @@ def _table(custom: Xml.Element, name: str, values: np.ndarray) -> None:
     Xml.SubElement(custom, "numeric", name=name, size=str(len(values)), data=_vector(values))
 
 
-def _vector(values) -> str:
+def _vector(values: Iterable[float]) -> str:
     return " ".join(_number(value) for value in values)
 
 

@@ -6,43 +6,36 @@ and never run.
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 
 from softact.errors import SpecError
 from softact.export.job import Job
 from softact.export.to_json import document
-from softact.files.text import csv_text, write_atomic
+from softact.files.text import csv_text
 
 PRESSURES, FORCES = 21, 9
 MEASURED = ("bending_angle_deg", "twist_angle_deg", "tip_x_mm", "tip_y_mm", "tip_z_mm",
             "cavity_volume_mm3")  # fmt: skip
 
 
-def check(job: Job) -> None:
-    """Raise SpecError where some pair of pressure and force buckles the model."""
+def files(job: Job) -> dict[str, str | bytes]:
+    """The tables, the script and what they were fitted to. Raises SpecError where some pair of
+    pressure and force buckles the model."""
     try:
-        over_load(job)
+        under_load = over_load(job)
     except ArithmeticError:
         raise SpecError(
             "--to simulink-csv: under some pressures and forces between those of the runs the "
             "reduced model finds no equilibrium, and the table would have holes; export runs with "
             "smaller payloads"
         ) from None
-
-
-def write(job: Job, directory: Path) -> list[Path]:
-    """Write the tables and the script."""
-    single, double = directory / f"{job.name}_pressure.csv", directory / f"{job.name}_load.csv"
-    script, notes = directory / f"{job.name}_simulink.m", directory / f"{job.name}_simulink.txt"
-    write_atomic(single, csv_text(over_pressure(job)))
-    write_atomic(double, csv_text(over_load(job)))
-    write_atomic(
-        script, SCRIPT.format(name=job.name, columns=", ".join(f"'{c}'" for c in MEASURED))
-    )
-    write_atomic(notes, "\n".join(job.about) + "\n")
-    return [single, double, script, notes]
+    columns = ", ".join(f"'{c}'" for c in MEASURED)
+    return {
+        f"{job.name}_pressure.csv": csv_text(over_pressure(job)),
+        f"{job.name}_load.csv": csv_text(under_load),
+        f"{job.name}_simulink.m": SCRIPT.format(name=job.name, columns=columns),
+        f"{job.name}_simulink.txt": "\n".join(job.about) + "\n",
+    }
 
 
 def over_pressure(job: Job) -> list[dict]:

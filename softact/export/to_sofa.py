@@ -6,25 +6,22 @@ ArticulatedSystemPlugin; names of components are those of SOFA 23.12.
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 
-from softact.export.chain import AXES, Chain
+from softact.export.chain import AXES, Chain, Drive
 from softact.export.job import Job
-from softact.files.text import write_atomic
+from softact.export.statement import quoted
 
-MM, GRAM_PER_KG = 1e3, 1e3
-
-
-def write(job: Job, directory: Path) -> list[Path]:
-    """Write the scene, a Python file for runSofa."""
-    path = directory / f"{job.name}_sofa.py"
-    write_atomic(path, text(job.chain, job.about))
-    return [path]
+MM = 1e3
 
 
-def text(chain: Chain, about: list[str]) -> str:
+def files(job: Job) -> dict[str, str | bytes]:
+    """The scene, a Python file for runSofa."""
+    name = f"{job.name}_sofa.py"
+    return {name: text(job.chain, job.about, name)}
+
+
+def text(chain: Chain, about: list[str], file: str) -> str:
     """The scene: a script with the chain's numbers in it, lengths in mm, masses in kg, so that
     forces are in mN and moments in mN·mm."""
     drives = [
@@ -46,8 +43,10 @@ def text(chain: Chain, about: list[str]) -> str:
         for link in chain.links
     ]
     return SCENE.format(
-        about="\n".join(about),
+        about=quoted(about),
+        file=file,
         name=chain.name,
+        damping=chain.slowness,
         gravity=(chain.gravity * MM).tolist(),
         pressure=chain.drives[0].pressure.tolist() if chain.drives else [0.0],
         links=_lines(links),
@@ -56,7 +55,7 @@ def text(chain: Chain, about: list[str]) -> str:
     )
 
 
-def _stiffness(drive, joints: int) -> np.ndarray:
+def _stiffness(drive: Drive, joints: int) -> np.ndarray:
     """(rows,) of one joint: mN·mm per radian, or mN/mm."""
     whole = drive.stiffness + drive.stiffening * joints
     return whole * (1.0 if drive.component == "stretch" else MM * MM)
@@ -70,7 +69,7 @@ SCENE = '''\
 """{about}
 
 This scene was written without SOFA at hand and has never been run.
-Units: mm, kg, s, so forces are in mN. runSofa {name}_sofa.py; set PRESSURE below, in kPa.
+Units: mm, kg, s, so forces are in mN. runSofa {file}; set PRESSURE below, in kPa.
 """
 
 import numpy as np
@@ -117,7 +116,7 @@ def createScene(root):
         root.addObject("RequiredPlugin", name=plugin)
     root.addObject("DefaultAnimationLoop")
     chain = root.addChild("{name}")
-    chain.addObject("EulerImplicitSolver", rayleighStiffness=0.01)
+    chain.addObject("EulerImplicitSolver", rayleighStiffness={damping!r})
     chain.addObject("SparseLDLSolver", template="CompressedRowSparseMatrixd")
     rest, stiffness = at(PRESSURE)
     joints = chain.addObject(

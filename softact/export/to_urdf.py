@@ -7,7 +7,7 @@ has no joint: links without a length would need masses that are not there.
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Iterable
 from xml.etree import ElementTree as Xml
 
 import numpy as np
@@ -16,27 +16,28 @@ from softact.errors import SpecError
 from softact.export.chain import AXES, Chain, Drive, Link
 from softact.export.job import Job
 from softact.export.statement import comment
-from softact.files.text import csv_text, write_atomic
+from softact.files.text import csv_text
 
 #: Joints of one place that turn about several axes need links between them, which must not be
 #: without mass (kg, kg·m²).
 LEAST_MASS, LEAST_INERTIA = 1e-6, 1e-12
+#: URDF wants limits of each joint, of which no run tells: wide ones, in rad, N·m and rad/s.
 MOST_TURN, LARGEST_MOMENT, LARGEST_SPEED = 3.14159, 10.0, 100.0
+LIMITS = (
+    f"limits of the joints, {MOST_TURN:g} rad, {LARGEST_MOMENT:g} N·m and {LARGEST_SPEED:g} rad/s: "
+    "wide ones, since the format wants some and no run tells them"
+)
 
 
-def check(job: Job) -> None:
-    """Raise SpecError where nothing turns."""
-    if not _turning(job.chain):
-        raise SpecError("--to urdf: this actuator only stretches, and the file would have no joint")
-
-
-def write(job: Job, directory: Path) -> list[Path]:
-    """Write the robot and its table."""
+def files(job: Job) -> dict[str, str | bytes]:
+    """The robot and its table. Raises SpecError where nothing turns."""
     chain = job.chain
-    robot, table = directory / f"{job.name}.urdf", directory / f"{job.name}_joints.csv"
-    write_atomic(robot, text(chain, [*job.about, *_left_out(chain)]))
-    write_atomic(table, csv_text(rows(chain)))
-    return [robot, table]
+    if not _turning(chain):
+        raise SpecError("--to urdf: this actuator only stretches, and the file would have no joint")
+    return {
+        f"{job.name}.urdf": text(chain, [*job.about, *_left_out(chain), LIMITS]),
+        f"{job.name}_joints.csv": csv_text(rows(chain)),
+    }
 
 
 def _turning(chain: Chain) -> list[Drive]:
@@ -94,7 +95,9 @@ def text(chain: Chain, about: list[str]) -> str:
     return '<?xml version="1.0"?>\n' + Xml.tostring(root, "unicode") + "\n"
 
 
-def _joint(root, drive: Drive, number: int, parent: str, child: str, place) -> None:
+def _joint(
+    root: Xml.Element, drive: Drive, number: int, parent: str, child: str, place: np.ndarray
+) -> None:
     name = f"{drive.component}_{number}"
     joint = Xml.SubElement(root, "joint", name=name, type="revolute")
     Xml.SubElement(joint, "parent", link=parent)
@@ -111,7 +114,7 @@ def _joint(root, drive: Drive, number: int, parent: str, child: str, place) -> N
     Xml.SubElement(spring, "springStiffness").text = _number(drive.stiffness)
 
 
-def _link(root, name: str, link: Link) -> None:
+def _link(root: Xml.Element, name: str, link: Link) -> None:
     found = Xml.SubElement(root, "link", name=name)
     inertial = Xml.SubElement(found, "inertial")
     Xml.SubElement(inertial, "origin", xyz=_vector(link.centre), rpy="0 0 0")
@@ -129,14 +132,14 @@ def _link(root, name: str, link: Link) -> None:
         Xml.SubElement(box, "box", size=_vector(high - low))
 
 
-def _small_link(root, name: str) -> None:
+def _small_link(root: Xml.Element, name: str) -> None:
     inertial = Xml.SubElement(Xml.SubElement(root, "link", name=name), "inertial")
     Xml.SubElement(inertial, "mass", value=_number(LEAST_MASS))
     small = dict.fromkeys(("ixx", "iyy", "izz"), _number(LEAST_INERTIA))
     Xml.SubElement(inertial, "inertia", **small, ixy="0", ixz="0", iyz="0")
 
 
-def _vector(values) -> str:
+def _vector(values: Iterable[float]) -> str:
     return " ".join(_number(value) for value in values)
 
 

@@ -8,8 +8,9 @@ import numpy as np
 
 from softact.estimate.beam import Beam
 from softact.estimate.reach import gives, spread
-from softact.estimate.sections import Section, joined, region
-from softact.estimate.uniaxial import free_across
+from softact.estimate.sections import Inside, Section, joined, region
+from softact.estimate.uniaxial import Stress, free_across
+from softact.geometries.antagonistic import Antagonistic
 from softact.spec import Spec
 
 PAIRS = ("upper", "lower")
@@ -34,10 +35,10 @@ def beam(spec: Spec) -> Beam:
     return Beam(sections, g.length, 0.0, g.clamp_plate + ends, g.tip_plate + ends)
 
 
-def _bulging(g) -> tuple[float, float]:
+def _bulging(g: Antagonistic) -> tuple[float, float]:
     """Area and perimeter of the wall of one cavity that faces a gap."""
 
-    def arc(radius):
+    def arc(radius: float) -> float:
         return 2 * radius * acos(g.central_wall / 2 / radius)
 
     low, high = g.midsection_radius, g.chamber_radius
@@ -47,20 +48,28 @@ def _bulging(g) -> tuple[float, float]:
     return area, arc(high) + arc(low) + 2 * sides
 
 
-def _section(g, pair, turned, reach, radius, length, stress) -> Section:
+def _section(
+    g: Antagonistic,
+    pair: str,
+    turned: bool,
+    reach: float,
+    radius: float,
+    length: float,
+    stress: Stress,
+) -> Section:
     """The central wall as wide as the actuator, and round it what is within a radius."""
     wall = g.central_wall / 2
 
-    def up(y, z):
+    def up(y: np.ndarray, z: np.ndarray) -> np.ndarray:
         return y if turned else z
 
-    def air(sign):
-        def inside(y, z):
+    def air(sign: int) -> Inside:
+        def inside(y: np.ndarray, z: np.ndarray) -> np.ndarray:
             return (sign * up(y, z) > wall) & (np.hypot(y, z) < min(radius, reach))
 
         return inside
 
-    def solid(y, z):
+    def solid(y: np.ndarray, z: np.ndarray) -> np.ndarray:
         r = np.hypot(y, z)
         within = (r < reach) | ((np.abs(up(y, z)) < wall) & (r < g.radius))
         return within & ~air(1)(y, z) & ~air(-1)(y, z)

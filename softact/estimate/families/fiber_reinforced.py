@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from math import pi
 
+import numpy as np
+
 from softact.estimate.beam import Beam
 from softact.estimate.films import film
 from softact.estimate.sections import Section, region
@@ -21,13 +23,13 @@ def beam(spec: Spec) -> Beam:
     r, sleeve = g.radius, g.radius - g.sleeve
     floor, inside = g.sleeve + g.base_wall, g.radius - g.sleeve - g.wall
 
-    def chamber(y, z):
+    def chamber(y: np.ndarray, z: np.ndarray) -> np.ndarray:
         return (y**2 + z**2 < inside**2) & (z > floor)
 
-    def core(y, z):
+    def core(y: np.ndarray, z: np.ndarray) -> np.ndarray:
         return (y**2 + z**2 < sleeve**2) & (z > g.sleeve) & ~chamber(y, z)
 
-    def skin(y, z):
+    def skin(y: np.ndarray, z: np.ndarray) -> np.ndarray:
         return (y**2 + z**2 < r**2) & (z > 0) & ~core(y, z) & ~chamber(y, z)
 
     walls = [

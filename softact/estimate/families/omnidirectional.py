@@ -8,8 +8,9 @@ import numpy as np
 
 from softact.estimate.beam import Beam
 from softact.estimate.reach import gives, spread
-from softact.estimate.sections import Section, joined, region
-from softact.estimate.uniaxial import free_across
+from softact.estimate.sections import Inside, Section, joined, region
+from softact.estimate.uniaxial import Stress, free_across
+from softact.geometries.omnidirectional import Omnidirectional
 from softact.spec import Spec
 
 
@@ -28,20 +29,22 @@ def beam(spec: Spec) -> Beam:
     return Beam([chamber, neck] if between > 0 else [chamber], g.length, 0.0, ends, ends)
 
 
-def _bulging(g) -> tuple[float, float]:
+def _bulging(g: Omnidirectional) -> tuple[float, float]:
     """Area and perimeter of the wall of one cavity that faces a gap."""
     share, low, high = 2 * pi / g.cavities, g.midsection_radius, g.chamber_radius
     return share * (high**2 - low**2) / 2, share * (high + low) + 2 * (high - low)
 
 
-def _section(g, reach, radius, core, length, stress) -> Section:
+def _section(
+    g: Omnidirectional, reach: float, radius: float, core: float, length: float, stress: Stress
+) -> Section:
     """Within a radius: cavities between walls that are planes through the axis."""
 
-    def cavity(number):
+    def cavity(number: int) -> Inside:
         middle = pi / 2 - 2 * pi * (number + (0.5 if g.on_top == "wall" else 0.0)) / g.cavities
         half = pi / g.cavities
 
-        def inside(y, z):
+        def inside(y: np.ndarray, z: np.ndarray) -> np.ndarray:
             along, across = y * cos(middle) + z * sin(middle), y * -sin(middle) + z * cos(middle)
             # Distance from the two planes that bound the sector.
             walls = along * sin(half) - np.abs(across) * cos(half) > g.inner_wall / 2
@@ -52,7 +55,7 @@ def _section(g, reach, radius, core, length, stress) -> Section:
 
     regions = [cavity(number) for number in range(g.cavities)]
 
-    def wall(y, z):
+    def wall(y: np.ndarray, z: np.ndarray) -> np.ndarray:
         taken = np.any([inside(y, z) for inside in regions], axis=0)
         return (np.hypot(y, z) < reach) & ~taken
 
@@ -64,7 +67,7 @@ def _section(g, reach, radius, core, length, stress) -> Section:
     return Section(length, [(region(wall, reach), stress)], cavities)
 
 
-def _mirrored(g, number: int) -> int:
+def _mirrored(g: Omnidirectional, number: int) -> int:
     """The cavity that gets the same pressure: where half is modelled, its mirror image."""
     if not g.symmetry:
         return number

@@ -8,6 +8,7 @@ from softact.estimate.beam import Beam
 from softact.estimate.reach import opened
 from softact.estimate.sections import Film, Section, region
 from softact.estimate.uniaxial import free_across, youngs_modulus
+from softact.geometries.shell_reinforced import ShellReinforced
 from softact.spec import Spec
 
 
@@ -34,7 +35,7 @@ def beam(spec: Spec) -> Beam:
     return Beam([section], g.length, 0.0, g.end, g.end)
 
 
-def _strips(g) -> list[tuple[float, float]]:
+def _strips(g: ShellReinforced) -> list[tuple[float, float]]:
     """Height and width of the parts of the shell that run through a row of slits.
 
     Those of the linear kind lie across each other from row to row and hold nothing together.

@@ -7,6 +7,8 @@ from scipy.optimize import brentq
 
 from softact.estimate.table import Estimate
 from softact.estimate.thick import inner_stretches, rising, tube_pressure
+from softact.geometries.tube import Tube
+from softact.materials import Law
 from softact.spec import Spec
 
 SHORTEST, LONGEST = 0.2, 4.0
@@ -26,7 +28,7 @@ def table(spec: Spec, pressure: float, points: int) -> Estimate:
     reached = min(pressure, known[-1])
     p = np.linspace(0.0, reached, points)
 
-    def at(values, start):
+    def at(values: np.ndarray, start: float) -> np.ndarray:
         return np.interp(p, known, np.concatenate([[start], values[:count]]))
 
     columns = {"pressure_kPa": 1e3 * p, "max_principal_stretch": at(stretches, 1.0)}
@@ -42,7 +44,7 @@ def table(spec: Spec, pressure: float, points: int) -> Estimate:
     )
 
 
-def _free_length(law, g, stretch: float) -> float:
+def _free_length(law: Law, g: Tube, stretch: float) -> float:
     """Axial stretch without an axial force."""
 
     def pull(axial: float) -> float:
