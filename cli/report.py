@@ -59,7 +59,7 @@ def report(
         click.echo(line, err=True)
 
     from softact.files.lock import held
-    from softact.report import animation, write_report
+    from softact.report import Extra, animation, write_report
     from softact.report import targets as published
     from softact.report.remembered import remember, remembered
     from softact.results.folder import MEASURED, read
@@ -72,7 +72,7 @@ def report(
     results = read(directory)
     called = shlex.join(["softact", "report", str(directory)])
     read_in = read_all(measured, list(results.curve), columns, called)
-    more = [partial(published.section, wanted=targets)] if targets else []
+    more: list[Extra] = [partial(published.section, wanted=targets)] if targets else []
     if estimated:
         from softact.estimate.beside import section
 

@@ -11,8 +11,8 @@ line in ``BEAMS``.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from importlib import import_module
+from typing import Any
 
 from softact.errors import SpecError
 from softact.estimate.driven import pressures
@@ -60,5 +60,5 @@ def estimate(spec: Spec, points: int = POINTS) -> Estimate:
     return bending(spec, family.beam(spec), driven, points, family.reservations(spec))
 
 
-def _family(name: str) -> Callable:
+def _family(name: str) -> Any:
     return import_module(f"softact.estimate.families.{name}")

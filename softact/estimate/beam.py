@@ -53,17 +53,19 @@ def follow(beam: Beam, pressures: Mapping[str, float], parts: np.ndarray) -> Cur
         for section, start in zip(beam.sections, strains, strict=True):
             load = section.pressed({name: part * p for name, p in pressures.items()})
             found.append(section.solve(load, start))
-        if any(strain is None for strain in found):
+        solved = [strain for strain in found if strain is not None]
+        if len(solved) < len(found):
             break
-        strains = found
+        strains = solved
         lengths = [section.length for section in beam.sections]
-        turned = sum(length * s for length, s in zip(lengths, strains, strict=True))
+        turned = np.array(lengths) @ np.array(strains)
         angles.append(turned[1:])
         elongations.append(turned[0] + turned[1] * beam.axis_height)
         stiffness.append(_stiffness(beam, strains))
     count = len(angles)
     reached = float(parts[count - 1]) if count else 0.0
-    return Curve(parts[:count], *map(np.array, (angles, elongations, stiffness)), reached)
+    columns = np.array(angles), np.array(elongations), np.array(stiffness)
+    return Curve(parts[:count], *columns, reached)
 
 
 def _stiffness(beam: Beam, strains: Sequence[np.ndarray]) -> np.ndarray:

@@ -81,7 +81,7 @@ def _rising(curve: Mapping[str, np.ndarray], pressure: str) -> np.ndarray:
     """Rows of the step in which the pressure changes most, up to its largest value."""
     values, steps = curve[pressure], curve["step"]
     spans = {step: np.ptp(values[steps == step]) for step in dict.fromkeys(steps)}
-    rows = np.flatnonzero(steps == max(spans, key=spans.get))
+    rows = np.flatnonzero(steps == max(spans, key=spans.__getitem__))
     rows = rows[: int(np.argmax(values[rows])) + 1]
     return rows[np.concatenate([[True], np.diff(values[rows]) > 0])]
 

@@ -41,9 +41,9 @@ def loaded(spec: Spec, beam: Beam, curve: Curve) -> np.ndarray | None:
     if not (np.any(gravity) or np.any(force)):
         return curve.angle
     rod = _rod(spec, beam, curve)
-    loads = [np.tile(load, (len(curve.parts), 1)) for load in (force, np.zeros(3), gravity)]
+    rows = (len(curve.parts), 1)
     try:
-        strains = rod.solve(curve.parts, *loads)
+        strains = rod.solve(curve.parts, np.tile(force, rows), gravity=np.tile(gravity, rows))
     except ArithmeticError:
         return None
     turned = strains[..., 1:3].mean(axis=1) * rod.active

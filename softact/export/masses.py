@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from softact.materials import Law
 from softact.results.folder import Results
@@ -97,10 +98,10 @@ def centre(run: Results, surface: str) -> np.ndarray:
     return found
 
 
-def lumps(places: np.ndarray, masses: np.ndarray, borders: Sequence[float]) -> Lumps:
+def lumps(places: np.ndarray, masses: np.ndarray, borders: ArrayLike) -> Lumps:
     """Masses between borders along x; what lies outside counts to the first or the last."""
-    number = np.clip(np.searchsorted(borders, places[:, 0]) - 1, 0, len(borders) - 2)
-    count = len(borders) - 1
+    count = np.size(borders) - 1
+    number = np.clip(np.searchsorted(np.asarray(borders), places[:, 0]) - 1, 0, count - 1)
     mass = np.bincount(number, masses, count)
     safe = np.maximum(mass, 1e-300)
     first = np.stack([np.bincount(number, masses * x, count) for x in places.T], axis=1)

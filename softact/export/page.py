@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from markupsafe import Markup
 
 from softact.export import reduced, statement
+from softact.export.errors import Deviation
 from softact.export.job import Job
 from softact.export.to_json import document
 from softact.report import base
@@ -52,7 +53,8 @@ def _bends(job: Job) -> bool:
 
 def _cases(job: Job) -> Iterator[tuple[str, np.ndarray]]:
     """Name and states of each run, by the force on the tip in its last state."""
-    found, seen = job.model.states, Counter()
+    found = job.model.states
+    seen: Counter[str] = Counter()
     for number in range(len(job.model.runs)):
         chosen = np.flatnonzero(found.run == number)
         if not len(chosen):
@@ -118,10 +120,10 @@ def _law(job: Job) -> list[Plot]:
 
 
 def _deviations(job: Job) -> Markup:
-    groups = [("the states it was fitted to", job.seen)]
+    groups: list[tuple[str, Sequence[Deviation]]] = [("the states it was fitted to", job.seen)]
     if job.unseen:
         groups.append((job.unseen[0], job.unseen[1]))
-    rows = [
+    rows: list[list[str | float | None]] = [
         [which, d.name, d.largest, d.rms, d.unit, f"{d.percent:.2g} % of {d.of}"]
         for which, found in groups
         for d in found

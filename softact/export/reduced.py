@@ -163,7 +163,8 @@ def _neutral(found: states.States, data: dict, box: np.ndarray) -> tuple[float, 
     bent = np.column_stack([found.turned[:, 2], -found.turned[:, 1]])
     place = np.linalg.lstsq(np.hstack([bent, by_pressure]), longer, rcond=None)[0][:2]
     place = np.where(np.ptp(bent, axis=0) > LEAST_BENT, place, 0.0)
-    return tuple(float(v) for v in np.clip(place, box[0, 1:], box[1, 1:]))
+    y, z = np.clip(place, box[0, 1:], box[1, 1:])
+    return float(y), float(z)
 
 
 def strains(found: states.States, data: dict) -> np.ndarray:

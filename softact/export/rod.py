@@ -173,14 +173,14 @@ class Rod:
 
         Newton's method with the residual's differences; raises ArithmeticError where it fails.
         """
-        pressure = np.atleast_1d(np.asarray(pressure, float))
-        m = len(pressure)
+        all_at = np.atleast_1d(np.asarray(pressure, float))
+        m = len(all_at)
         loads = [
             np.zeros((m, 3)) + (0.0 if load is None else np.asarray(load, float))
             for load in (force, moment, gravity)
         ]
         parts = [slice(start, start + AT_ONCE) for start in range(0, m, AT_ONCE)]
-        solved = [self._solve(pressure[p], [load[p] for load in loads], tolerance) for p in parts]
+        solved = [self._solve(all_at[p], [load[p] for load in loads], tolerance) for p in parts]
         return np.concatenate([np.zeros((0, self.pieces, 4)), *solved])
 
     def _solve(self, pressure: np.ndarray, loads: list[np.ndarray], tolerance: float) -> np.ndarray:
@@ -224,8 +224,8 @@ class Rod:
         gravity: ArrayLike | None = None,
     ) -> dict[str, np.ndarray]:
         """What a run would have measured, see ``figures``, in equilibrium, see ``solve``."""
-        pressure = np.atleast_1d(np.asarray(pressure, float))
-        return self.figures(pressure, self.solve(pressure, force, moment, gravity))
+        at = np.atleast_1d(np.asarray(pressure, float))
+        return self.figures(at, self.solve(at, force, moment, gravity))
 
     def figures(self, pressure: np.ndarray, strains: np.ndarray) -> dict[str, np.ndarray]:
         """Columns of curve.csv -> (m,) values of rods of strains (m, pieces, 4)."""

@@ -7,7 +7,8 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from importlib.metadata import version
-from xml.etree.ElementTree import Comment, Element
+from typing import Any
+from xml.etree.ElementTree import Comment
 
 import numpy as np
 
@@ -50,7 +51,7 @@ def _verdict(run: Results) -> str:
     return verdict.cell if verdict else "without one"
 
 
-def comment(about: Sequence[str]) -> Element:
+def comment(about: Sequence[str]) -> Any:
     """The lines as a comment of XML, in which no two hyphens may follow each other."""
     text = "\n  ".join(re.sub("-(?=-)", "- ", line) for line in about)
     return Comment(f"\n  {text}\n")

@@ -59,7 +59,7 @@ class States:
 
     def part(self, chosen: np.ndarray) -> States:
         """The states of a mask."""
-        return States(*(getattr(self, name)[chosen] for name in COLUMNS), Counter())
+        return States(**{name: getattr(self, name)[chosen] for name in COLUMNS}, left_out=Counter())
 
 
 #: Columns of curve.csv without which there is no model.
@@ -88,7 +88,7 @@ def frame(layout: Layout) -> np.ndarray:
 
 def driven_walls(run: Results) -> list[str]:
     """Walls of the cavities whose pressure changes."""
-    found = []
+    found: list[str] = []
     for name, walls in run.layout.cavities.items():
         values = run.curve.get(f"pressure_{name}_kPa", run.curve.get("pressure_kPa"))
         if values is not None and np.ptp(values) > 0:
@@ -154,16 +154,16 @@ def gather(runs: Sequence[Results], base: np.ndarray) -> States:
     left_out: Counter = Counter()
     for number, run in enumerate(runs):
         parts.append(_states(run, number, base, left_out))
-    joined = [np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS]
-    if not len(joined[0]):
+    joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS}
+    if not len(joined["run"]):
         why = "; ".join(f"{count} {reason}" for reason, count in left_out.items())
         raise SpecError(f"{runs[0].directory}: no state can be used: {why}")
-    return States(*joined, left_out)
+    return States(**joined, left_out=left_out)
 
 
 def _states(run: Results, number: int, base: np.ndarray, left_out: Counter) -> States:
     curve, spec, axes = run.curve, spec_of(run), frame(run.layout)
-    pressure = curve[load_name(run)]
+    pressure = curve[str(load_name(run))]
     ramps = _Ramps(spec, curve)
     tip = ramps.force_on(run.layout.tip)
     support, moment = _support(curve, "tip_force", "N"), _support(curve, "tip_moment", "Nmm")
@@ -260,8 +260,8 @@ class _Ramps:
         """(rows, 3) of a load; value: its end value in a step, None where the step leaves it."""
         before, spans = np.zeros(3), {}
         for step in self.spec.steps:
-            after = value(step)
-            after = before if after is None else np.asarray(after, float)
+            new = value(step)
+            after = before if new is None else np.asarray(new, float)
             spans[step.name], before = (before, after), after
         pairs = [spans[name] for name in self._steps]
         parts = zip(pairs, self._fractions, strict=True)

@@ -73,7 +73,7 @@ def text(chain: Chain, about: list[str]) -> str:
     """The URDF document."""
     root = Xml.Element("robot", name=chain.name)
     root.append(comment(about))
-    drives, before, parent = _turning(chain), np.zeros(3), None
+    drives, before, parent = _turning(chain), np.zeros(3), ""
     for number, link in enumerate(chain.links):
         name = "clamp" if number == 0 else f"piece_{number}"
         if number:
@@ -135,8 +135,8 @@ def _link(root: Xml.Element, name: str, link: Link) -> None:
 def _small_link(root: Xml.Element, name: str) -> None:
     inertial = Xml.SubElement(Xml.SubElement(root, "link", name=name), "inertial")
     Xml.SubElement(inertial, "mass", value=_number(LEAST_MASS))
-    small = dict.fromkeys(("ixx", "iyy", "izz"), _number(LEAST_INERTIA))
-    Xml.SubElement(inertial, "inertia", **small, ixy="0", ixz="0", iyz="0")
+    small = _number(LEAST_INERTIA)
+    Xml.SubElement(inertial, "inertia", ixx=small, iyy=small, izz=small, ixy="0", ixz="0", iyz="0")
 
 
 def _vector(values: Iterable[float]) -> str:

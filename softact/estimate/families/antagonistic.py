@@ -19,6 +19,7 @@ PAIRS = ("upper", "lower")
 def beam(spec: Spec) -> Beam:
     """Chambers and necks of both pairs."""
     g = spec.geometry
+    assert isinstance(g, Antagonistic)
     stress = free_across(spec.materials["body"])
     bends = gives(*_bulging(g), g.pitch if g.chambers > 1 else g.chamber_length)
     reach = min(spread(g.midsection_radius, bends), g.radius)

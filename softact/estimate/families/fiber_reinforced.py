@@ -10,6 +10,7 @@ from softact.estimate.beam import Beam
 from softact.estimate.films import film
 from softact.estimate.sections import Section, region
 from softact.estimate.uniaxial import free_across
+from softact.geometries.fiber_reinforced import FiberReinforced
 from softact.spec import Spec
 
 
@@ -20,6 +21,7 @@ def beam(spec: Spec) -> Beam:
     where it gets narrower, so the walls are in uniaxial tension.
     """
     g = spec.geometry
+    assert isinstance(g, FiberReinforced)
     r, sleeve = g.radius, g.radius - g.sleeve
     floor, inside = g.sleeve + g.base_wall, g.radius - g.sleeve - g.wall
 
@@ -48,6 +50,7 @@ THICK = 0.35
 def reservations(spec: Spec) -> list[str]:
     """Why the estimate is poor for a spec: a small chamber in thick walls."""
     g = spec.geometry
+    assert isinstance(g, FiberReinforced)
     walls = g.sleeve + g.wall
     if walls <= THICK * g.radius:
         return []

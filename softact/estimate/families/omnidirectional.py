@@ -17,6 +17,7 @@ from softact.spec import Spec
 def beam(spec: Spec) -> Beam:
     """Chambers and necks; of a chamber only what is near enough to the neck takes part."""
     g = spec.geometry
+    assert isinstance(g, Omnidirectional)
     stress = free_across(spec.materials["body"])
     bends = gives(*_bulging(g), g.pitch if g.modules > 1 else g.chamber_length)
     reach = min(spread(g.midsection_radius, bends), g.actuator_radius)
@@ -80,7 +81,9 @@ LONG, THICK = 1.6, 1.5
 
 def reservations(spec: Spec) -> list[str]:
     """Why the estimate is poor for a spec: chambers that are long, or stiff towards the gaps."""
-    g, found = spec.geometry, []
+    g = spec.geometry
+    assert isinstance(g, Omnidirectional)
+    found: list[str] = []
     bends = gives(*_bulging(g), g.pitch)
     if g.chamber_length > LONG * bends:
         found.append(

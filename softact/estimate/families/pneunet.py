@@ -9,6 +9,7 @@ from softact.estimate.polygerinos import touching
 from softact.estimate.reach import gives, spread
 from softact.estimate.sections import Section, rectangle
 from softact.estimate.uniaxial import free_across
+from softact.geometries.pneunet import Pneunet
 from softact.spec import Spec
 
 
@@ -18,7 +19,9 @@ def beam(spec: Spec) -> Beam:
     Not the chambers' length counts but what their inner walls can open: a long chamber's middle is
     a stiff box. Nothing gives in more than a whole pitch.
     """
-    g, row = spec.geometry, spec.geometry.row
+    g = spec.geometry
+    assert isinstance(g, Pneunet)
+    row = g.row
     stress = free_across(spec.materials["body"])
     half, wide = g.chamber_width / 2, g.chamber_width / 2 + g.outer_wall
     ceiling = g.base + g.chamber_height
@@ -46,7 +49,9 @@ LONG, TALL = 1.6, 2.0
 
 def reservations(spec: Spec) -> list[str]:
     """Why the estimate is poor for a spec: chambers that are long, or narrow."""
-    g, found = spec.geometry, []
+    g = spec.geometry
+    assert isinstance(g, Pneunet)
+    found: list[str] = []
     around = 2 * (g.chamber_width + g.chamber_height)
     bends = gives(g.chamber_width * g.chamber_height, around, g.row.pitch)
     if g.row.chamber_length > LONG * bends:

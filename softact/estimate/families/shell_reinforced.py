@@ -20,6 +20,7 @@ def beam(spec: Spec) -> Beam:
     an axial modulus of 3 G.
     """
     g = spec.geometry
+    assert isinstance(g, ShellReinforced)
     outer, inner = g.radius, g.chamber_radius
     stress = free_across(spec.materials["body"])
     tube = region(lambda y, z: (y**2 + z**2 < outer**2) & (y**2 + z**2 > inner**2), outer)
@@ -53,7 +54,9 @@ THICK = 0.4
 
 def reservations(spec: Spec) -> list[str]:
     """Why the estimate is poor for a spec: a shell that slides, a thick wall."""
-    g, found = spec.geometry, []
+    g = spec.geometry
+    assert isinstance(g, ShellReinforced)
+    found: list[str] = []
     if g.shell == "sliding":
         found.append(
             "the shell slides: the whole core stretches under it, not the part near the slits "

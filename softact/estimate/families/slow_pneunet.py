@@ -8,6 +8,7 @@ from softact.estimate.films import film
 from softact.estimate.reach import opened, slit_decay
 from softact.estimate.sections import Section, rectangle
 from softact.estimate.uniaxial import free_across, matrix
+from softact.geometries.slow_pneunet import SlowPneunet
 from softact.spec import Spec
 
 
@@ -19,6 +20,7 @@ def beam(spec: Spec) -> Beam:
     it gets narrower across, and its volume stays.
     """
     g = spec.geometry
+    assert isinstance(g, SlowPneunet)
     half, wide = g.chamber_width / 2, g.width / 2
     low, high = g.below, g.below + g.chamber_height
     body = free_across(spec.materials["body"])
@@ -45,7 +47,9 @@ TALL = 1.25
 
 def reservations(spec: Spec) -> list[str]:
     """Why the estimate is poor for a spec: chambers that swell, or are tall."""
-    g, found = spec.geometry, []
+    g = spec.geometry
+    assert isinstance(g, SlowPneunet)
+    found: list[str] = []
     _, most = title(spec, pressures(spec))
     shear = matrix(spec.materials["body"]).shear_modulus
     if abs(most) > SWELLING * shear:

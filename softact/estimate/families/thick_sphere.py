@@ -6,12 +6,14 @@ import numpy as np
 
 from softact.estimate.table import Estimate
 from softact.estimate.thick import inner_stretches, rising, sphere_pressure
+from softact.geometries.thick_sphere import ThickSphere
 from softact.spec import Spec
 
 
 def table(spec: Spec, pressure: float, points: int) -> Estimate:
     """Pressure, stretch at the inside and volume; up to the first limit of the pressure."""
     g = spec.geometry
+    assert isinstance(g, ThickSphere)
     stretches = inner_stretches()
     found = sphere_pressure(spec.materials["body"], g.inner_radius, g.outer_radius, stretches)
     count = rising(found)

@@ -16,7 +16,9 @@ SHORTEST, LONGEST = 0.2, 4.0
 
 def table(spec: Spec, pressure: float, points: int) -> Estimate:
     """Pressure on the bore, stretch there, elongation, and the force that blocks it."""
-    g, law = spec.geometry, spec.materials["body"]
+    g = spec.geometry
+    assert isinstance(g, Tube)
+    law = spec.materials["body"]
     held = _holds_its_length(spec)
     stretches = inner_stretches()
     axial = np.ones_like(stretches)
@@ -48,7 +50,8 @@ def _free_length(law: Law, g: Tube, stretch: float) -> float:
     """Axial stretch without an axial force."""
 
     def pull(axial: float) -> float:
-        return float(tube_pressure(law, g.inner_radius, g.outer_radius, [stretch], [axial])[1][0])
+        at = np.array([stretch]), np.array([axial])
+        return float(tube_pressure(law, g.inner_radius, g.outer_radius, *at)[1][0])
 
     # The volume of the wall must not vanish: a² l > 1 − (R²/A²).
     return brentq(pull, max(SHORTEST, 1.0001 / stretch**2), LONGEST)
