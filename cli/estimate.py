@@ -7,8 +7,11 @@ from typing import TYPE_CHECKING
 
 import click
 
+from softact.cli._force import force_file_option
+
 if TYPE_CHECKING:
     from softact.estimate import Estimate
+    from softact.spec import Spec
 
 
 @click.command(short_help="Estimate what an actuator does, without a run.")
@@ -22,19 +25,24 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--beside",
-    type=click.Path(path_type=Path, file_okay=False),
+    type=click.Path(path_type=Path),
     metavar="DIR",
     help="Say how far the estimate is from the run in a result folder.",
 )
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path, dir_okay=False),
+    type=click.Path(path_type=Path),
     metavar="CSV",
     help="Write the whole table, with the columns' names of curve.csv.",
 )
+@force_file_option
 def estimate(
-    spec: Path, overrides: tuple[str, ...], beside: Path | None, output: Path | None
+    spec: Path,
+    overrides: tuple[str, ...],
+    beside: Path | None,
+    output: Path | None,
+    force: bool,
 ) -> None:
     """Estimate angle or elongation, and what blocks it, over the pressure of a spec.
 
@@ -52,9 +60,16 @@ def estimate(
     from softact import spec as specs
     from softact.estimate import estimate as estimated
     from softact.files.text import csv_text, write_atomic
+    from softact.results.own_folder import check_file
 
-    found = estimated(specs.load(spec, overrides))
-    said = _beside(found, beside) if beside else []
+    loaded = specs.load(spec, overrides)
+    if output:
+        check_file(output, force, [spec])
+    found = estimated(loaded)
+    said = _beside(loaded, found, beside) if beside else []
+    if output:
+        rows = zip(*found.columns.values(), strict=True)
+        write_atomic(output, csv_text([dict(zip(found.columns, row, strict=True)) for row in rows]))
     click.echo(f"{found.name}: an estimate, not a solution. {found.method}.")
     for line in _table(found):
         click.echo(line)
@@ -65,16 +80,21 @@ def estimate(
     for line in said:
         click.echo(f"beside {beside}: {line}")
     if output:
-        rows = zip(*found.columns.values(), strict=True)
-        write_atomic(output, csv_text([dict(zip(found.columns, row, strict=True)) for row in rows]))
         click.echo(f"wrote {output}")
 
 
-def _beside(found: Estimate, directory: Path) -> list[str]:
-    from softact.estimate.beside import verdict
+def _beside(spec: Spec, found: Estimate, directory: Path) -> list[str]:
+    from softact.estimate.beside import is_of_another, verdict
     from softact.results.folder import read
+    from softact.spec.kinds import expect_results
 
-    return verdict(found, read(directory))
+    expect_results(directory)
+    results = read(directory)
+    for line in (*results.faults, *results.spec_faults):
+        click.echo(line, err=True)
+    other = is_of_another(spec, results)
+    said = [f"the run is of a spec with other {', '.join(other)}"] if other else []
+    return said + verdict(found, results)
 
 
 def _table(found: Estimate) -> list[str]:

@@ -4,7 +4,7 @@
 docs/estimate_runs.yaml with what makes the runs again; the estimates are made anew.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import yaml
@@ -26,11 +26,11 @@ def compared() -> Iterator[tuple[dict, float, list[str]]]:
         yield run, found.at(run["column"], run["pressure_kPa"]), list(found.reservations)
 
 
-def lines() -> Iterator[str]:
+def lines(rows: Iterable[tuple[dict, float, list[str]]]) -> Iterator[str]:
     """The table."""
     yield "| spec | with | at | figure | run | estimate | off by | said to be poor |"
     yield "| --- | --- | --- | --- | --- | --- | --- | --- |"
-    for run, value, reservations in compared():
+    for run, value, reservations in rows:
         label = column(run["column"])
         changed = ", ".join(
             text.removeprefix("geometry.") for text in run["set"]
@@ -43,12 +43,12 @@ def lines() -> Iterator[str]:
         )
 
 
-def written(text: str) -> str:
+def written(text: str, rows: Iterable[tuple[dict, float, list[str]]]) -> str:
     """The page's text with the part between the two marks made anew."""
     before, _, rest = text.partition(BEGIN)
     _, _, after = rest.partition(END)
-    return before + "\n".join([BEGIN, "", *lines(), "", END]) + after
+    return before + "\n".join([BEGIN, "", *lines(rows), "", END]) + after
 
 
 if __name__ == "__main__":
-    PAGE.write_text(written(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    PAGE.write_text(written(PAGE.read_text(encoding="utf-8"), compared()), encoding="utf-8")

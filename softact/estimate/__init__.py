@@ -15,7 +15,7 @@ from importlib import import_module
 from typing import Any
 
 from softact.errors import SpecError
-from softact.estimate.driven import pressures
+from softact.estimate.driven import inside, pressures
 from softact.estimate.table import Estimate
 from softact.spec import Spec
 
@@ -53,7 +53,7 @@ def estimate(spec: Spec, points: int = POINTS) -> Estimate:
         )
     driven = pressures(spec)
     if kind in EXACT:
-        return _family(EXACT[kind]).table(spec, next(iter(driven.values())), points)
+        return _family(EXACT[kind]).table(spec, inside(spec), points)
     from softact.estimate.bending import bending  # which takes the rod of the exports
 
     family = _family(BEAMS[kind])

@@ -31,13 +31,15 @@ class Curve:
 
     angle: (n, 2) radians about y and about −z. elongation: (n,) mm of the line through the tip's
     centre. stiffness: (n, 2) N·mm² tangent flexural stiffness for both, as of a uniform beam of the
-    length that gives. reached: part of the full pressures up to which there are values.
+    length that gives. stretch: (n,) largest of the walls along the axis. reached: part of the full
+    pressures up to which there are values.
     """
 
     parts: np.ndarray
     angle: np.ndarray
     elongation: np.ndarray
     stiffness: np.ndarray
+    stretch: np.ndarray
     reached: float
 
 
@@ -47,7 +49,7 @@ def follow(beam: Beam, pressures: Mapping[str, float], parts: np.ndarray) -> Cur
     It ends where the walls of a section can carry no more: a limit of the pressure.
     """
     strains = [np.zeros(3) for _ in beam.sections]
-    angles, elongations, stiffness = [], [], []
+    angles, elongations, stiffness, stretches = [], [], [], []
     for part in parts:
         found = []
         for section, start in zip(beam.sections, strains, strict=True):
@@ -62,9 +64,11 @@ def follow(beam: Beam, pressures: Mapping[str, float], parts: np.ndarray) -> Cur
         angles.append(turned[1:])
         elongations.append(turned[0] + turned[1] * beam.axis_height)
         stiffness.append(_stiffness(beam, strains))
+        pairs = zip(beam.sections, strains, strict=True)
+        stretches.append(max(section.largest_stretch(strain) for section, strain in pairs))
     count = len(angles)
     reached = float(parts[count - 1]) if count else 0.0
-    columns = np.array(angles), np.array(elongations), np.array(stiffness)
+    columns = np.array(angles), np.array(elongations), np.array(stiffness), np.array(stretches)
     return Curve(parts[:count], *columns, reached)
 
 

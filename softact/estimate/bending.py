@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from softact.estimate.beam import Beam, Curve, blocked, follow
-from softact.estimate.driven import title
+from softact.estimate.driven import left_out, title
 from softact.estimate.table import Estimate
 from softact.estimate.weight import loaded
 from softact.spec import Spec
@@ -40,11 +40,27 @@ def bending(
             f"beyond {1e3 * most * curve.reached:.4g} kPa the walls carry no more: a limit of the "
             "pressure, or near one"
         )
+    reservations += _tested(spec, curve, 1e3 * most)
+    if min(driven.values()) < 0:
+        reservations.append("under vacuum walls buckle and touch each other, which is left out")
     columns = {name: 1e3 * most * curve.parts, "bending_angle_deg": _angle(spec, turned)}
     if np.degrees(np.abs(curve.angle)).max() < STRAIGHT:
         columns["elongation_mm"] = curve.elongation
     columns |= _blocked(beam, curve, driven)
     return Estimate(spec.name, METHOD, columns, notes, reservations)
+
+
+def _tested(spec: Spec, curve: Curve, full: float) -> list[str]:
+    """Where the walls stretch beyond the tests of their constants. full: kPa at the end."""
+    ranges = [law.card.stretch_range for law in spec.materials.values()]
+    most = min((known[1] for known in ranges if known), default=np.inf)
+    beyond = np.flatnonzero(curve.stretch > most)
+    if not len(beyond):
+        return []
+    return [
+        f"from about {full * curve.parts[beyond[0]]:.4g} kPa on walls stretch by more than the "
+        f"{most:g} to which the constants were tested"
+    ]
 
 
 def _angle(spec: Spec, turned: np.ndarray) -> np.ndarray:
@@ -68,7 +84,6 @@ def _blocked(beam: Beam, curve: Curve, driven: dict[str, float]) -> dict[str, np
 
 def _notes(spec: Spec) -> list[str]:
     notes = ["that chambers touch each other, and that their sections grow, is left out"]
-    if spec.obstacles:
-        notes.append("obstacles are left out")
+    notes += left_out(spec, ("pressure", "gravity", "payload"))
     notes.append("blocked: at the undeformed shape; the force at the tip's centre, which may turn")
     return notes

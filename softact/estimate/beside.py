@@ -13,7 +13,7 @@ from softact.report import labels
 from softact.report.base import Plot, Section, figures, lines, xy
 from softact.report.base.templates import macros
 from softact.results.folder import Results
-from softact.spec import loads
+from softact.spec import Spec, loads
 
 #: An estimate that is farther off at half of the pressure is said to be off.
 OFF = 0.3
@@ -84,6 +84,13 @@ def _rising(curve: Mapping[str, np.ndarray], pressure: str) -> np.ndarray:
     rows = np.flatnonzero(steps == max(spans, key=spans.__getitem__))
     rows = rows[: int(np.argmax(values[rows])) + 1]
     return rows[np.concatenate([[True], np.diff(values[rows]) > 0])]
+
+
+def is_of_another(spec: Spec, results: Results) -> list[str]:
+    """Parts of a spec in which it differs from that of a run."""
+    run = loads(results.spec_yaml, str(results.directory / "spec.yaml"))
+    parts = ("geometry", "materials", "layers", "steps")
+    return [part for part in parts if getattr(run, part) != getattr(spec, part)]
 
 
 def verdict(found: Estimate, results: Results) -> list[str]:

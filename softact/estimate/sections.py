@@ -55,6 +55,14 @@ class Section:
     cavities: Mapping[str, Patch] = field(default_factory=dict)
     films: Sequence[Film] = ()
 
+    def largest_stretch(self, strain: np.ndarray) -> float:
+        """Of all walls, at a strain (e, b, c)."""
+        places = ((patch.z, patch.y) for patch, _ in self.walls if len(patch.area))
+        return max(
+            (1 + strain[0] + float(np.max(strain[1] * z + strain[2] * y)) for z, y in places),
+            default=1.0,
+        )
+
     def wall_load(self, strain: np.ndarray) -> np.ndarray:
         """(3,) force and moments that the walls carry at a strain (e, b, c)."""
         total = np.zeros(3)

@@ -113,6 +113,8 @@ def check(runs: Sequence[Results]) -> None:
                 f"{run.directory}: {run.spec['geometry']['type']} has no clamp or no tip, so "
                 "it has no angle and no reduced model"
             )
+        if load_name(run) is None:
+            raise SpecError(f"{run.directory}: no pressure changes in it; a reduced model needs it")
         missing = [name for name in NEEDED if name not in run.curve]
         missing += [] if _volumes(run) else ["cavity_volume_mm3"]
         if missing:
@@ -120,8 +122,6 @@ def check(runs: Sequence[Results]) -> None:
                 f"{run.directory / 'curve.csv'}: lacks {', '.join(missing)}; solve the spec with "
                 "measures: all"
             )
-        if load_name(run) is None:
-            raise SpecError(f"{run.directory}: no pressure changes in it; a reduced model needs it")
     first = runs[0]
     for run in runs[1:]:
         for part in ("geometry", "materials", "layers", "sheets"):

@@ -67,7 +67,7 @@ def row(p, moment, number):
         "step": "inflate", "increment": number, "step_fraction": p / MOST, "pressure_kPa": p,
         "bending_angle_deg": np.degrees(angle), "twist_angle_deg": 0.0,
         "tip_x_mm": x, "tip_y_mm": 0.0, "tip_z_mm": z + HEIGHT / 2,
-        "cavity_volume_mm3": volume(p, k), **held,
+        "cavity_volume_mm3": volume(p, k), **{f"reaction_{c}_N": 0.0 for c in "xyz"}, **held,
     }  # fmt: skip
 
 

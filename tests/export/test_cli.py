@@ -11,7 +11,8 @@ from . import made_up
 
 
 @pytest.fixture
-def folders(tmp_path):
+def folders(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     return [str(folder) for folder in made_up.write(tmp_path)]
 
 
@@ -24,7 +25,7 @@ def test_it_writes_and_says_how_far_it_is_off(folders, tmp_path):
     result = called(*folders, "--to", "json", "--to", "urdf", "-o", str(out))
     assert result.exception is None
     assert sorted(path.name for path in out.iterdir()) == [
-        "made_up.urdf", "made_up_joints.csv", "model.json", "reduced.html",
+        ".softact.json", "made_up.urdf", "made_up_joints.csv", "model.json", "reduced.html",
     ]  # fmt: skip
     assert "bending angle: at most" in result.stdout
     assert f"wrote {out / 'model.json'}" in result.stdout

@@ -13,7 +13,7 @@ from softact.errors import SpecError
 from softact.export import FORMATS, chain, page, statement, to_fmu, to_urdf
 from softact.export.rod import Rod
 from softact.fields import STANDARD_GRAVITY
-from softact.files.text import csv_rows
+from softact.files.text import csv_rows, write_atomic
 
 ROOT = Path(__file__).parents[2]
 ANGLE = 0.03  # of the finite elements' angle
@@ -25,9 +25,10 @@ def written(prepared, tmp_path_factory):
     folder = tmp_path_factory.mktemp("export")
     for name, found in FORMATS.items():
         if name != "fmu" or importlib.util.find_spec("pythonfmu"):
-            found.check(prepared)
-            paths = found.write(prepared, folder)
-            assert paths and all(path.is_file() for path in paths)
+            files = found.files(prepared)
+            assert files
+            for file, content in files.items():
+                write_atomic(folder / file, content)
     return folder
 
 
@@ -160,7 +161,7 @@ def test_urdf_of_what_only_stretches_is_refused(prepared, monkeypatch):
     only = [drive for drive in prepared.chain.drives if drive.component == "stretch"]
     monkeypatch.setattr(to_urdf, "_turning", lambda chain: [])
     with pytest.raises(SpecError, match="only stretches"):
-        to_urdf.check(prepared)
+        to_urdf.files(prepared)
     assert len(only) <= 1
 
 
@@ -206,7 +207,7 @@ def test_fmu_meets_the_finite_elements(written, prepared, inflating):
 def test_fmu_without_its_package_is_refused(prepared, monkeypatch):
     monkeypatch.setattr(to_fmu, "find_spec", lambda name: None)
     with pytest.raises(SpecError, match=r"pip install 'softact\[export\]'"):
-        to_fmu.check(prepared)
+        to_fmu.files(prepared)
 
 
 def test_sofa_scene_is_python_with_the_chain_in_it(written, prepared):

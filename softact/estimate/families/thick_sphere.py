@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from softact.estimate.driven import left_out
 from softact.estimate.table import Estimate
 from softact.estimate.thick import inner_stretches, rising, sphere_pressure
 from softact.geometries.thick_sphere import ThickSphere
@@ -27,7 +28,8 @@ def table(spec: Spec, pressure: float, points: int) -> Estimate:
         "max_principal_stretch": stretch,
         "cavity_volume_mm3": 4 / 3 * np.pi * (g.inner_radius * stretch) ** 3,
     }
+    notes = left_out(spec, ("pressure",))
     ended = [f"the pressure has a limit at {1e3 * known[-1]:.4g} kPa"] if reached < pressure else []
     return Estimate(
-        spec.name, "Exact for an incompressible material (Ogden 1984, 5.3.2)", columns, [], ended
+        spec.name, "Exact for an incompressible material (Ogden 1984, 5.3.2)", columns, notes, ended
     )
