@@ -108,6 +108,11 @@ def check(runs: Sequence[Results]) -> None:
             raise SpecError(f"{run.directory}: has no states; only a run that got on is exported")
         if not run.spec_yaml:
             raise SpecError(f"{run.directory}: has no spec.yaml, which tells weights and loads")
+        if not run.layout.regions:
+            raise SpecError(
+                f"{run.directory}: {run.spec['geometry']['type']} is made of sheets alone, whose "
+                "stiffness comes from the pressure; there is no reduced model of it"
+            )
         if not (run.layout.clamp and run.layout.tip):
             raise SpecError(
                 f"{run.directory}: {run.spec['geometry']['type']} has no clamp or no tip, so "
