@@ -7,7 +7,9 @@ from __future__ import annotations
 import statistics
 import time
 from collections.abc import Callable
-from typing import Annotated, Any, Union
+from functools import reduce
+from operator import or_
+from typing import Annotated, Any
 
 from pydantic import BaseModel, Discriminator, Tag, TypeAdapter, ValidationError
 
@@ -29,7 +31,7 @@ def union() -> TypeAdapter:
         return value.get("type") if isinstance(value, dict) else None
 
     members = tuple(Annotated[kind, Tag(name)] for name, kind in GEOMETRIES.items())
-    return TypeAdapter(Annotated[Union[members], Discriminator(tag)])
+    return TypeAdapter(Annotated[reduce(or_, members), Discriminator(tag)])
 
 
 def own() -> TypeAdapter:
