@@ -11,7 +11,7 @@ def tell_scripts(base: Any, axes: Sequence[Any]) -> None:
 
     base: the plain data of its base spec. axes: those of a sweep or an optimisation.
     """
-    from softact.geometry.scripts import told
+    from softact.geometry.scripts import scripts_as_code
 
     files = [
         file
@@ -19,7 +19,7 @@ def tell_scripts(base: Any, axes: Sequence[Any]) -> None:
         if "geometry.file" in axis.path
         for file in axis.values or getattr(axis, "choices", None) or ()
     ]
-    for line in told(base, files):
+    for line in scripts_as_code(base, files):
         click.echo(line, err=True)
 
 
