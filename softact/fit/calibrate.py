@@ -50,7 +50,7 @@ class _Search:
         measured: Measured,
         cache: Cache,
         say: Callable[[str], None],
-    ):
+    ) -> None:
         self.request, self.spec, self.knobs, self.measured = request, spec, knobs, measured
         self.cache, self.say = cache, say
         self.sizes = np.array([knob.size for knob in knobs])
@@ -71,9 +71,9 @@ class _Search:
     def _run(self, values: tuple[float, ...]) -> Trial:
         started, number = time.perf_counter(), len(self.trials) + 1
         spec = turned(self.spec, self.knobs, values)
-        speed = {"processes": self.request.processes, "threads": None}
-        key = run_key(spec, **speed)
-        answer = compute(spec, key, self.cache, **speed)
+        processes = self.request.processes
+        key = run_key(spec, processes=processes, threads=None)
+        answer = compute(spec, key, self.cache, processes=processes, threads=None)
         if answer.record is None:
             raise answer.error()
         folder = self.cache.folder(key)

@@ -68,13 +68,13 @@ def _rows(outcome: Calibration) -> list[dict[str, float]]:
         row = {measured.x: float(x)}
         for name in measured.names:
             row[f"measured_{name}"] = float(measured.values[name][i])
-            row[f"before_{name}"] = float(outcome.first.columns[name][i])
-            row[f"after_{name}"] = float(outcome.best.columns[name][i])
+            row[f"before_{name}"] = float(outcome.first.curves[name][i])
+            row[f"after_{name}"] = float(outcome.best.curves[name][i])
         rows.append(row)
     return rows
 
 
-def _numbers(request: Request, outcome: Calibration) -> dict:
+def _numbers(request: Request, outcome: Calibration) -> dict[str, object]:
     return {
         "spec": request.spec.name,
         "data": request.data.name,
@@ -115,7 +115,7 @@ def _plot(path: Path, outcome: Calibration) -> None:
             (outcome.first, {"color": "0.55", "ls": "--"}, "before"),
             (outcome.best, {"color": "#0b62a4"}, "calibrated"),
         ):
-            panel.plot(x, trial.columns[name][order] * label.factor, label=said, **style)
+            panel.plot(x, trial.curves[name][order] * label.factor, label=said, **style)
         panel.plot(x, measured.values[name][order] * label.factor, "o", ms=4, mfc="none",
                    mec="k", label=f"measured ({Path(measured.source).name})")  # fmt: skip
         panel.set(xlabel=str(abscissa), ylabel=str(label))

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 from softact.measured.blocks import Block, Heading
 from softact.measured.cells import Row, decimal_mark, value
@@ -50,7 +50,7 @@ def sizes_above(
     return sizes
 
 
-def _of_row(row: Row, words):
+def _of_row(row: Row, words: Callable[[str], str]) -> Iterator[tuple[str, float]]:
     """'Width (mm);3', 'Width;3;mm' and 'Width: 3 mm'."""
     cells = [cell for cell in row.cells if cell]
     if len(cells) > 1 and (number := _number(cells[1])) is not None:
@@ -61,17 +61,23 @@ def _of_row(row: Row, words):
             yield from _size(match[1], number, match[3].strip('";,'), words)
 
 
-def _of_block(rows: Sequence[Row], block: Block, heading: Heading, words):
+def _of_block(
+    rows: Sequence[Row], block: Block, heading: Heading, words: Callable[[str], str]
+) -> Iterator[tuple[str, float]]:
     for row in rows[block.start : block.end]:
         for name, cell in zip(heading.names, row.cells, strict=False):
             if (number := _number(cell)) is not None:
                 yield from _size(name, number, _last_unit(name), words)
 
 
-def _size(name: str, number: float, unit: str, words):
+def _size(
+    name: str, number: float, unit: str, words: Callable[[str], str]
+) -> Iterator[tuple[str, float]]:
     plain = words(name)
     size = next((size for size, pattern in WORDS.items() if re.search(pattern, plain)), None)
-    factor = _factor(unit, size == "area") if size else None
+    if size is None:
+        return
+    factor = _factor(unit, size == "area")
     if factor is not None:
         yield size, number * factor
 

@@ -7,6 +7,7 @@ there is told beside it.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +19,7 @@ from softact.measures.pressure import PRESSURE
 if TYPE_CHECKING:
     from mpi4py import MPI
 
+    from softact.bodies.solid import Solid
     from softact.measures.snapshot import Snapshot
 
 SHARE = 1e-3  # of the volume, which is above the percentile
@@ -28,7 +30,12 @@ PEAK_COLUMN = "principal_stress_peak_<region>_MPa"
 PLACE_COLUMN = "failure_<region>_<xyz>_mm"
 
 
-def percentile(comm: MPI.Comm, tensors: np.ndarray, volumes: np.ndarray, places):
+def percentile(
+    comm: MPI.Comm,
+    tensors: np.ndarray,
+    volumes: np.ndarray,
+    places: Callable[[np.ndarray], np.ndarray],
+) -> tuple[float, np.ndarray]:
     """The largest eigenvalue that a ``SHARE`` of the volume exceeds, and the place (3,) where it
     stands.
 
@@ -44,9 +51,9 @@ def percentile(comm: MPI.Comm, tensors: np.ndarray, volumes: np.ndarray, places)
     first = _top(values, volumes[open_], share)
     mine = values[first], volumes[open_[first]], places(open_[first])
     parts = zip(*comm.allgather(mine), strict=True)
-    values, volumes, places = (np.concatenate(part) for part in parts)
+    values, volumes, where = (np.concatenate(part) for part in parts)
     chosen = _top(values, volumes, share)[-1]
-    return float(values[chosen]), places[chosen]
+    return float(values[chosen]), where[chosen]
 
 
 def exceeded(comm: MPI.Comm, values: np.ndarray, volumes: np.ndarray, share: float) -> float:
@@ -66,17 +73,23 @@ def _top(values: np.ndarray, volumes: np.ndarray, share: float) -> np.ndarray:
     return order[: np.searchsorted(above, share) + 1]
 
 
-def _name(title: str, region: str, regions) -> str:
+def _name(title: str, region: str, regions: Sequence[str]) -> str:
     return title.replace("_<region>", "" if len(regions) == 1 else f"_{region}")
 
 
-def _largest_pressure(columns, names) -> float:
+def _largest_pressure(columns: Mapping[str, float], names: Iterable[str]) -> float:
     """The pressure of the largest magnitude in a row, kPa; 0 in no row at all."""
     titles = per_cavity("pressure_<cavity>_kPa", dict.fromkeys(names, 0.0))
     return max((columns.get(title, 0.0) for title in titles), key=abs)
 
 
-def reached(row, previous, column: str, limit: float, names) -> float | None:
+def reached(
+    row: Mapping[str, float],
+    previous: Mapping[str, float],
+    column: str,
+    limit: float,
+    names: Iterable[str],
+) -> float | None:
     """Pressure (kPa) at which a column reached a limit, linear between two rows; None before."""
     value, pressure = row[column], _largest_pressure(row, names)
     if value < limit:
@@ -87,13 +100,13 @@ def reached(row, previous, column: str, limit: float, names) -> float | None:
     return start + (limit - before) / (value - before) * (pressure - start)
 
 
-def _region(snapshot: Snapshot, name, solid):
+def _region(snapshot: Snapshot, name: str, solid: Solid) -> tuple[dict[str, float], np.ndarray]:
     """Columns of stress and stretch of one region, and where the stress stands."""
     regions, comm = snapshot.layout.regions, snapshot.model.comm
     volumes = solid.volumes.ravel()
     stretches = right_cauchy_green(solid.deformation_gradient(snapshot.state.x))
 
-    def places(chosen):
+    def places(chosen: np.ndarray) -> np.ndarray:
         return snapshot.quadrature_places(solid, chosen)
 
     stress, place = percentile(comm, symmetric(snapshot.cauchy_at_points(name)), volumes, places)
@@ -108,7 +121,7 @@ def _region(snapshot: Snapshot, name, solid):
     return columns, place
 
 
-def _evaluate(snapshot: Snapshot):
+def _evaluate(snapshot: Snapshot) -> dict[str, float]:
     layout, previous = snapshot.layout, snapshot.previous
     names, regions = tuple(layout.cavities), layout.regions
     columns: dict[str, float] = {}

@@ -112,8 +112,10 @@ class Trials:
         found = (t for t in self.done if self._first and t.params == self._first)
         return next(found, None)
 
-    def run(self, jobs: int, told: Callable[[Any, Answer], None]) -> None:
+    def run(self, jobs: int, tell: Callable[[Any, Answer], None]) -> None:
         """Run trials, ``jobs`` at a time, until there are as many as wanted.
+
+        tell: is called with each trial and the answer of its run.
 
         Raises CannotWriteError where the disk is full.
         """
@@ -123,7 +125,7 @@ class Trials:
                 points = {trial.number: (trial, self._suggest(trial)) for trial in asked}
                 for number, answer in self._answers(points, jobs):
                     self._tell(points[number][0], answer)
-                    told(self.study.trials[number], answer)
+                    tell(self.study.trials[number], answer)
 
     def _ask(self, count: int) -> list[Any]:
         """New trials. Each draws from a stream of its own, so that a call that goes on proposes

@@ -73,7 +73,8 @@ def write_report(
         measured = remembered(directory)
     except SpecError as error:
         faults += error.lines
-    for make in [*([partial(overlay.section, several=measured)] if measured else []), *extra]:
+    against: list[Extra] = [partial(overlay.section, several=measured)] if measured else []
+    for make in [*against, *extra]:
         try:
             more.append(make(results))
         except SpecError as error:
