@@ -3,7 +3,7 @@
 Its walls that face the gaps bulge, and open the neck's side as far as they can: a long chamber's
 middle is a stiff box that neither bends the actuator nor is bent. Beyond the neck, across the
 actuator, bending spreads into the chamber over a part of that length (Saint-Venant). Both parts
-were fitted to coarse runs of PneuNets and bellows, 25 of them, see docs/estimate.md.
+were fitted to coarse runs of PneuNets and bellows: docs/estimate.md says to which and how well.
 """
 
 from __future__ import annotations

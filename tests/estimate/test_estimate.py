@@ -268,3 +268,59 @@ def test_the_command_says_that_it_is_an_estimate_and_writes_the_table(tmp_path, 
     assert f"beside {finger}: Bending angle at 10 kPa" in result.stdout
     head, *rows = out.read_text().splitlines()
     assert head.startswith("pressure_kPa,bending_angle_deg") and len(rows) == 21
+
+
+def test_what_it_leaves_out_is_told():
+    held = estimate(spec("pneunet_held_tip"))
+    assert "left out: support of tip" in held.notes
+    assert "left out: obstacle cell" in estimate(spec("pneunet_glove_blocked")).notes
+    pressed = "steps=[{name: a, pressure: 5 kPa, surface_pressure: {outer: 9 kPa}}, " \
+        "{name: b, torque: {surface: tip, moment: [0 N*mm, 1 N*mm, 0 N*mm]}}]"  # fmt: skip
+    found = estimate(spec("pneunet_small", pressed))
+    assert "left out: pressure on outer, torque" in found.notes
+    assert found.columns["pressure_kPa"][-1] == pytest.approx(5.0)
+
+
+def test_vacuum_is_told_to_be_poor_and_refused_where_exact_solutions_end():
+    found = estimate(spec("pneunet_small", "steps=[{name: a, pressure: -5 kPa}]"))
+    assert found.columns["bending_angle_deg"][-1] < 0
+    assert "under vacuum walls buckle" in found.reservations[0]
+    sphere = "geometry: {type: thick_sphere}\nmaterials: {body: ecoflex-00-30}\nsupports: []\n"
+    with pytest.raises(SpecError, match="-5 kPa: the estimate of thick_sphere is that of a"):
+        estimate(specs.loads(sphere + "steps: [{name: a, pressure: -5 kPa}]"))
+
+
+def test_stretches_beyond_the_tests_are_told():
+    """Of a straight tube, whose stretch is its elongation: the card's range ends at 1.1."""
+    from softact.estimate.beam import follow
+    from softact.estimate.families import pneunet
+
+    narrow = "{law: neo_hookean, c10: 0.1 MPa, stretch_range: [1, 1.1]}"
+    found = spec("pneunet_small", f"materials.body={narrow}")
+    said = [line for line in estimate(found).reservations if "were tested" in line]
+    assert len(said) == 1
+    pressure = float(said[0].split("about ")[1].split(" kPa")[0])
+    parts = np.array([0.0, pressure / 20 - 0.05, pressure / 20])
+    stretch = follow(pneunet.beam(found), {"cavity": 0.02}, parts).stretch
+    assert stretch[0] == 1.0 and stretch[1] <= 1.1 < stretch[2]
+
+
+def test_a_run_of_another_spec_is_told(tmp_path, finger):
+    path = tmp_path / "finger.yaml"
+    path.write_text(FINGER.replace("20 kPa", "10 kPa"))
+    result = CliRunner().invoke(
+        command, [str(path), "--beside", str(finger)], standalone_mode=False
+    )
+    assert f"beside {finger}: the run is of a spec with other steps" in result.stdout
+
+
+def test_a_file_of_somebody_else_is_left_alone(tmp_path):
+    path = tmp_path / "finger.yaml"
+    path.write_text(FINGER)
+    for target in (path, tmp_path / "mine.csv"):
+        target.touch()
+        before = target.read_text()
+        call = [str(path), "-o", str(target)]
+        refused = CliRunner().invoke(command, call, standalone_mode=False)
+        assert isinstance(refused.exception, SpecError) and refused.stdout == ""
+        assert target.read_text() == before

@@ -88,16 +88,17 @@ def mesh():
     return points, tets, {name: np.array(rows) for name, rows in surfaces.items()}
 
 
-def write(directory, moments=(0.0, -2.0, 2.0)):
+def write(directory, moments=(0.0, -2.0, 2.0), spec=SPEC, finished=True):
     """Write a result folder for each moment that holds the tip; returns them."""
     folders = []
     for number, moment in enumerate(moments):
         folder = directory / f"moment_{number}"
-        writer = ResultsWriter(folder, SPEC, {})
+        writer = ResultsWriter(folder, spec, {})
         points, cells, surfaces = mesh()
         writer.mesh(points, cells, np.zeros(len(cells), int), ("body",), surfaces, LAYOUT)
         for count, p in enumerate(np.linspace(0.0, MOST, 11)):
             writer.increment(row(p, moment, count), {"displacement": np.zeros_like(points)})
-        writer.finish("complete")
+        if finished:
+            writer.finish("complete")
         folders.append(folder)
     return folders

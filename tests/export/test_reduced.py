@@ -195,3 +195,34 @@ def test_a_curve_is_monotone_where_its_knots_are():
     p = np.linspace(0.0, 10.0, 30)
     found = fitting.Curve(np.linspace(0.0, 10.0, 9), np.array([0, 0, 0, 0, 1, 1, 1, 1, 1.0]))
     assert (np.diff(found(p)) >= 0).all() and found(p).max() <= 1.0
+
+
+def test_a_moment_that_does_not_show_in_the_reactions_is_another_load(tmp_path):
+    (folder,) = made_up.write(tmp_path, moments=(0.0,))
+    run = read(folder)
+    torque = "{surface: x_max, moment: [0 N*mm, 1 N*mm, 0 N*mm]}"
+    steps = f"steps:\n  - {{name: inflate, torque: {torque}}}"
+    other = run.spec_yaml.replace(run.spec_yaml[run.spec_yaml.index("steps:") :], steps)
+    with pytest.raises(SpecError, match=r"no state can be used: .*11 under another load"):
+        states.gather([dataclasses.replace(run, spec_yaml=other)], np.array([0.0, 0.0, 5.0]))
+
+
+def test_states_of_a_motion_are_left_out(tmp_path):
+    (folder,) = made_up.write(tmp_path, moments=(0.0,))
+    run = read(folder)
+    control = np.array(["load"] * 8 + ["motion"] * 3, dtype=object)
+    run = dataclasses.replace(run, curve={**run.curve, "control": control})
+    found = states.gather([run], np.array([0.0, 0.0, 5.0]))
+    assert found.left_out[states.MOVING] == 3 and len(found) == 8
+
+
+def test_points_of_a_sweep_without_results_are_left_out(tmp_path):
+    cache = tmp_path / "cache"
+    (folder,) = made_up.write(tmp_path, moments=(0.0,))
+    (cache / "ab").mkdir(parents=True)
+    folder.rename(cache / "ab" / "abc")
+    (tmp_path / "sweep.csv").write_text("point,run,status\n0,abc,complete\n1,abd,failed\n")
+    assert [run.directory.name for run in sources.runs([tmp_path], cache)] == ["abc"]
+    (tmp_path / "sweep.csv").write_text("point,run,status\n1,abd,failed\n")
+    with pytest.raises(SpecError, match="none of the 1 runs of this sweep has results"):
+        sources.runs([tmp_path], cache)
