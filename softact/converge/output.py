@@ -209,7 +209,7 @@ def _plot(study: Convergence, measure: str) -> base.Plot:
     edges = [level.edge for level in study.levels]
     values = [value * label.factor for value in study.values(measure)]
     x, layout = "Mean cell size (mm)", {"xaxis": {"rangemode": "tozero"}}
-    table: dict[str, list] = {x: edges, str(label): values}
+    table: dict[str, list[float]] = {x: edges, str(label): values}
     if e.limit is None:
         traces = [base.xy("computed", edges, values)]
         note = f"No error bars: {e.note}."

@@ -119,7 +119,7 @@ class _Search:
         return self._scaled(trial)
 
     def sensitivities(self, position: np.ndarray) -> np.ndarray:
-        """Derivatives of the residuals by the knobs, one run for each."""
+        """Derivatives of the residuals with respect to the knobs, one run for each."""
         here, columns = self._scaled(self.trial(position)), []
         for i, value in enumerate(position):
             change = STEP * max(abs(value), 0.1)
@@ -217,12 +217,12 @@ def _interval(search: _Search, remarks: list[str]) -> np.ndarray:
     best = search.best
     position = np.array(best.values) / search.sizes
     margin = 1e-3 * (search.high - search.low)
-    held = (position < search.low + margin) | (position > search.high - margin)
-    for knob, at_bound in zip(search.knobs, held, strict=True):
-        if at_bound:
+    at_bound = (position < search.low + margin) | (position > search.high - margin)
+    for knob, stuck in zip(search.knobs, at_bound, strict=True):
+        if stuck:
             remarks.append(f"{knob.path} is at a bound: the data pull it further")
     interval = np.full(len(position), np.nan)
-    free = np.flatnonzero(~held)
+    free = np.flatnonzero(~at_bound)
     if search.jacobian is None or not len(free):
         return interval
     freedom = search.measured.count - len(free)

@@ -50,14 +50,14 @@ def write(request: Request, outcome: Calibration, output: Output) -> list[str]:
         "curves": (curves, csv_text(_rows(outcome))),
         "numbers": (numbers, json_text(_numbers(request, outcome))),
     }
-    said = []
+    lines = []
     for what, (name, text) in texts.items():
         write_atomic(output.file(name), text)
-        said.append(f"{what + ':':9s}{output.directory / name}")
+        lines.append(f"{what + ':':9s}{output.directory / name}")
     _plot(output.file(plot), outcome)
-    said.append(f"plot:    {output.directory / plot}")
+    lines.append(f"plot:    {output.directory / plot}")
     folder = output.results(run, outcome.best.folder)
-    return [*said, f"run:     {folder} (softact report makes its report)"]
+    return [*lines, f"run:     {folder} (softact report makes its report)"]
 
 
 def _rows(outcome: Calibration) -> list[dict[str, float]]:

@@ -93,7 +93,7 @@ def certainty(problem: Problem, candidate: Candidate, vector: np.ndarray) -> Cer
 
 
 def _jacobian(problem: Problem, candidate: Candidate, vector: np.ndarray) -> np.ndarray:
-    """Derivatives of the residuals in the constants, central differences."""
+    """Derivatives of the residuals with respect to the constants, central differences."""
     columns = []
     # In parts of the constant's size: one that is nearly 0 would give a step of no effect, or of 0.
     for i, size in enumerate(parameter_scale(problem, candidate, vector)):

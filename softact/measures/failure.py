@@ -34,14 +34,14 @@ def percentile(
     comm: MPI.Comm,
     tensors: np.ndarray,
     volumes: np.ndarray,
-    places: Callable[[np.ndarray], np.ndarray],
+    places_of: Callable[[np.ndarray], np.ndarray],
 ) -> tuple[float, np.ndarray]:
     """The largest eigenvalue that a ``SHARE`` of the volume exceeds, and the place (3,) where it
     stands.
 
-    tensors: (n, 6), symmetric, at this process's points; volumes: (n,) of the points; places: gives
-    the places (k, 3) of points by their numbers (k,). Eigenvalues are taken only where their bounds
-    leave room for a doubt.
+    tensors: (n, 6), symmetric, at this process's points; volumes: (n,) of the points; places_of:
+    gives the places (k, 3) of points by their numbers (k,). Eigenvalues are taken only where their
+    bounds leave room for a doubt.
     """
     share = SHARE * sum(comm.allgather(float(volumes.sum())))
     low, high = bounds(tensors)
@@ -49,11 +49,11 @@ def percentile(
     open_ = np.flatnonzero(high >= least - ROUNDING * np.abs(high).max(initial=0.0))
     values = largest_eigenvalue(tensors[open_])
     first = _top(values, volumes[open_], share)
-    mine = values[first], volumes[open_[first]], places(open_[first])
+    mine = values[first], volumes[open_[first]], places_of(open_[first])
     parts = zip(*comm.allgather(mine), strict=True)
-    values, volumes, where = (np.concatenate(part) for part in parts)
+    values, volumes, places = (np.concatenate(part) for part in parts)
     chosen = _top(values, volumes, share)[-1]
-    return float(values[chosen]), where[chosen]
+    return float(values[chosen]), places[chosen]
 
 
 def exceeded(comm: MPI.Comm, values: np.ndarray, volumes: np.ndarray, share: float) -> float:
@@ -106,11 +106,11 @@ def _region(snapshot: Snapshot, name: str, solid: Solid) -> tuple[dict[str, floa
     volumes = solid.volumes.ravel()
     stretches = right_cauchy_green(solid.deformation_gradient(snapshot.state.x))
 
-    def places(chosen: np.ndarray) -> np.ndarray:
+    def places_of(chosen: np.ndarray) -> np.ndarray:
         return snapshot.quadrature_places(solid, chosen)
 
-    stress, place = percentile(comm, symmetric(snapshot.cauchy_at_points(name)), volumes, places)
-    squared, _ = percentile(comm, stretches, volumes, places)
+    stress, place = percentile(comm, symmetric(snapshot.cauchy_at_points(name)), volumes, places_of)
+    squared, _ = percentile(comm, stretches, volumes, places_of)
     nodes = np.unique(snapshot.model.cell_nodes[solid.cells])
     peak = float(snapshot.max_principal_stress[nodes].max(initial=-np.inf))
     columns = {
