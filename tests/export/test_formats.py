@@ -245,8 +245,8 @@ def test_cosserat_twin_meets_the_finite_elements(written, inflating):
 
 
 def test_the_head_of_each_file_says_how_far_it_is_off(written, prepared):
-    (said,) = [line for line in prepared.about
-               if line.startswith("deviation from the finite-element states, bending angle: at most")]
+    head = "deviation from the finite-element states, bending angle: at most"
+    (said,) = [line for line in prepared.about if line.startswith(head)]
     name = prepared.name
     for file in (f"{name}.xml", f"{name}.urdf", f"{name}_sofa.py", f"{name}_simulink.txt"):
         assert said in (written / file).read_text()
