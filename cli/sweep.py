@@ -82,6 +82,7 @@ def sweep(
       softact sweep configs/sweeps/pneunet_wall.yaml -j 4
       softact sweep thick.yaml --sensitivity sobol
     """
+    from softact.cli._points import Points
     from softact.results.own_folder import Output
     from softact.sweep import output as files
     from softact.sweep import trends
@@ -110,13 +111,11 @@ def sweep(
     with (
         _runner(opened, jobs, scheduler, slurm, interface, slurm_option) as runner,
         folder.opened(files.FILES),
+        Points(total, known) if opened.missing() else nullcontext() as progress,
     ):
-        opened.plan.remember(folder.file(files.PLAN))
-        try:
-            if opened.missing():
-                _compute(opened, runner, total, known)
-        finally:
-            rows, seen, notes = files.write(opened, sample, folder)
+        rows, seen, notes = files.carry_out(
+            opened, runner, sample, folder, progress or (lambda point, answer: None)
+        )
     for note in notes:
         click.echo(note, err=True)
     for verdict in seen:
@@ -152,13 +151,6 @@ def _runner(
     from softact.sweep.cluster import on_scheduler, on_slurm
 
     return on_slurm(jobs, interface, options, study.cache) if slurm else on_scheduler(scheduler)
-
-
-def _compute(study, runner, total: int, kept: int) -> None:
-    from softact.cli._points import Points
-
-    with Points(total, kept) as progress:
-        study.compute(runner, progress)
 
 
 def _sum_up(study, rows, directory: Path, seconds: float) -> None:
