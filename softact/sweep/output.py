@@ -8,7 +8,7 @@ from softact.files.text import csv_text, write_atomic
 from softact.results.own_folder import Output
 from softact.sweep import sensitivity, sweep_page, table
 from softact.sweep.compute import Answer
-from softact.sweep.points import Point
+from softact.sweep.points import DesignPoint
 from softact.sweep.sensitivity import Sample
 from softact.sweep.study import Runner, Study
 from softact.sweep.table import Row
@@ -23,7 +23,7 @@ def carry_out(
     runner: Runner,
     sample: Sample | None,
     output: Output,
-    tell: Callable[[Point, Answer], None],
+    tell: Callable[[DesignPoint, Answer], None],
 ) -> tuple[list[Row], list[Verdict], list[str]]:
     """Compute what is missing and write the files, also where that is stopped; returns what
     ``write`` does. tell: called for each point as its run ends."""
