@@ -3,7 +3,7 @@
     .venv/bin/python -m benchmarks.house            all but mypy's errors
     .venv/bin/python -m benchmarks.house --types    and these, with no module excused (a minute)
 
-docs/house.md holds the figures. tests/test_rooms.py and tests/test_types.py use the same functions.
+docs/house.md holds the figures. Tests in tests/house use the same functions.
 """
 
 from __future__ import annotations

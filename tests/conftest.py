@@ -2,12 +2,10 @@
 
 import pytest
 
-pytest.register_assert_rewrite("browsing")
-
-import bent_beam  # noqa: E402
-import browsing  # noqa: E402
+pytest.register_assert_rewrite("tests.browsing")
 
 from softact.report import write_report  # noqa: E402
+from tests import bent_beam, browsing  # noqa: E402
 
 
 @pytest.fixture(scope="session")

@@ -9,9 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from meshes import block
 from petsc4py import PETSc
-from solving import build
 
 from softact.bodies.layer import BondedLayer
 from softact.bodies.solid import Solid
@@ -20,6 +18,8 @@ from softact.loads.surface_pressure import FacePressure
 from softact.materials import LAWS
 from softact.model import ELEMENTS
 from softact.system.term import EVERYTHING, InvertedElementError, Origin, State
+from tests.analytic.meshes import block
+from tests.analytic.solving import build
 
 STEP = 1e-5
 PAPER = SimpleNamespace(youngs_modulus=65.0, poissons_ratio=0.2, density=7.5e-10)

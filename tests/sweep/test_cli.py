@@ -8,9 +8,9 @@ import sys
 import time
 
 import pytest
-from browsing import DESK, PHONE, assert_quiet_and_fits
 
-from .folders import CUBE
+from tests.browsing import DESK, PHONE, assert_quiet_and_fits
+from tests.sweep.folders import CUBE
 
 SWEEP = (
     CUBE
