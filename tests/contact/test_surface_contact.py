@@ -148,25 +148,29 @@ def test_energy_of_closing_and_opening():
     assert forces[4] < -0.001 and abs(forces[-1]) < 1e-9
 
 
-def test_friction():
-    """One block dragged over the other resists with μ times the pressing force, to 1 %."""
+@pytest.mark.parametrize(("pressed", "exact"), [(0.1, 0.07), (0.03, 0.01)])
+def test_friction(pressed, exact):
+    """One block dragged over the other resists with μ times the pressing force. The couple of the
+    forces turns the faces in touch by an angle in proportion to them, 1.0° where they are pressed
+    by 0.1 mm: μ between faces is then less between axes, by 6.4 %, and by 0.9 % at 0.03 mm."""
     model = jaws(friction=0.3, joined=False)
     hold = Support("z_min", dict.fromkeys(range(3), 0.0))
 
     def top(x, z):
         return [hold, Support("z_max", {0: x, 1: 0.0, 2: z})]
 
-    steps = [LoadStep("press", supports=top(0.0, -0.1)), LoadStep("drag", supports=top(0.5, -0.1))]
+    ways = {"press": 0.0, "drag": 0.5}
+    steps = [LoadStep(name, supports=top(x, -pressed)) for name, x in ways.items()]
     solution = solve(model, steps, top(0.0, 0.0), 0.25)
     (term,) = model.contacts
     normal, sliding = term.pressed(solution.state)
-    assert normal.sum() > 0.03
+    assert normal.sum() > (pressed - GAP) / 4  # N, of more than 0.5 N/mm
     slipping = np.linalg.norm(sliding, axis=1) / normal
     assert np.median(slipping) == pytest.approx(0.3, rel=1e-5) and slipping.max() < 0.3001
     assert np.average(slipping, weights=normal) == pytest.approx(0.3, rel=0.01)
-    # The blocks resist the drag: the interface tilts a little as they shear.
     force = solution.reaction("z_max")
-    assert force[0] == pytest.approx(0.3 * -force[2], rel=0.1)
+    assert force[0] == pytest.approx(0.3 * -force[2], rel=exact)
+    assert force[0] < 0.3 * -force[2]
 
 
 @pytest.mark.parametrize("shear", [0.25, 0.5])
