@@ -17,9 +17,9 @@ from softact.measures.snapshot import Snapshot
 from softact.model import Support
 from softact.solve.settings import Settings
 from softact.solve.stepping import Stepper
+from tests.analytic.differences import force, slope, tangent, to_global, to_local
 from tests.analytic.meshes import block
 from tests.analytic.solving import ROLLERS, build, solve
-from tests.analytic.test_tangents import force, slope, tangent, to_global, to_local
 
 SOFT = LAWS["neo_hookean"].of(c10=0.05, bulk_modulus=50.0)
 GROUND = Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))

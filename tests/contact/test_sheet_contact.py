@@ -11,9 +11,9 @@ from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
 from softact.mesh.sheets import SheetMesh
 from softact.model import Support
+from tests.analytic.differences import force, slope, tangent, to_global, to_local
 from tests.analytic.sheet_meshes import build, edges_of, grid
 from tests.analytic.solving import solve
-from tests.analytic.test_tangents import force, slope, tangent, to_global, to_local
 
 E, NU, T = 498.0, 0.35, 0.2
 NYLON = LAWS["linear"].of(youngs_modulus=E, poissons_ratio=NU)

@@ -9,9 +9,9 @@ from softact.materials import LAWS
 from softact.measures import MEASURES
 from softact.measures.snapshot import Snapshot
 from softact.model import Support
+from tests.analytic.differences import force, slope, tangent, to_global, to_local
 from tests.analytic.meshes import block
 from tests.analytic.solving import build, solve
-from tests.analytic.test_tangents import force, slope, tangent, to_global, to_local
 
 SOFT = LAWS["neo_hookean"].of(c10=0.05, bulk_modulus=50.0)
 GAP = 0.02

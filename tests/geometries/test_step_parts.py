@@ -9,8 +9,7 @@ from softact.geometries.from_step import FromStep
 from softact.geometry.base import make_mesh
 from softact.mesh.components import components
 from tests import step_files
-from tests.geometry.test_step_names import in_unit
-from tests.step_files import BLOCK_VOLUME, LIKE_THE_BLOCK, WIDE
+from tests.step_files import BLOCK_VOLUME, LIKE_THE_BLOCK, WIDE, in_unit
 
 TWO = {"regions": ["rubber", "base"], "mesh_size": "5 mm"}
 

@@ -8,21 +8,6 @@ from softact.errors import MeshError
 from softact.geometry.step_names import StepFile, decoded
 from tests import step_files
 
-MILLI = r"\( LENGTH_UNIT\(\) NAMED_UNIT\(\*\) SI_UNIT\(\.MILLI\.,\.METRE\.\) \)"
-INCH = """#9001 = LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),#9002);
-#9002 = ( LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT(.MILLI.,.METRE.) );
-#9003 = DIMENSIONAL_EXPONENTS(1.,0.,0.,0.,0.,0.,0.);
-"""
-
-
-def in_unit(text: str, unit: str) -> str:
-    """The text of a STEP file in mm with the same numbers in another unit."""
-    if unit == "in":
-        inch = "( CONVERSION_BASED_UNIT('INCH',#9001) LENGTH_UNIT() NAMED_UNIT(#9003) )"
-        return re.sub(MILLI, inch, text).replace("ENDSEC;\nEND-ISO", f"{INCH}ENDSEC;\nEND-ISO")
-    prefix = {"m": "$", "cm": ".CENTI.", "mm": ".MILLI."}[unit]
-    return text.replace("SI_UNIT(.MILLI.,.METRE.)", f"SI_UNIT({prefix},.METRE.)")
-
 
 @pytest.fixture(scope="module")
 def text(tmp_path_factory):
@@ -36,7 +21,7 @@ def text(tmp_path_factory):
 
 @pytest.mark.parametrize("unit", ["mm", "cm", "m", "in"])
 def test_the_unit_is_that_of_the_header(text, unit):
-    assert StepFile(in_unit(text, unit)).units() == [unit]
+    assert StepFile(step_files.in_unit(text, unit)).units() == [unit]
 
 
 def test_names_of_solids_and_faces(text):

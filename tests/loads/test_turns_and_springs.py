@@ -18,9 +18,9 @@ from softact.mesh.layout import Layout
 from softact.mesh.tetrahedra import distribute
 from softact.model import Model
 from softact.system.rotation import rotation_about
+from tests.analytic.differences import force, slope, tangent
 from tests.analytic.meshes import block, disc
 from tests.analytic.solving import ROLLERS, build, solve
-from tests.analytic.test_tangents import force, slope, tangent
 
 RADIUS, LENGTH, C10 = 12.7, 25.4, 0.14  # mm, MPa
 AXIS = (0.0, 0.0, 1.0)

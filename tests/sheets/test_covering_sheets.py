@@ -12,9 +12,9 @@ from softact.materials import LAWS
 from softact.mesh.layout import Layout
 from softact.mesh.tetrahedra import distribute
 from softact.model import Model, Support
+from tests.analytic.differences import force, slope, tangent, to_global, to_local
 from tests.analytic.meshes import block
 from tests.analytic.solving import solve
-from tests.analytic.test_tangents import force, slope, tangent, to_global, to_local
 
 C10 = 0.05
 RUBBER = LAWS["neo_hookean"].of(c10=C10, bulk_modulus=50.0)

@@ -25,9 +25,9 @@ from softact.solve.passed import Passed
 from softact.solve.rungs.motion import PACE
 from softact.solve.walk import Walk
 from softact.system.term import EVERYTHING, TimeStep
+from tests.analytic.differences import force, slope, tangent
 from tests.analytic.meshes import block
 from tests.analytic.solving import build, solve
-from tests.analytic.test_tangents import force, slope, tangent
 from tests.analytic.test_thick_walls import pressure_at
 
 GENT = {"mu": 0.28, "jm": 30.0}
