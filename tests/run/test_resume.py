@@ -4,6 +4,7 @@ import csv
 import json
 import random
 import re
+import shutil
 import subprocess
 import sys
 
@@ -37,6 +38,29 @@ def cube(tmp_path):
     return lambda *changes: specs.load(str(file), changes)
 
 
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """Folder of a run that nobody disturbs."""
+    folder = tmp_path_factory.mktemp("whole") / "out"
+    run(specs.loads(CUBE), folder, report=False)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def interrupted(tmp_path_factory):
+    """Function that makes a copy of the folder of a run that was killed after so many increments;
+    each is solved once."""
+    known = {}
+
+    def copy(after, directory):
+        if after not in known:
+            known[after] = tmp_path_factory.mktemp("cut") / "out"
+            interrupt(specs.loads(CUBE), known[after], after)
+        shutil.copytree(known[after], directory)
+
+    return copy
+
+
 def curve(directory):
     with (directory / "curve.csv").open() as file:
         return list(csv.DictReader(file))
@@ -58,9 +82,8 @@ def interrupt(spec, directory, after):
 
 
 @pytest.mark.parametrize("after", random.Random(4).sample(range(2, 18), 3))
-def test_interrupted_run_goes_on(cube, tmp_path, after):
-    whole, cut = tmp_path / "whole", tmp_path / "cut"
-    run(cube(), whole, report=False)
+def test_interrupted_run_goes_on(cube, whole, tmp_path, after):
+    cut = tmp_path / "cut"
     interrupt(cube(), cut, after)
     solved = []
     outcome = run(cube(), cut, progress=solved.append, report=False, resume=True)
@@ -78,21 +101,20 @@ def specs_fields(folder):
     return len(results.increments), results.field(-1, "displacement").round(9).tolist()
 
 
-def test_another_number_of_processes_goes_on(cube, tmp_path):
-    whole, cut = tmp_path / "whole", tmp_path / "cut"
-    run(cube(), whole, report=False)
-    interrupt(cube(), cut, 7)
+def test_another_number_of_processes_goes_on(cube, whole, interrupted, tmp_path):
+    cut = tmp_path / "cut"
+    interrupted(7, cut)
     run(cube(), cut, processes=2, report=False, resume=True)
     for row, other in zip(curve(whole), curve(cut), strict=True):
         for name in ("tip_x_mm", "tip_y_mm", "strain_energy_mJ", "max_principal_stretch"):
             assert float(row[name]) == pytest.approx(float(other[name]), rel=1e-6, abs=1e-9)
 
 
-def test_finished_run_is_extended(cube, tmp_path):
+def test_finished_run_is_extended(cube, whole, tmp_path):
     """To a higher last load, and by a further step: as if it had been written so at once."""
     further, once = "steps.1.traction.value=[20 kPa, 10 kPa, 0 kPa]", tmp_path / "once"
     run(cube(further), once, report=False)
-    run(cube(), tmp_path / "out", report=False)
+    shutil.copytree(whole, tmp_path / "out")
     begun = len(curve(tmp_path / "out"))
     outcome = run(cube(further), tmp_path / "out", report=False, resume=True)
     assert outcome.status == "complete"
@@ -102,17 +124,17 @@ def test_finished_run_is_extended(cube, tmp_path):
     assert float(ends[0]["strain_energy_mJ"]) == pytest.approx(float(ends[1]["strain_energy_mJ"]))
 
 
-def test_nothing_is_left_to_do(cube, tmp_path):
-    run(cube(), tmp_path / "out", report=False)
+def test_nothing_is_left_to_do(cube, whole, tmp_path):
+    shutil.copytree(whole, tmp_path / "out")
     before = (tmp_path / "out" / "curve.csv").stat().st_mtime_ns
     assert run(cube(), tmp_path / "out", report=False, resume=True).status == "complete"
     assert (tmp_path / "out" / "curve.csv").stat().st_mtime_ns == before
 
 
-def test_fields_that_cannot_be_read(cube, tmp_path):
+def test_fields_that_cannot_be_read(cube, interrupted, tmp_path):
     """They are missed with a word, and nothing of what is there is lost; anew it is solved."""
     cut = tmp_path / "cut"
-    interrupt(cube(), cut, 7)
+    interrupted(7, cut)
     (cut / "fields.h5").write_bytes((cut / "fields.h5").read_bytes()[:100])
     before = {path.name: path.read_bytes() for path in cut.iterdir()}
     with pytest.raises(SoftactError) as refused:
@@ -123,11 +145,10 @@ def test_fields_that_cannot_be_read(cube, tmp_path):
     assert run(cube(), cut, report=False).status == "complete"
 
 
-def test_curve_and_run_that_cannot_be_read(cube, tmp_path):
+def test_curve_and_run_that_cannot_be_read(cube, whole, interrupted, tmp_path):
     """The file from which a run goes on holds all that they held."""
-    whole, cut = tmp_path / "whole", tmp_path / "cut"
-    run(cube(), whole, report=False)
-    interrupt(cube(), cut, 7)
+    cut = tmp_path / "cut"
+    interrupted(7, cut)
     for name in ("curve.csv", "run.json", "spec.yaml"):
         (cut / name).write_bytes(b"\xff\0" + (cut / name).read_bytes()[:50])
     assert run(cube(), cut, report=False, resume=True).status == "complete"
@@ -136,8 +157,8 @@ def test_curve_and_run_that_cannot_be_read(cube, tmp_path):
 
 
 @pytest.mark.parametrize("damage", ["cut", "zeroed", "one bit"])
-def test_restart_file_that_is_damaged(cube, tmp_path, damage):
-    interrupt(cube(), tmp_path / "cut", 3)
+def test_restart_file_that_is_damaged(cube, interrupted, tmp_path, damage):
+    interrupted(7, tmp_path / "cut")
     path = tmp_path / "cut" / "restart.npz"
     raw = bytearray(path.read_bytes())
     if damage == "cut":
@@ -174,10 +195,10 @@ def test_killed_while_its_report_is_made(cube, tmp_path):
     assert (folder / "curve.csv").stat().st_mtime_ns == before
 
 
-def test_log_keeps_what_was_told_before(cube, tmp_path):
-    interrupt(cube(), tmp_path / "cut", 4)
+def test_log_keeps_what_was_told_before(cube, interrupted, tmp_path):
+    interrupted(7, tmp_path / "cut")
     first = (tmp_path / "cut" / "log.txt").read_text()
-    assert first.count(" iterations") >= 4
+    assert first.count(" iterations") >= 7
     run(cube(), tmp_path / "cut", report=False, resume=True)
     log = (tmp_path / "cut" / "log.txt").read_text()
     assert log.startswith(f"{first}resumed\n")
@@ -192,8 +213,8 @@ def test_log_keeps_what_was_told_before(cube, tmp_path):
         ("steps.1.traction.value=[1 kPa, 0 kPa, 0 kPa]", "is not finished; resume it as it was"),
     ],
 )
-def test_another_spec_is_refused(cube, tmp_path, change, words):
-    interrupt(cube(), tmp_path / "cut", 13)
+def test_another_spec_is_refused(cube, interrupted, tmp_path, change, words):
+    interrupted(13, tmp_path / "cut")
     kept = (tmp_path / "cut" / "curve.csv").read_bytes()
     with pytest.raises(SoftactError) as refused:
         run(cube(change), tmp_path / "cut", report=False, resume=True)
@@ -202,8 +223,8 @@ def test_another_spec_is_refused(cube, tmp_path, change, words):
     assert (tmp_path / "cut" / "curve.csv").read_bytes() == kept
 
 
-def test_command_line(cube, tmp_path):
-    interrupt(cube(), tmp_path / "cut", 5)
+def test_command_line(cube, interrupted, tmp_path):
+    interrupted(7, tmp_path / "cut")
     command = [sys.executable, "-m", "softact.cli.main", "run", "cube.yaml", "-o", "cut"]
     done = subprocess.run([*command, "--resume"], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
