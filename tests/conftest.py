@@ -26,7 +26,7 @@ analytic/test_calculix analytic/test_thick_walls analytic/test_homogeneous analy
 analytic/test_beams fit/test_calibrate fit/test_every_start system/test_jit
 geometries/test_every_geometry geometries/test_refinement geometries/test_imported
 geometry/test_field_files report/test_study_pages_browser report/test_pages_browser
-report/test_report_browser report/test_animation
+report/test_report_browser report/test_animation test_api
 """.split()
 
 
