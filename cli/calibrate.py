@@ -86,11 +86,11 @@ def calibrate(
         --vary materials.body.c10='0.05 MPa..0.3 MPa' --vary materials.body.c20
     """
     from softact.fit.calibrate import run_request
-    from softact.fit.calibration import Request
+    from softact.fit.calibration import CalibrationRequest
     from softact.sweep.cache import DEFAULT, Cache
 
     cache = Cache(Path(cache_folder or DEFAULT), warn=lambda line: click.echo(line, err=True))
-    request = Request(
+    request = CalibrationRequest(
         spec=spec,
         data=data,
         vary=vary,

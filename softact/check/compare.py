@@ -41,7 +41,7 @@ class Difference:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class CaseOutcome:
     """A case that was run. fault: why it did not even run to its end, "" where it did."""
 
     case: Case
@@ -60,7 +60,7 @@ class Outcome:
         return [*([self.fault] if self.fault else []), *(d.text() for d in self.differences)]
 
 
-def check_all(cases: Sequence[Case], jobs: int) -> Iterator[Outcome]:
+def check_all(cases: Sequence[Case], jobs: int) -> Iterator[CaseOutcome]:
     """Run the cases anew, ``jobs`` at a time with one thread each; yields them as they end."""
     pool = ThreadPoolExecutor(jobs)
     try:
@@ -70,7 +70,7 @@ def check_all(cases: Sequence[Case], jobs: int) -> Iterator[Outcome]:
         pool.shutdown(wait=False, cancel_futures=True)
 
 
-def check(case: Case) -> Outcome:
+def check(case: Case) -> CaseOutcome:
     """Run one case, in a folder that is thrown away."""
     started = time.perf_counter()
     with tempfile.TemporaryDirectory(prefix="softact-check-") as folder:
@@ -79,7 +79,7 @@ def check(case: Case) -> Outcome:
             results = read(outcome.directory)
         except SoftactError as error:
             seconds = time.perf_counter() - started
-            return Outcome(case, seconds, (), (), "; ".join(error.lines))
+            return CaseOutcome(case, seconds, (), (), "; ".join(error.lines))
         values = case.content.values
         found = tuple(figure(results, value) for value in values)
     fault = "" if outcome.status == COMPLETE else str(outcome.message)
@@ -89,7 +89,7 @@ def check(case: Case) -> Outcome:
         if not in_tolerance(value, number)
     ]
     numbers = tuple(number for number, _ in found)
-    return Outcome(case, time.perf_counter() - started, numbers, tuple(different), fault)
+    return CaseOutcome(case, time.perf_counter() - started, numbers, tuple(different), fault)
 
 
 def figure(results: Results, value: Value) -> tuple[float, str]:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from xml.etree import ElementTree
 
-from softact.check.compare import Outcome
+from softact.check.compare import CaseOutcome
 
 #: By what softact knows a file of its own.
 SIGN = b'<testsuite name="softact check"'
 
 
-def junit(outcomes: Sequence[Outcome]) -> bytes:
+def junit(outcomes: Sequence[CaseOutcome]) -> bytes:
     """One suite with a test for each case; a deviation is a failure, a broken run an error."""
     failed = sum(bool(o.differences) and not o.fault for o in outcomes)
     broken = sum(bool(o.fault) for o in outcomes)

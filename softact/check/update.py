@@ -6,7 +6,7 @@ import datetime
 import re
 
 from softact.check.cases import CaseFile
-from softact.check.compare import Outcome
+from softact.check.compare import CaseOutcome
 from softact.errors import SpecError
 from softact.files import document
 from softact.files.text import digest, write_atomic
@@ -14,7 +14,7 @@ from softact.spec.faults import validated
 from softact.spec.text import to_text
 
 
-def update(outcome: Outcome, reason: str) -> list[str]:
+def update(outcome: CaseOutcome, reason: str) -> list[str]:
     """Write the found values of kind 'computed' into the file; returns old and new in words.
 
     Exact and published values stay: where one of them deviates, the code or the case is wrong.

@@ -14,7 +14,7 @@ from scipy.optimize import least_squares
 from scipy.stats import t as student
 
 from softact.errors import NoEquilibriumError, SpecError
-from softact.fit.calibration import Calibration, Request, Trial
+from softact.fit.calibration import Calibration, CalibrationRequest, Trial
 from softact.fit.calibration_files import files, tell, write
 from softact.fit.knobs import Knob, read_knobs, turned
 from softact.measured.curve import Measured, predicted, reached, read_measured, run_columns
@@ -44,7 +44,7 @@ class _Search:
 
     def __init__(
         self,
-        request: Request,
+        request: CalibrationRequest,
         spec: Spec,
         knobs: list[Knob],
         measured: Measured,
@@ -145,7 +145,7 @@ class _Search:
         )
 
 
-def given(request: Request, spec: Spec) -> tuple[Measured, list[Knob]]:
+def given(request: CalibrationRequest, spec: Spec) -> tuple[Measured, list[Knob]]:
     """The measured curve, and the values to adjust. Raises SpecError where they do not go with the
     spec or with each other."""
     measured = _measured(request, spec)
@@ -166,7 +166,7 @@ def given(request: Request, spec: Spec) -> tuple[Measured, list[Knob]]:
 
 
 def calibrate(
-    request: Request,
+    request: CalibrationRequest,
     spec: Spec,
     measured: Measured,
     knobs: list[Knob],
@@ -201,7 +201,7 @@ def calibrate(
     return Calibration(found, knobs, measured, first, best, interval, runs, remarks)
 
 
-def _measured(request: Request, spec: Spec) -> Measured:
+def _measured(request: CalibrationRequest, spec: Spec) -> Measured:
     given = ["softact", "calibrate", str(request.spec), "--data", str(request.data)]
     for option, values in (("--vary", request.vary), ("--set", request.overrides)):
         given += [word for value in values for word in (option, value)]
@@ -241,7 +241,7 @@ def _interval(search: _Search, remarks: list[str]) -> np.ndarray:
 
 
 def run_request(
-    request: Request, directory: Path | None, cache: Cache, say: Callable[[str], None]
+    request: CalibrationRequest, directory: Path | None, cache: Cache, say: Callable[[str], None]
 ) -> Calibration:
     """Calibrate, tell, and write the folder (default results/<name>-calibrated)."""
     spec = load(request.spec, request.overrides)

@@ -12,7 +12,7 @@ from softact.spec import Spec
 
 
 @dataclass(frozen=True)
-class Request:
+class CalibrationRequest:
     """What to calibrate.
 
     vary: see ``read_knobs``. x: abscissa or None. columns: headings in place of the data's own, or

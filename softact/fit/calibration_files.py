@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from softact.files.text import csv_text, json_text, replacing, write_atomic
-from softact.fit.calibration import Calibration, Request
+from softact.fit.calibration import Calibration, CalibrationRequest
 from softact.report.labels import column
 from softact.results.own_folder import Output
 from softact.spec import Spec
@@ -40,7 +40,7 @@ def files(spec: Spec) -> tuple[str, ...]:
     return f"{spec.name}.yaml", "curves.csv", "calibration.json", "calibration.png", "run"
 
 
-def write(request: Request, outcome: Calibration, output: Output) -> list[str]:
+def write(request: CalibrationRequest, outcome: Calibration, output: Output) -> list[str]:
     """Write all files; return a line for each."""
     head = [f"# Calibrated by softact to {request.data.name} over {outcome.measured.x}:"]
     head += [f"# {line}" for line in tell(outcome)[1:]]
@@ -74,7 +74,7 @@ def _rows(outcome: Calibration) -> list[dict[str, float]]:
     return rows
 
 
-def _numbers(request: Request, outcome: Calibration) -> dict[str, object]:
+def _numbers(request: CalibrationRequest, outcome: Calibration) -> dict[str, object]:
     return {
         "spec": request.spec.name,
         "data": request.data.name,

@@ -53,7 +53,7 @@ class Requirement:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class RequirementFound:
     """What a run says of a requirement. found: in the unit of the figure, NaN if unknown."""
 
     requirement: Requirement
@@ -109,30 +109,32 @@ def _requirement(asked: Asked) -> Requirement:
     )  # fmt: skip
 
 
-def judge(results: Results, requirement: Requirement) -> Verdict:
+def judge(results: Results, requirement: Requirement) -> RequirementFound:
     """Whether a run shows that a requirement is met."""
     r, nothing = requirement, float("nan")
     if not r.figure:
-        return Verdict(r, UNKNOWN, nothing, "no figure of a run tells this")
+        return RequirementFound(r, UNKNOWN, nothing, "no figure of a run tells this")
     values = figure_values(results, r.figure)
     if values is None:
-        return Verdict(r, UNKNOWN, nothing, f"the run has no {label(r.figure).name.lower()}")
+        return RequirementFound(
+            r, UNKNOWN, nothing, f"the run has no {label(r.figure).name.lower()}"
+        )
     if not isinstance(values, np.ndarray) or values.ndim == 0:
         return _verdict(r, float(values), "")
     states, where = _states(results, r)
     if where and not len(states):
-        return Verdict(r, UNKNOWN, nothing, where)
+        return RequirementFound(r, UNKNOWN, nothing, where)
     found, at = _found(results, r, values, states)
     short = where or f"the most in this run, {at}"
     verdict = _verdict(r, found, short if found < r.bound else at)
     if verdict.verdict == NOT_MET and where:
-        return Verdict(r, UNKNOWN, found, where)
+        return RequirementFound(r, UNKNOWN, found, where)
     return verdict
 
 
-def _verdict(r: Requirement, found: float, why: str) -> Verdict:
+def _verdict(r: Requirement, found: float, why: str) -> RequirementFound:
     met = found >= r.bound * (1 - 1e-9) if r.least else found <= r.bound * (1 + 1e-9)
-    return Verdict(r, MET if met else NOT_MET, found, why)
+    return RequirementFound(r, MET if met else NOT_MET, found, why)
 
 
 def _states(results: Results, r: Requirement) -> tuple[np.ndarray, str]:
@@ -198,7 +200,7 @@ def label(figure: str) -> labels.Label:
     return _DERIVED.get(figure) or labels.column(figure)
 
 
-def tell(name: str, verdicts: Sequence[Verdict]) -> list[str]:
+def tell(name: str, verdicts: Sequence[RequirementFound]) -> list[str]:
     """Plain lines: a head and a line for each requirement."""
     counts = {kind: sum(v.verdict == kind for v in verdicts) for kind in (MET, NOT_MET, UNKNOWN)}
     said = ", ".join(f"{count} {kind}" for kind, count in counts.items() if count)
@@ -210,7 +212,7 @@ def tell(name: str, verdicts: Sequence[Verdict]) -> list[str]:
     return lines
 
 
-def found_text(v: Verdict) -> str:
+def found_text(v: RequirementFound) -> str:
     """What was found, with its unit."""
     shown = label(v.requirement.figure)
     return f"{labels.number(v.found * shown.factor)} {shown.unit}".strip().replace(" °", "°")
@@ -221,7 +223,7 @@ def section(results: Results, wanted: Sequence[str]) -> Section:
     parts = []
     for name in wanted:
         verdicts = [judge(results, r) for r in requirements(name)]
-        heads = ["Requirement", "Verdict", "Found", "Remark", "Source"]
+        heads = ["Requirement", "RequirementFound", "Found", "Remark", "Source"]
         rows = [
             [v.requirement.text, v.verdict, found_text(v) if np.isfinite(v.found) else "",
              v.why, v.requirement.source]
@@ -240,7 +242,7 @@ def section(results: Results, wanted: Sequence[str]) -> Section:
     return Section("targets", "Published requirements", body, "Requirements")
 
 
-def _fulfilment(name: str, verdicts: Sequence[Verdict]) -> Plot | None:
+def _fulfilment(name: str, verdicts: Sequence[RequirementFound]) -> Plot | None:
     known = [v for v in verdicts if np.isfinite(v.fulfilment)]
     if not known:
         return None

@@ -12,7 +12,7 @@ from softact.sweep.points import DesignPoint
 from softact.sweep.sensitivity import Sample
 from softact.sweep.study import Runner, Study
 from softact.sweep.table import Row
-from softact.sweep.trends import Verdict, verdicts
+from softact.sweep.trends import TrendFound, verdicts
 
 PLAN, INDICES, PAGE = ".plan.json", "sensitivity.csv", "sweep.html"
 FILES = (PLAN, *table.FILES, INDICES, PAGE)
@@ -24,7 +24,7 @@ def carry_out(
     sample: Sample | None,
     output: Output,
     tell: Callable[[DesignPoint, Answer], None],
-) -> tuple[list[Row], list[Verdict], list[str]]:
+) -> tuple[list[Row], list[TrendFound], list[str]]:
     """Compute what is missing and write the files, also where that is stopped; returns what
     ``write`` does. tell: called for each point as its run ends."""
     study.plan.remember(output.file(PLAN))
@@ -38,7 +38,7 @@ def carry_out(
 
 def write(
     study: Study, sample: Sample | None, output: Output
-) -> tuple[list[Row], list[Verdict], list[str]]:
+) -> tuple[list[Row], list[TrendFound], list[str]]:
     """Write table, curves, indices and page; returns the rows, what became of the trends, and lines
     on what was left out of the indices. sample: of the indices, None for none."""
     rows = table.write(study, output)

@@ -20,7 +20,7 @@ from softact.results.folder import COMPLETE
 from softact.sweep import shape
 from softact.sweep.study import Study
 from softact.sweep.table import Row, measure_columns
-from softact.sweep.trends import Verdict
+from softact.sweep.trends import TrendFound
 
 MOST_CURVES = 300
 MOST_SHAPES = 150
@@ -28,7 +28,7 @@ MOST_FAILURES = 200
 
 
 def html(
-    study: Study, table: list[Row], csv: bytes, verdicts: list[Verdict], more: Sequence[Section]
+    study: Study, table: list[Row], csv: bytes, verdicts: list[TrendFound], more: Sequence[Section]
 ) -> str:
     """The page. table: ``table.rows``, csv: the same as a file; more: further sections, such as
     indices."""
@@ -81,7 +81,7 @@ def points_banner(table: list[Row]) -> Markup:
     return base.banner(kind, f"{len(table)} points:", f"{said}.", items if doubted else ())
 
 
-def trends(verdicts: list[Verdict]) -> list[Section]:
+def trends(verdicts: list[TrendFound]) -> list[Section]:
     """The expected trends and what was seen; no section where none is named."""
     marks = {True: "holds", False: "does not hold", None: "cannot be told"}
     rows = [(v.text, marks[v.holds], v.trend.source) for v in verdicts]

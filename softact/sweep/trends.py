@@ -19,7 +19,7 @@ from softact.units import show
 
 
 @dataclass(frozen=True)
-class Verdict:
+class TrendFound:
     """holds: None where it cannot be told. text: the trend and what was seen, in words."""
 
     trend: Trend
@@ -49,25 +49,27 @@ def check(file: Path, study: Study) -> None:
         raise SpecError(*faults)
 
 
-def verdicts(study: Study, table: list[Row]) -> list[Verdict]:
+def verdicts(study: Study, table: list[Row]) -> list[TrendFound]:
     """A verdict for each trend of the sweep."""
     return [_verdict(study, table, trend) for trend in study.sweep.trends]
 
 
-def _verdict(study: Study, table: list[Row], trend: Trend) -> Verdict:
+def _verdict(study: Study, table: list[Row], trend: Trend) -> TrendFound:
     axis = next(a for a in study.sweep.axes if a.title == trend.axis)
     words = {"rise": "rises with", "fall": "falls with", "peak": "peaks inside the range of",
              "dip": "has its lowest value inside the range of"}  # fmt: skip
     said = f"{trend.measure} {words[trend.does]} {trend.axis}"
     lines = [line for line in _lines(study, table, axis, trend.measure) if len(line) > 1]
     if not lines:
-        return Verdict(trend, None, f"{said}: cannot be told, fewer than two complete runs have it")
+        return TrendFound(
+            trend, None, f"{said}: cannot be told, fewer than two complete runs have it"
+        )
     wrong = [line for line in lines if not _does(trend.does, [y for _, y in line])]
     shown = ", ".join(f"{x:g}: {y:.4g}" for x, y in (wrong or lines)[0])
     if wrong:
         many = f" in {len(wrong)} of {len(lines)} series" if len(lines) > 1 else ""
-        return Verdict(trend, False, f"{said}: not so{many} ({shown})")
-    return Verdict(trend, True, f"{said}: so it is ({shown})")
+        return TrendFound(trend, False, f"{said}: not so{many} ({shown})")
+    return TrendFound(trend, True, f"{said}: so it is ({shown})")
 
 
 def _lines(

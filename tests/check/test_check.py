@@ -44,9 +44,9 @@ def case(tmp_path, monkeypatch):
         return compare_outcome(directory)
 
     def compare_outcome(directory):
-        from softact.run.start import Outcome
+        from softact.run.start import CaseOutcome
 
-        return Outcome("complete", directory, None)
+        return CaseOutcome("complete", directory, None)
 
     monkeypatch.setattr(compare, "run", run)
     path = tmp_path / "beam.yaml"
