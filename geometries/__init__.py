@@ -2,6 +2,7 @@
 
 from softact.geometries.antagonistic import Antagonistic
 from softact.geometries.block import Block
+from softact.geometries.braided_muscle import BraidedMuscle
 from softact.geometries.fiber_reinforced import FiberReinforced
 from softact.geometries.from_script import FromScript
 from softact.geometries.from_step import FromStep
@@ -20,6 +21,7 @@ from softact.geometries.woven_stiffening import WovenStiffening
 GEOMETRIES = {
     "antagonistic": Antagonistic,
     "block": Block,
+    "braided_muscle": BraidedMuscle,
     "fiber_reinforced": FiberReinforced,
     "from_script": FromScript,
     "from_step": FromStep,

@@ -66,6 +66,9 @@ CASES = [
     ("shell_reinforced", {"cuts": 0, "symmetry": False}),
     ("fiber_reinforced", {"length": "40 mm"}),
     ("fiber_reinforced", {"length": "40 mm", "symmetry": False, "base_wall": "1 mm"}),
+    ("braided_muscle", {}),
+    ("braided_muscle", {"part": "half", "length": "30 mm", "mesh_size": "2 mm"}),
+    ("braided_muscle", {"part": "whole", "length": "20 mm", "wall": "3 mm", "braid": "2 mm"}),
 ]  # fmt: skip
 
 
