@@ -6,7 +6,7 @@ be as thin as a sleeve. Corners lie a little outside of their circle, so that ea
 circle's area: volumes, and with them the thrust of a pressure on the ends, are exact.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import ceil, pi, sin, sqrt
 from typing import Literal
@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 
 from softact.boxes import Plane
-from softact.prisms import EDGES_OF_A_CIRCLE, Section, Shapes
+from softact.prisms import EDGES_OF_A_CIRCLE, PrismMesh, Prisms, Section, Shapes
 
 Part = Literal["whole", "half", "quarter"]
 QUARTERS: dict[Part, int] = {"whole": 4, "half": 2, "quarter": 1}
@@ -60,12 +60,16 @@ class RoundSection:
         most = max(self.discs.values())
         return max(EDGES_OF_A_CIRCLE // 4, ceil(pi / 2 * most / size - 1e-9))
 
+    def widening(self, size: float) -> float:
+        """Radius of a polygon's corners by that of the circle with the same area."""
+        angle = pi / 2 / self.edges_of_a_quarter(size)
+        return sqrt(angle / sin(angle))
+
     def mesh(self, size: float) -> Section:
         """Triangles with edges of about ``size``; each disc has its own rings of them."""
         n, quarters = self.edges_of_a_quarter(size), QUARTERS[self.part]
         radii, names = self._circles(n, size)
-        # The polygon of n edges a quarter has the area of a circle smaller by this factor.
-        wider = sqrt((pi / 2 / n) / sin(pi / 2 / n))
+        wider = self.widening(size)
         rings = [_Ring(min(k, n), quarters) for k in range(len(radii))]
         start = -pi / 2 if self.part == "half" else 0.0
         rows = zip(radii, rings, strict=True)
@@ -135,3 +139,30 @@ def ends_and_planes(length: float, part: Part) -> tuple[Plane, ...]:
     """The clamp at x = 0, the tip at ``length`` (mm), and the part's symmetry planes."""
     planes = [Plane(name, axis, 0.0) for name, axis in SYMMETRY[part].items()]
     return (Plane("clamp", 0, 0.0), Plane("tip", 0, length), *planes)
+
+
+class Bent(PrismMesh):
+    """A straight round solid whose points are taken to other places along the axis and the radius.
+
+    bend: function of x and the radius (n,) of the straight solid's points, mm, to those that they
+    have; wider: see ``RoundSection.widening``.
+    """
+
+    def __init__(
+        self,
+        solid: Prisms,
+        section: Section,
+        lines: np.ndarray,
+        wider: float,
+        bend: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]],
+    ):
+        super().__init__(solid, section, lines)
+        self._wider, self._bend = wider, bend
+
+    def points(self) -> np.ndarray:
+        """See ``PrismMesh``."""
+        points = super().points()
+        radius = np.linalg.norm(points[:, 1:], axis=1)
+        x, there = self._bend(points[:, 0], radius / self._wider)
+        factor = self._wider * there / np.where(radius > 0.0, radius, 1.0)
+        return np.column_stack([x, points[:, 1:] * factor[:, None]])
