@@ -26,6 +26,19 @@ SYMMETRY: dict[Part, dict[str, int]] = {
 }
 
 
+def corner_radius(radius: float, size: float, arc: float = 2 * pi) -> float:
+    """Radius of the corners of a polygon with a circle's area, where ``Prisms`` divides ``arc``
+    (radians) of it into equal edges of about ``size`` (mm)."""
+    corners, angle = radius, 0.0
+    while True:
+        longest = min(size / corners, 2 * pi / EDGES_OF_A_CIRCLE)
+        next_angle = arc / max(1, ceil(arc / longest - 1e-6))
+        if next_angle == angle:
+            return corners
+        angle = next_angle
+        corners = radius * sqrt(angle / sin(angle))
+
+
 @dataclass(frozen=True)
 class RoundSection:
     """Concentric discs in the plane y, z, of which ``part`` (y >= 0, and z >= 0) is meshed.
