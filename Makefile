@@ -19,9 +19,10 @@ run: setup  ## solve SPEC (configs/pneunet_glove.yaml) and say where the report 
 test: setup  ## run the test suite; ARGS="-k sphere" goes to pytest
 	.venv/bin/python -m pytest -n $(PROCS) --dist loadfile $(ARGS)
 
-lint: setup  ## check style and format
+lint: setup  ## check style, format and types
 	.venv/bin/ruff check .
 	.venv/bin/ruff format --check .
+	.venv/bin/mypy
 	@if command -v shellcheck > /dev/null; then shellcheck .ci/run .ci/setup .ci/debian13; fi
 
 docs: setup  ## write the generated pages in docs/
@@ -40,5 +41,5 @@ test-debian13:  ## run the test suite in a Debian 13 root (in ~/.cache, made on 
 	.ci/debian13 test
 
 clean:  ## delete .venv, caches and results; the Debian 13 root goes with .ci/debian13 remove
-	rm -rf .venv .pytest_cache .ruff_cache .hypothesis build results ./*.egg-info
+	rm -rf .venv .pytest_cache .ruff_cache .mypy_cache .hypothesis build results ./*.egg-info
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -23,9 +23,9 @@ import numpy as np
 
 from benchmarks import ccx, hexahedra
 from softact.errors import SoftactError
-from softact.files import write_atomic
-from softact.geometry import make_mesh
-from softact.mesh import read_msh
+from softact.files.text import write_atomic
+from softact.geometry.base import make_mesh
+from softact.mesh.tetrahedra import read_msh
 from softact.spec import load
 
 SPEC = Path(__file__).with_name("pneunet8.yaml")

@@ -14,7 +14,7 @@ from typing import ClassVar
 import numpy as np
 
 from benchmarks.ccx import gauss
-from softact.boxes import BoxMesh
+from softact.geometry.boxes import BoxMesh
 
 # Corners 1 to 8 of a cell, then the ends of the edges that carry nodes 9 to 20.
 CORNERS = np.array(

@@ -46,10 +46,10 @@ class Assembly:
     """A model of one law and the states at which it is assembled."""
 
     def __init__(self, mesh, name: str, wall_normal):
+        from softact.bodies.solid import KEPT
         from softact.materials import LAWS as CLASSES
         from softact.model import Model
-        from softact.solid import KEPT
-        from softact.terms import State
+        from softact.system.term import State
 
         constants = {key: value for key, value in LAWS[name].items() if key != "law"}
         law = CLASSES[LAWS[name]["law"]].of(**constants)
@@ -87,8 +87,8 @@ def measure(names: list[str], rounds: int) -> tuple[int, dict[str, dict[str, flo
     """Cells of the mesh, and law -> medians in seconds."""
     from mpi4py import MPI
 
-    from softact.geometry import make_mesh
-    from softact.mesh import distribute, read_msh
+    from softact.geometry.base import make_mesh
+    from softact.mesh.tetrahedra import distribute, read_msh
 
     geometry = load(SPEC).geometry
     layout = geometry.layout()

@@ -230,12 +230,11 @@ def look(folder: Path) -> dict:
     """Residual and smallest Jacobian of the last state of a result folder, computed anew."""
     from mpi4py import MPI
 
-    from softact import checkpoint
     from softact import spec as specs
-    from softact.from_spec import build_model, supports_of
-    from softact.geometry import make_mesh
-    from softact.newton import Loaded, Newton
-    from softact.terms import SurfaceForce
+    from softact.geometry.base import make_mesh
+    from softact.run.from_spec import build_model, supports_of
+    from softact.solve import checkpoint
+    from softact.solve.newton import Loaded, Newton
 
     spec = specs.load(str(folder / "spec.yaml"))
     make_mesh(spec.geometry, folder / "again.msh")
@@ -244,12 +243,11 @@ def look(folder: Path) -> dict:
     if found is None:
         return {}
     state = found.state
-    for surface in state.traction:
-        model.add_surface_load(SurfaceForce, surface)
+    model.make_room(state.loads)
     newton = Newton(model, spec.solver.tolerance, 15)
     newton.set_supports(supports_of(spec.supports), state)
     return {
-        "residual": newton.imbalance(Loaded(state, newton.held(state)[0])),
+        "residual": newton.imbalance(Loaded(state, newton.held(state).start)),
         "jacobian": float(model.smallest_jacobian(state.x)),
         "tolerance": spec.solver.tolerance,
     }
@@ -278,7 +276,7 @@ def judge(number: int, seed: int, limit: float, keep: Path) -> dict:
 def one(folder: Path) -> dict:
     """Run the spec of a folder in this process and judge it."""
     from softact import spec as specs
-    from softact.run import run
+    from softact.run.start import run
 
     spec = specs.load(str(folder / "drawn.yaml"))
     try:

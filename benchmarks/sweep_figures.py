@@ -82,14 +82,21 @@ def many() -> None:
         sample = next((folder / "results/.runs").glob("??/*/record.json")).parent
         (folder / "study.yaml").write_text(MANY)
         print(f"first listing, keys made: {both(folder, '--list')}")
-        plan = json.loads((folder / "results/study/.plan.json").read_text())
-        for key in plan["points"].values():
+        for key in keys(folder):
             copy(sample, folder / "results/.runs" / key[:2] / key)
-        print(f"second listing: {both(folder, '--list')}")
+        print(f"table, curves and page, keys made: {both(folder)}")
+        print(f"listing, keys remembered: {both(folder, '--list')}")
         print(f"table, curves and page: {both(folder)}")
         size = (folder / "results/study/sweep.html").stat().st_size
         rows = (folder / "results/study/sweep.csv").read_text().count(",complete,")
         print(f"{rows} rows; sweep.html has {size / 1e6:.1f} MB")
+
+
+def keys(folder: Path) -> list[str]:
+    """Of all points, as ``softact sweep --list`` tells them."""
+    command = [sys.executable, "-m", "softact.cli.main", "sweep", "study.yaml", "--list"]
+    done = subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True)
+    return [line.split()[1] for line in done.stdout.splitlines()[1:]]
 
 
 def fixed() -> None:

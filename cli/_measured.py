@@ -2,7 +2,6 @@
 
 import shlex
 from collections.abc import Callable, Sequence
-from functools import partial
 from pathlib import Path
 
 import click
@@ -15,8 +14,9 @@ def measured_options(command: Callable) -> Callable:
         multiple=True,
         type=click.Path(path_type=Path),
         metavar="FILE",
-        help="Set the run against a measured curve. Headings name columns of curve.csv, in any "
-        "unit that fits: 'Pressure (bar), Bending angle (rad)'. May be repeated.",
+        help="Set the run against a measured curve, which stays in the result folder. Headings "
+        "name columns of curve.csv, in any unit that fits: 'Pressure (bar), Bending angle (rad)'. "
+        "May be repeated.",
     )
     headings = click.option(
         "--columns",
@@ -36,7 +36,7 @@ def read_all(
     line per fault.
     """
     from softact.errors import SpecError
-    from softact.fit.measured import read_measured
+    from softact.measured.curve import read_measured
 
     if headings is not None and not files:
         raise SpecError("--columns names the columns of --measured FILE, which is not given")
@@ -56,21 +56,12 @@ def read_all(
     return found
 
 
-def sections(measured: Sequence) -> list:
-    """What ``write_report`` adds to a report for measured curves."""
-    if not measured:
-        return []
-    from softact.report.overlay import section
-
-    return [partial(section, several=measured)]
-
-
 def tell(directory: Path, measured: Sequence) -> None:
     """Print how far the run in a folder is from measured curves."""
     if not measured:
         return
     from softact.report.overlay import deviations, tell
-    from softact.results import read
+    from softact.results.folder import read
 
     curve = read(directory).curve
     for curves in measured:

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import click
 
+from softact.cli._force import force_option
+
 
 @click.command(short_help="Adjust constants of a spec to a measured curve of the actuator.")
 @click.argument("spec", type=click.Path(path_type=Path))
@@ -53,13 +55,17 @@ import click
     metavar="DIR",
     help="Folder for the outcome.  [default: results/<name of the spec>-calibrated]",
 )
-def calibrate(spec: Path, output: Path | None, **given: object) -> None:
+@click.option("--cache", "cache_folder", envvar="SOFTACT_CACHE", metavar="DIR",
+              help="Folder of the finished runs.  [default: results/.runs]")  # fmt: skip
+@force_option
+def calibrate(spec: Path, output: Path | None, cache_folder: str | None, **given: object) -> None:
     """Adjust named constants of a spec so that its run meets a measured curve.
 
     Every row of the data is a point of the curve; the first column is the abscissa, all others are
     to be met. Each run is told; the calibrated spec, the curves, a plot and the best run go into
-    the folder. Exits with 2 for wrong data, 4 where the run of the spec as it is finds no
-    equilibrium before the data end.
+    the folder. Finished runs are kept: after a kill the same command goes on where it was. Exits
+    with 2 for wrong data, 4 where the run of the spec as it is finds no equilibrium before the data
+    end.
 
     \b
     Examples:
@@ -67,6 +73,9 @@ def calibrate(spec: Path, output: Path | None, **given: object) -> None:
       softact calibrate finger.yaml --data angle.csv \\
         --vary materials.body.c10='0.05 MPa..0.3 MPa' --vary materials.body.c20
     """
-    from softact.fit.calibrate import Request, run_request
+    from softact.fit.calibrate import run_request
+    from softact.fit.calibration import Request
+    from softact.sweep.cache import DEFAULT, Cache
 
-    run_request(Request(spec=spec, **given), output, click.echo)
+    cache = Cache(Path(cache_folder or DEFAULT), warn=lambda line: click.echo(line, err=True))
+    run_request(Request(spec=spec, **given), output, cache, click.echo)

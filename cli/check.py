@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from softact.cli._force import force_file_option
+
 
 @click.command(short_help="Run reference cases and compare them with stored values.")
 @click.argument("cases", nargs=-1, metavar="[CASE]...")
@@ -20,8 +22,14 @@ import click
     metavar="N",
     help="Cases at a time, one thread each.  [default: the number of cores]",
 )
+@force_file_option
 def check(
-    cases: tuple[str, ...], junit_file: str | None, update: bool, reason: str | None, jobs: int
+    cases: tuple[str, ...],
+    junit_file: str | None,
+    update: bool,
+    reason: str | None,
+    jobs: int,
+    force: bool,
 ) -> None:
     """Run cases and say in words where a figure is not as stored.
 
@@ -36,15 +44,19 @@ def check(
     """
     from softact.check.cases import find, read
     from softact.check.compare import check_all
-    from softact.check.junit import junit
+    from softact.check.junit import SIGN, junit
     from softact.check.update import update as store
     from softact.errors import SpecError
-    from softact.files import write_atomic
+    from softact.files.text import write_atomic
+    from softact.results.own_folder import begins_with, check_file
 
     if update and not (reason and reason.strip()):
         raise SpecError("--update: say why the values change: --reason 'TEXT'")
     if junit_file and not Path(junit_file).absolute().parent.is_dir():
         raise SpecError(f"--junit {junit_file}: there is no such folder")
+    if junit_file:
+        path = Path(junit_file)
+        check_file(path, force or begins_with(path, SIGN), other="--junit FILE")
     chosen, faults = [], []
     for path in find(cases):
         try:
@@ -53,6 +65,8 @@ def check(
             faults += error.lines
     if faults:
         raise SpecError(*faults)
+    for line in dict.fromkeys(line for case in chosen for line in case.spec.geometry.notes()):
+        click.echo(line, err=True)
     outcomes = []
     for outcome in check_all(chosen, jobs):
         outcomes.append(outcome)
@@ -65,7 +79,7 @@ def check(
     failed = [o for o in outcomes if not o.passed]
     if update:
         for outcome in failed:
-            for change in store(outcome, reason.strip()):
+            for change in store(outcome, (reason or "").strip()):
                 click.echo(f"stored  {outcome.case.name}: {change}")
         failed = [o for o in failed if o.fault or any(d.value.kind != "computed"
                                                       for d in o.differences)]  # fmt: skip

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from softact.cli._force import force_option
 from softact.cli._targets import targets_option
 
 
@@ -12,14 +13,15 @@ from softact.cli._targets import targets_option
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path, file_okay=False),
+    type=click.Path(path_type=Path),
     default=Path("results/comparison"),
     show_default=True,
     metavar="DIR",
     help="Folder for compare.html, measures.csv and curves.csv.",
 )
 @targets_option
-def compare(folders: tuple[str, ...], output: Path, targets: tuple[str, ...]) -> None:
+@force_option
+def compare(folders: tuple[str, ...], output: Path, targets: tuple[str, ...], force: bool) -> None:
     """Set two or more result folders against each other.
 
     One page: the curves over each other, the measures at the largest load that all reach with
@@ -32,4 +34,8 @@ def compare(folders: tuple[str, ...], output: Path, targets: tuple[str, ...]) ->
     """
     from softact.report.compare import write_comparison
 
-    click.echo(f"wrote {write_comparison([Path(folder) for folder in folders], output, targets)}")
+    def tell_error(line: str) -> None:
+        click.echo(line, err=True)
+
+    paths = [Path(folder) for folder in folders]
+    click.echo(f"wrote {write_comparison(paths, output, targets, force, tell_error)}")

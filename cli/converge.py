@@ -2,12 +2,17 @@
 
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import click
 
+from softact.cli._force import force_option
+from softact.errors import SpecError
 
-@click.command(short_help="Refine the mesh until the measures stay; error bars.")
+
+@click.command(short_help="Refine the mesh until the measures are right; error bars.")
 @click.argument("spec")
 @click.option(
     "-m",
@@ -15,10 +20,10 @@ import click
     "measures",
     multiple=True,
     metavar="COLUMN",
-    help="Column that has to stay; may be repeated.  [default: bending_angle_deg and "
+    help="Column that has to be right; may be repeated.  [default: bending_angle_deg and "
     "max_principal_stress_MPa]",
 )
-@click.option("--tolerance", default="5 %", show_default=True, help="Largest relative change.")
+@click.option("--tolerance", default="5 %", show_default=True, help="Largest relative error.")
 @click.option(
     "--factor",
     type=click.FloatRange(1.1, 4.0),
@@ -52,6 +57,7 @@ import click
 @click.option("--cache", "cache_folder", envvar="SOFTACT_CACHE", metavar="DIR",
               help="Folder of the finished runs.  [default: results/.runs]")  # fmt: skip
 @click.option("--set", "overrides", multiple=True, metavar="PATH=VALUE", help="As 'softact run'.")
+@force_option
 def converge(
     spec: str,
     measures: tuple[str, ...],
@@ -63,12 +69,15 @@ def converge(
     jobs: int,
     cache_folder: str | None,
     overrides: tuple[str, ...],
+    force: bool,
 ) -> None:
-    """Refine all mesh sizes of a spec until the measures change by less than the tolerance.
+    """Refine the mesh of a spec until the measures are within the tolerance of their limits.
 
-    Says which size to use, what the limit is (Richardson's estimate, with the observed order) and
-    how large the error of the spec's own mesh is. Writes converge.csv, converge.json and
-    converge.html. Exits with 1 when the measures do not stay within so many meshes.
+    Mesh sizes are divided by the factor, and as many elements more lie through each wall, one more
+    at least. Says which mesh to use, what the limit is (Richardson's estimate, with the observed
+    order) and how large the error of the spec's own mesh is, or that it is not known. Writes
+    converge.csv, converge.json and converge.html. Exits with 1 unless the measures are known to be
+    within the tolerance on one of so many meshes.
 
     \b
     Example:
@@ -77,29 +86,44 @@ def converge(
     from softact.converge import carry
     from softact.converge import output as files
     from softact.converge.study import converge as study_of
-    from softact.converge.study import refined
+    from softact.files.lock import held
+    from softact.results.own_folder import Output
     from softact.spec import load
     from softact.sweep.cache import DEFAULT, Cache
-    from softact.sweep.output import written_alone
 
     loaded = load(spec, overrides)
+    for line in loaded.geometry.notes():
+        click.echo(line, err=True)
     wanted = measures or ("bending_angle_deg", "max_principal_stress_MPa")
     cache = Cache(Path(cache_folder or DEFAULT), warn=lambda line: click.echo(line, err=True))
-    if into:  # before hours of computing, not after
-        sizes = (refined(loaded, factor**n) for n in range(most))
-        carry.check_folder(Path(into), (spec.hash for spec in sizes))
-    study = study_of(
-        loaded, wanted, cache, _part(tolerance), factor, most, jobs, told=_told(wanted)
-    )
     directory = Path(output) if output else Path("results") / f"{loaded.name}-converge"
-    with written_alone(directory):
-        page = files.write(study, loaded.name, directory)
-    for line in [*files.told(study), files.advice(study)]:
-        click.echo(line)
-    if into:
-        click.echo(carry.carry_into(study, Path(into)))
+    folder = Output(directory, "converge", force, [Path(spec)], "the runs are kept in the cache")
+    with ExitStack() as stack:
+        if into:  # before hours of computing, not after
+            carry.check_folder(Path(into), [spec.hash for spec in _meshes(loaded, factor, most)])
+            stack.enter_context(held(Path(into), "converge"))
+        stack.enter_context(folder.opened(files.FILES))
+        study = study_of(
+            loaded, wanted, cache, _part(tolerance), factor, most, jobs, told=_told(wanted)
+        )
+        page = files.write(study, loaded.name, folder)
+        for line in [*files.told(study), files.advice(study)]:
+            click.echo(line)
+        if into:
+            click.echo(carry.carry_into(study, Path(into)))
     click.echo(f"page: {page}")
     sys.exit(0 if study.converged else 1)
+
+
+def _meshes(spec, factor: float, most: int) -> Iterator:
+    """The specs that a study may come to; fewer where they become too large."""
+    from softact.converge.study import refined
+
+    for times in range(most):
+        try:
+            yield refined(spec, factor, times)
+        except SpecError:
+            return
 
 
 def _part(text: str) -> float:
@@ -116,11 +140,11 @@ def _part(text: str) -> float:
 
 def _told(measures: tuple[str, ...]):
     def tell(level, answer) -> None:
-        sizes = ", ".join(f"{name} {size:g} mm" for name, size in level.sizes.items())
         values = ", ".join(
             f"{m} {level.record.measures[m]:.5g}" for m in measures if m in level.record.measures
         )
         known = "known" if answer.cached else f"{level.record.seconds:.1f} s"
-        click.echo(f"{sizes}: {level.record.cells} tetrahedra, {values} ({known})")
+        kind = "tetrahedra" if level.spec.geometry.layout().regions else "triangles"
+        click.echo(f"{level}: {level.record.cells} {kind}, {values} ({known})")
 
     return tell

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import click
 
+from softact.cli._force import force_option
+
 LAWS = (
     "neo_hookean, mooney_rivlin_2 (3, 5, 9), yeoh, reduced_polynomial_1 to _6, ogden_1 to _6, "
     "arruda_boyce, van_der_waals, gent, fung, holzapfel, or all"
@@ -113,6 +115,7 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, values: tuple[str, ..
     show_default=True,
     help="Folder for card, plot and numbers.",
 )
+@force_option
 def fit(data: tuple[str, ...], **given: object) -> None:
     """Fit a law to tests in homogeneous deformation; write a card, a plot and the numbers.
 
@@ -146,5 +149,6 @@ def fit(data: tuple[str, ...], **given: object) -> None:
         compare=given["compare"],
         density=given["density"],
         strength=given["strength"],
+        force=given["force"],
     )
     run(request, click.echo)

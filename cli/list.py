@@ -10,6 +10,12 @@ KINDS = ("laws", "materials", "geometries", "measures", "loads")
 PLAIN_WIDTH = 120
 
 
+class Pasted(str):
+    """A line that is pasted into a spec, and stays one line however long it is."""
+
+    __slots__ = ()
+
+
 @click.command(name="list", short_help="List laws, materials, geometries, measures or loads.")
 @click.argument("kind", type=click.Choice(KINDS), metavar="|".join(KINDS))
 @click.argument("names", nargs=-1, metavar="[NAME]...")
@@ -34,12 +40,15 @@ def list_kind(kind: str, names: tuple[str, ...], as_json: bool) -> None:
 
     console = Console(width=None if sys.stdout.isatty() else PLAIN_WIDTH, highlight=False)
     for block in _blocks(kind, records):
-        console.print(block, markup=False) if isinstance(block, str) else console.print(block)
+        if isinstance(block, str):
+            console.print(block, markup=False, soft_wrap=isinstance(block, Pasted))
+        else:
+            console.print(block)
 
 
 def _chosen(records: list[dict[str, Any]], kind: str, names: tuple[str, ...]) -> list[dict]:
     from softact.errors import SpecError
-    from softact.spec.choice import nearest
+    from softact.nearest import nearest
 
     known = [record["name"] for record in records]
     unknown = [name for name in names if name not in known]
@@ -69,10 +78,18 @@ def _record(record: dict[str, Any]) -> list[Any]:
     for key in ("formula", "use", "source"):
         if text := record.get(key):
             blocks.append(f"  {text}" if key != "source" else f"  Source: {text}")
-    for key in ("regions", "cavities", "surfaces"):
-        if record.get(key):
-            blocks.append(f"  {key}: {', '.join(record[key])}")
+    blocks += _names(record, "  ")
+    for other in record.get("others", ()):
+        blocks += [f"  with {other['with']} also", *_names(other, "    ")]
+    if record.get("example"):
+        blocks.append(Pasted(f"  What its sheets are made of: {record['example']}"))
     return [*blocks, _parameters(record["parameters"])]
+
+
+def _names(record: dict[str, Any], indent: str) -> list[str]:
+    from softact.catalogue import NAMES
+
+    return [f"{indent}{key}: {', '.join(record[key])}" for key in NAMES if record.get(key)]
 
 
 def _table(*titles: str) -> Any:

@@ -12,13 +12,14 @@ import signal
 import sys
 import traceback
 from collections.abc import Sequence
-from difflib import get_close_matches
 
 import click
 from click.shell_completion import shell_complete
 
+from softact.child_processes import leave_current_folder
 from softact.errors import NOT_IN_LOCALE, NOT_UTF8, SoftactError
-from softact.streams import abandon_stdout, make_safe
+from softact.files.streams import abandon_output, abandon_stdout, make_safe
+from softact.nearest import nearest
 
 WRONG_INPUT, BUG, INTERRUPTED, BROKEN_PIPE = 2, 70, 130, 141
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EROFS)
@@ -59,12 +60,24 @@ class Commands(click.Group):
         """Like click's, but an unknown command is answered with the nearest one."""
         known = self.list_commands(ctx)
         if args and args[0] not in known and not args[0].startswith("-"):
-            close = get_close_matches(args[0], known, n=1)
-            hint = f"did you mean '{close[0]}'?" if close else f"there are: {', '.join(known)}"
-            if not close and args[0].endswith((".yaml", ".yml")):
-                hint = f"to solve a spec write: softact run {args[0]}"
+            hint = nearest(args[0], known)
+            if args[0].endswith((".yaml", ".yml")):
+                hint = _use(args[0])
             ctx.fail(f"There is no command '{args[0]}'; {hint}")
         return super().resolve_command(ctx, args)
+
+
+def _use(file: str) -> str:
+    """What is done with a file that stands where a command should."""
+    from pathlib import Path
+
+    from softact.spec.kinds import KINDS, kind_of, read_any
+
+    try:
+        kind = KINDS[kind_of(read_any(Path(file)))]
+    except SoftactError:
+        return f"to solve a spec write: softact run {file}"
+    return f"{file} is {kind.called}; {kind.use.format(file)}"
 
 
 def _version(ctx: click.Context, parameter: click.Parameter, wanted: bool) -> None:
@@ -115,6 +128,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         # As an exception, so that processes of the solver do not outlive this one.
         signal.signal(number, _leave)
     make_safe()
+    if arguments is None:  # as a program
+        leave_current_folder()
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in arguments
     sys.exit(_run([a for a in arguments if a != "--debug"], debug))
@@ -148,6 +163,11 @@ def _click(arguments: list[str]) -> object:
     """What click's own main does; that one would turn a broken pipe into exit code 1."""
     if instruction := os.environ.get("_SOFTACT_COMPLETE"):
         return shell_complete(softact, {}, "softact", "_SOFTACT_COMPLETE", instruction)
+    if "" in arguments:  # Path("") would be the current folder
+        place = arguments.index("") + 1
+        raise click.UsageError(
+            f"word {place} of the call is empty ('{arguments[0]} ...'); is a shell variable unset?"
+        )
     try:
         with softact.make_context("softact", arguments) as context:
             return softact.invoke(context)
@@ -157,7 +177,7 @@ def _click(arguments: list[str]) -> object:
 
 def _nobody_reads() -> int:
     """The reader of a pipe (head, less) has left; nothing is to be told to anybody."""
-    abandon_stdout()
+    abandon_output()
     return BROKEN_PIPE
 
 
@@ -174,16 +194,22 @@ def _told(error: Exception) -> int:
 
 
 def _tell(error: Exception) -> int:
-    """Print what went wrong in plain lines; return the exit code."""
+    """Print what went wrong in plain lines; return the exit code.
+
+    What it holds of the call and of files may be anything; a terminal shall not obey it.
+    """
+    from softact.units import printable
+
     if isinstance(error, SoftactError):
-        for line in error.lines:
-            click.echo(line, err=True)
+        for line in dict.fromkeys(error.lines):
+            click.echo(printable(line), err=True)
         return error.exit_code
     if isinstance(error, click.ClickException):
+        error.message = "\n".join(map(printable, error.message.split("\n")))
         error.show()
         return WRONG_INPUT
     if isinstance(error, OSError) and error.filename is not None:
-        click.echo(f"{error.filename}: {error.strerror}", err=True)
+        click.echo(printable(f"{error.filename}: {error.strerror}"), err=True)
         return WRONG_INPUT
     if isinstance(error, OSError) and error.errno in FULL:
         click.echo(f"softact: cannot write: {error.strerror}", err=True)

@@ -4,6 +4,8 @@ from typing import Literal
 
 import click
 
+from softact.cli._force import force_file_option
+
 
 @click.command(short_help="Mesh the actuator of a spec, without solving it.")
 @click.argument("spec")
@@ -41,6 +43,7 @@ import click
     metavar="SECONDS",
     help="Stop gmsh after this time.",
 )
+@force_file_option
 def mesh(
     spec: str,
     output: str | None,
@@ -48,6 +51,7 @@ def mesh(
     part: Literal["solid", "core"],
     suffix: str | None,
     timeout: float,
+    force: bool,
 ) -> None:
     """Mesh the actuator of a spec, without solving it.
 
@@ -64,14 +68,22 @@ def mesh(
     from pathlib import Path
 
     from softact.errors import SpecError
-    from softact.geometry import export
+    from softact.geometry.base import export
+    from softact.geometry.imported import Imported
+    from softact.results.own_folder import check_file
     from softact.spec import load
 
     loaded = load(spec, overrides)
     if output and suffix and Path(output).suffix.lower() != f".{suffix}":
         raise SpecError(f"{output}: --format {suffix} is another format than the file's suffix")
     path = Path(output or f"{loaded.name}.{suffix or 'msh'}")
-    if path.is_dir():
-        raise SpecError(f"{path}: this is a folder; give the name of a file")
-    export(loaded.geometry, path, timeout=timeout, part=part)
+    reads = [Path(spec)]
+    if isinstance(loaded.geometry, Imported):
+        reads.append(Path(loaded.geometry.file))
+    check_file(path, force, reads)
+    for text in loaded.geometry.notes():
+        click.echo(text)
+    notes = export(loaded.geometry, path, timeout=timeout, part=part)
     click.echo(f"wrote {path}")
+    for text in notes:
+        click.echo(f"note: {text}")

@@ -6,6 +6,9 @@ from pathlib import Path
 
 import click
 
+from softact.cli._files import tell_scripts
+from softact.cli._force import force_option
+
 
 @click.command(short_help="Find the best designs within constraints (Optuna).")
 @click.argument("file", metavar="OPT")
@@ -21,8 +24,14 @@ import click
 @click.option("--trials", type=click.IntRange(1, 100_000), help="Instead of the file's.")
 @click.option("--cache", "cache_folder", envvar="SOFTACT_CACHE", metavar="DIR",
               help="Folder of the finished runs.  [default: results/.runs]")  # fmt: skip
+@force_option
 def optimize(
-    file: str, output: str | None, jobs: int, trials: int | None, cache_folder: str | None
+    file: str,
+    output: str | None,
+    jobs: int,
+    trials: int | None,
+    cache_folder: str | None,
+    force: bool,
 ) -> None:
     """Vary parameters of a spec for the best measures, with constraints on others.
 
@@ -35,14 +44,18 @@ def optimize(
     Example:
       softact optimize configs/sweeps/pneunet_optimise.yaml -j 2
     """
-    from softact.optimise import page
+    from softact.optimise import optimise_page
+    from softact.optimise.check import check
     from softact.optimise.spec import Optimisation
+    from softact.optimise.store import DATABASE
     from softact.optimise.study import Trials, feasible
+    from softact.results.own_folder import Output
     from softact.sweep.cache import DEFAULT, Cache
-    from softact.sweep.output import written_alone
     from softact.sweep.spec import read
 
     wanted, base = read(Path(file), Optimisation)
+    tell_scripts(base.data, wanted.parameters)
+    check(Path(file), wanted, base)
     if trials:
         wanted = wanted.model_copy(update={"trials": trials})
     directory = Path(output) if output else Path("results") / wanted.name
@@ -57,14 +70,17 @@ def optimize(
         broken = "" if feasible(trial) or not values else ", breaks a constraint"
         click.echo(f"{len(study.done)}/{wanted.trials}  trial {trial.number}: {said}{broken}")
 
-    with written_alone(directory):
+    reads, kept = [Path(file), Path(base.name)], "the runs are kept in the cache"
+    folder = Output(directory, "optimize", force, reads, kept)
+    with folder.opened(optimise_page.FILES):
+        folder.file(DATABASE)
         study = Trials(wanted, base, cache, directory)
         click.echo(f"{wanted.trials} trials, {len(study.done)} of them done")
         try:
             study.run(jobs, told)
         finally:
             if study.done:
-                path = page.write(study, directory)
+                path = optimise_page.write(study, folder)
     for trial in study.best():
         texts = [f"{name} {value}" for name, value in study.coordinates(trial).items()]
         values = [f"{o.title} {v:.5g}" for o, v in zip(wanted.objectives, trial.values,

@@ -1,15 +1,13 @@
 """`softact run`: solve one spec."""
 
-import json
-import os
 import shlex
 import sys
 from pathlib import Path
 
 import click
 
-from softact.cli._measured import measured_options, read_all, sections, tell
-from softact.errors import SpecError
+from softact.cli._force import force_option
+from softact.cli._measured import measured_options, read_all, tell
 
 
 @click.command(short_help="Solve a spec; the results and a report go into a folder.")
@@ -24,10 +22,8 @@ from softact.errors import SpecError
     "-n",
     "--processes",
     type=click.IntRange(1, 1024),
-    default=1,
-    show_default=True,
     metavar="PROCS",
-    help="MPI processes; as many as there are cores is the fastest.",
+    help="MPI processes.  [default: the cores, up to two; one with contact of surfaces or sheets]",
 )
 @click.option(
     "--set",
@@ -36,9 +32,7 @@ from softact.errors import SpecError
     metavar="PATH=VALUE",
     help="Replace a value of the spec, such as steps.1.pressure='30 kPa'. May be repeated.",
 )
-@click.option(
-    "--force", is_flag=True, help="Write into DIR even if it holds files that are no results."
-)
+@force_option
 @click.option(
     "--resume",
     is_flag=True,
@@ -49,7 +43,7 @@ from softact.errors import SpecError
 def run(
     spec: str,
     output: str | None,
-    processes: int,
+    processes: int | None,
     overrides: tuple[str, ...],
     force: bool,
     resume: bool,
@@ -64,65 +58,55 @@ def run(
 
     \b
     Examples:
-      softact run configs/pneunet_glove.yaml -n 2
+      softact run configs/pneunet_glove.yaml
       softact run finger.yaml -o results/thin --set geometry.roof='0.8 mm'
       softact run finger.yaml --measured angle.csv
       softact run finger.yaml --resume --set steps.1.pressure='60 kPa'
     """
     from softact.cli._progress import Progress
+    from softact.results.own_folder import check_results
+    from softact.run.start import run as solve
+    from softact.run.start import usual_processes
     from softact.spec import load
 
     loaded = load(spec, overrides)
     directory = Path(output) if output else Path("results") / loaded.name
     called = shlex.join(["softact", "run", spec])
     read_in = read_all(measured, _columns(loaded) if measured else (), columns, called)
-    check_folder(directory, force)
-
-    from softact.run import run as solve
+    # The spec that a run has stored is softact's own, as long as nobody has edited it.
+    stored = load(spec).to_yaml() == Path(spec).read_text(encoding="utf-8")
+    check_results(directory, force, reads=[*measured, *([] if stored else [Path(spec)])])
 
     with Progress([step.name for step in loaded.steps]) as progress:
         outcome = solve(
             loaded,
             directory,
-            processes=processes,
+            processes=processes or usual_processes(loaded),
             progress=progress,
-            extra=sections(read_in),
+            measured=read_in,
             resume=resume,
         )
     tell(directory, read_in)
-    if outcome.message:
-        click.echo(outcome.message, err=True)
+    _tell_verdict(outcome)
     click.echo(f"report: {directory / 'report.html'}")
     sys.exit(outcome.exit_code)
 
 
+def _tell_verdict(outcome) -> None:
+    """What is to be thought of the run, on standard error where it is not solved."""
+    if outcome.verdict is None:
+        if outcome.message:
+            click.echo(outcome.message, err=True)
+        return
+    head, *reasons = outcome.verdict.lines
+    unsolved = outcome.exit_code != 0
+    colour = "red" if unsolved else {"green": "green"}.get(outcome.verdict.colour, "yellow")
+    click.secho(head, fg=colour, bold=True, err=unsolved)
+    for line in reasons:
+        click.echo(line, err=unsolved)
+
+
 def _columns(spec) -> list[str]:
-    from softact.fit.measured import run_columns
+    from softact.measured.curve import run_columns
 
     return run_columns(spec)
-
-
-def check_folder(directory: Path, force: bool) -> None:
-    """Refuse a folder in which results would mix with something else.
-
-    A folder that is not there, is empty or holds results of softact will do. Raises SpecError.
-    """
-    there = next(path for path in (directory, *directory.absolute().parents) if path.exists())
-    if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
-        why = "may not be written" if there.is_dir() else "is a file"
-        raise SpecError(f"{directory}: {there} {why}; name another folder with -o DIR")
-    if force or not directory.is_dir() or not any(directory.iterdir()):
-        return
-    if not _holds_results(directory):
-        raise SpecError(
-            f"{directory}: the folder holds other files than results of softact; "
-            "name another with -o DIR, or add --force to write into it all the same"
-        )
-
-
-def _holds_results(directory: Path) -> bool:
-    try:
-        found = json.loads((directory / "run.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):
-        return False
-    return isinstance(found, dict) and "status" in found

@@ -3,9 +3,14 @@
 import os
 import sys
 import time
+from contextlib import nullcontext
 from pathlib import Path
+from typing import Any
 
 import click
+
+from softact.cli._files import tell_scripts
+from softact.cli._force import force_option
 
 
 @click.command(short_help="Runs over values of a spec, each computed once; table and page.")
@@ -40,11 +45,18 @@ import click
 @click.option("--scheduler", metavar="tcp://HOST:PORT", help="Compute on a Dask cluster.")
 @click.option("--slurm", is_flag=True, help="Start -j Dask workers as SLURM jobs.")
 @click.option(
+    "--interface",
+    metavar="NAME",
+    help="Network interface, such as ib0, that --slurm's scheduler and workers use.  [default: "
+    "that of the route out of this machine]",
+)
+@click.option(
     "--slurm-option",
     multiple=True,
     metavar="NAME=VALUE",
     help="Of dask_jobqueue.SLURMCluster, such as queue=short or walltime=02:00:00.",
 )
+@force_option
 def sweep(
     sweep: str,
     output: str | None,
@@ -54,7 +66,9 @@ def sweep(
     only_list: bool,
     scheduler: str | None,
     slurm: bool,
+    interface: str | None,
     slurm_option: tuple[str, ...],
+    force: bool,
 ) -> None:
     """Compute all points of a sweep file: a base spec, axes over its paths, a design.
 
@@ -68,34 +82,43 @@ def sweep(
       softact sweep configs/sweeps/pneunet_wall.yaml -j 4
       softact sweep thick.yaml --sensitivity sobol
     """
-    from softact.sweep import table
+    from softact.results.own_folder import Output
+    from softact.sweep import output as files
+    from softact.sweep import trends
     from softact.sweep.cache import DEFAULT, Cache
-    from softact.sweep.output import written_alone
     from softact.sweep.sensitivity import sample_of
     from softact.sweep.spec import Sweep, read
     from softact.sweep.study import open_study
-    from softact.sweep.trends import verdicts
 
     started = time.monotonic()
     study, base = read(Path(sweep), Sweep)
+    tell_scripts(base.data, study.axes)
     directory = Path(output) if output else Path("results") / study.name
+    reads, kept = [Path(sweep), Path(base.name)], "the runs are kept in the cache"
+    folder = Output(directory, "sweep", force, reads, kept)
+    if not only_list:
+        folder.check(files.FILES)
     cache = Cache(Path(cache_folder or DEFAULT), warn=lambda line: click.echo(line, err=True))
     sample = sample_of(sensitivity, study) if sensitivity else None
-    with written_alone(directory):
-        opened = open_study(study, base, cache, directory / ".plan.json", sample and sample.points)
-    kept, total = len(opened.points) - _open(opened), len(opened.points)
-    click.echo(f"{total} points, {kept} of them known; runs in {cache.directory}")
+    opened = open_study(study, base, cache, directory / files.PLAN, sample and sample.points)
+    trends.check(Path(sweep), opened)
+    known, total = len(opened.points) - _open(opened), len(opened.points)
+    click.echo(f"{total} points, {known} of them known; runs in {cache.directory}")
     if only_list:
         _list(opened)
         return
-    try:
-        if opened.missing():
-            _compute(opened, _runner(jobs, scheduler, slurm, slurm_option), total, kept)
-    finally:
-        with written_alone(directory):
-            rows = table.write(opened, directory)
-            seen = verdicts(opened, rows)
-            _write_page(opened, rows, seen, sample, directory)
+    with (
+        _runner(opened, jobs, scheduler, slurm, interface, slurm_option) as runner,
+        folder.opened(files.FILES),
+    ):
+        opened.plan.remember(folder.file(files.PLAN))
+        try:
+            if opened.missing():
+                _compute(opened, runner, total, known)
+        finally:
+            rows, seen, notes = files.write(opened, sample, folder)
+    for note in notes:
+        click.echo(note, err=True)
     for verdict in seen:
         click.echo(f"trend: {verdict.text}")
     _sum_up(opened, rows, directory, time.monotonic() - started)
@@ -113,14 +136,22 @@ def _list(study) -> None:
         click.echo(f"{number:5d}  {point.key or '-':32s}  {status:14s}  {point.text()}")
 
 
-def _runner(jobs: int, scheduler: str | None, slurm: bool, options: tuple[str, ...]):
-    from softact.sweep.study import locally
+def _runner(
+    study: Any,
+    jobs: int,
+    scheduler: str | None,
+    slurm: bool,
+    interface: str | None,
+    options: tuple[str, ...],
+):
+    """What computes, as a context: a cluster is found or started before anything is written."""
+    if not study.missing() or not (slurm or scheduler):
+        from softact.sweep.study import locally
 
-    if slurm or scheduler:
-        from softact.sweep.cluster import on_scheduler, on_slurm
+        return nullcontext(locally(jobs))
+    from softact.sweep.cluster import on_scheduler, on_slurm
 
-        return on_slurm(jobs, options) if slurm else on_scheduler(scheduler)
-    return locally(jobs)
+    return on_slurm(jobs, interface, options, study.cache) if slurm else on_scheduler(scheduler)
 
 
 def _compute(study, runner, total: int, kept: int) -> None:
@@ -128,21 +159,6 @@ def _compute(study, runner, total: int, kept: int) -> None:
 
     with Points(total, kept) as progress:
         study.compute(runner, progress)
-
-
-def _write_page(study, rows, seen, sample, directory: Path) -> None:
-    from softact.files import csv_text, write_atomic
-    from softact.sweep import page, sensitivity
-
-    sections = []
-    if sample is not None:
-        found = sensitivity.indices(sample, study, rows)
-        write_atomic(directory / "sensitivity.csv", csv_text(found.rows))
-        sections = sensitivity.section(found)
-        for line in found.notes:
-            click.echo(line, err=True)
-    csv = (directory / "sweep.csv").read_bytes()
-    write_atomic(directory / "sweep.html", page.html(study, rows, csv, seen, sections))
 
 
 def _sum_up(study, rows, directory: Path, seconds: float) -> None:

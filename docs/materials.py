@@ -41,7 +41,8 @@ at an angle needs the whole actuator: a half that is mirrored would have two.
 
 A material is the name of a card below, `{{card: NAME, c10: 0.2 MPa}}` with some of its constants
 replaced, `{{law: LAW, ...}}`, or a card of your own: `card: ./my_silicone.yaml`, a file seen from
-the spec's folder that holds what a card holds. `softact fit` writes such files:
+the folder of the file that names it, which holds what a card holds. Regions, layers and plies take
+all of them. `softact fit` writes such files:
 
     law: yeoh
     c10: 0.11 MPa

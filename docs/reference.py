@@ -8,23 +8,38 @@ from pathlib import Path
 from typing import Any
 
 from softact import catalogue
-from softact.spec.contact import OBSTACLES, ObstacleChange, SurfaceContact
-from softact.spec.models import Layer, Solver, Spec, Step, Support, Traction
+from softact.contact.obstacles import OBSTACLES
+from softact.geometry.step_faces import Selection
+from softact.loads import LOADS
+from softact.spec.contact import SurfaceContact
+from softact.spec.models import (
+    Layer,
+    Ply,
+    SheetOfLayers,
+    Solver,
+    Spec,
+    Step,
+    Support,
+)
 from softact.spec.plausible import RANGES
 from softact.units import DIMENSIONS
 
+LOADED = {key: catalogue.model_in(load.annotation) for key, load in LOADS.items()}
 PAGE = Path(__file__).with_name("reference.md")
 
 PARTS = (
     (Spec, "The spec"),
     (Layer, "An entry of `layers`"),
+    (SheetOfLayers, "An entry of `sheets`"),
+    (Ply, "An entry of a sheet's `plies`"),
     (Support, "An entry of `supports`"),
     (Step, "An entry of `steps`"),
-    (Traction, "A step's `traction`"),
+    *((part, f"A step's `{key}`") for key, part in LOADED.items() if part and key != "obstacles"),
     *((model, f"An entry of `obstacles`: type `{name}`") for name, model in OBSTACLES.items()),
     (SurfaceContact, "An entry of `contact`"),
-    (ObstacleChange, "An entry of a step's `obstacles`"),
+    (LOADED["obstacles"], "An entry of a step's `obstacles`"),
     (Solver, "`solver`"),
+    (Selection, "A value of `select`, of geometry `from_step`"),
 )
 
 
@@ -90,9 +105,18 @@ def geometries() -> Iterable[str]:
         yield from ("", f"### {record['name']}", "", record["use"], "")
         yield from parameters(record["parameters"])
         yield ""
-        for key in ("regions", "cavities", "surfaces"):
-            if record[key]:
-                yield f"- {key}: " + ", ".join(f"`{name}`" for name in record[key])
+        yield from names(record)
+        for other in record["others"]:
+            yield from (f"- with `{other['with']}` also", *names(other, "  "))
+        if record["example"]:
+            yield f"- what its sheets are made of: `{record['example']}`"
+
+
+def names(record: dict[str, Any], indent: str = "") -> Iterable[str]:
+    """An item for each kind of names that a spec may use with a geometry."""
+    for key in catalogue.NAMES:
+        if record.get(key):
+            yield f"{indent}- {key}: " + ", ".join(f"`{name}`" for name in record[key])
 
 
 def measures() -> Iterable[str]:

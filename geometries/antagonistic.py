@@ -5,14 +5,15 @@ Palacios-Lazo et al. (2025), Actuators 14:540. Run by itself it writes a mesh:
 """
 
 from math import acos, cos, pi, sin, sqrt
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from softact.boxes import OUTSIDE
-from softact.corrugated import Corrugated
-from softact.geometry import THINNEST, main
-from softact.prisms import Prism, Prisms, Shapes, lacking
+from softact.geometry.base import THINNEST, ThroughWall, main
+from softact.geometry.boxes import OUTSIDE
+from softact.geometry.corrugated import Corrugated
+from softact.geometry.prisms import Prism, Prisms, Shapes, lacking
+from softact.geometry.walls import Wall
 from softact.units import Length
 
 CIRCLE_EDGES = 12
@@ -53,6 +54,7 @@ class Antagonistic(Corrugated):
         "of a",
     )
     mesh_size: Length = Field(5.0, description="longest edge")
+    through_wall: ThroughWall = None
 
     def faults(self):
         yield from super().faults()
@@ -124,6 +126,11 @@ class Antagonistic(Corrugated):
         bore = pi * self.bore**2 / 4 * self._bore_length()
         return volume + (bore if pair == "lower" else 0.0)
 
+    def walls(self) -> tuple[Wall, ...]:
+        sides = {"side_wall": self.side_wall} if self.chambers > 1 else {}
+        round_ = self.walls_between_curves(top_wall=self.top_wall, central_wall=self.central_wall)
+        return (*round_, *self.walls_between_planes(**sides))
+
     def volumes(self) -> dict[str, float]:
         half = 0.5 if self.symmetry else 1.0
         disc = pi * self.radius**2
@@ -139,7 +146,7 @@ class Antagonistic(Corrugated):
         }
 
     def volume_tolerance(self, name: str) -> float:
-        def lost(radius):
+        def lost(radius: float):
             """Area between a circle and its polygon, at most."""
             return pi * radius**2 * lacking(radius, self.mesh_size, CIRCLE_EDGES)
 
@@ -154,14 +161,14 @@ class Antagonistic(Corrugated):
         skin = self.length * (lost(self.radius) + lost(self.midsection_radius))
         return (4 * air + skin) * (0.5 if self.symmetry else 1) / self.volumes()["body"]
 
-    def _shapes(self, occ) -> Shapes:
+    def _shapes(self, occ: Any) -> Shapes:
         """Sections of the outside, of the central walls, of chambers, channels and bores."""
         size = 2 * self.radius
 
-        def disc(radius, y=0.0, z=0.0):
+        def disc(radius: float, y: float = 0.0, z: float = 0.0):
             return [(2, occ.addDisk(y, z, 0, radius, radius))]
 
-        def cut_box(faces, start, end, angle):
+        def cut_box(faces, start: float, end: float, angle):
             """The part of faces whose distance along a direction is between start and end."""
             box = [(2, occ.addRectangle(start, -size, 0, end - start, 2 * size))]
             occ.rotate(box, 0, 0, 0, 0, 0, 1, angle)

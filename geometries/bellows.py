@@ -5,18 +5,22 @@ longer, a vacuum shorter. Run by itself it writes a mesh:
 ``python geometries/bellows.py --convolutions 4 -o bellows.msh``.
 """
 
+from collections.abc import Iterator
 from itertools import pairwise
-from math import ceil, pi
+from math import pi
+from types import ModuleType
 from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field
 
-from softact.geometry import THINNEST, Geometry, Layout, main
-from softact.prisms import Prism, Prisms
-from softact.rounds import SYMMETRY, Bent, Part, RoundSection, ends_and_planes
+from softact.geometry.base import THINNEST, Geometry, Layout, ThroughWall, main
+from softact.geometry.prisms import Prism, Prisms
+from softact.geometry.rounds import SYMMETRY, Bent, Part, RoundSection, ends_and_planes
+from softact.geometry.steps import steps
+from softact.geometry.walls import Wall
+from softact.geometry.waves import Wave
 from softact.units import Length
-from softact.waves import Wave
 
 
 class Bellows(Geometry):
@@ -42,8 +46,9 @@ class Bellows(Geometry):
         "quarter", description="what is meshed; a quarter (y >= 0, z >= 0) cannot bend"
     )
     mesh_size: Length = Field(3.0, description="longest edge")
+    through_wall: ThroughWall = None
 
-    def faults(self):
+    def faults(self) -> Iterator[tuple[str, str]]:
         if self._wave.height < THINNEST:
             yield (
                 "outer_radius",
@@ -110,7 +115,7 @@ class Bellows(Geometry):
         if name in ("clamp", "tip"):
             return 1e-9
         wave, w = self._wave, self.wall
-        turn = wave.turn(self.mesh_size, w)
+        turn = wave.turn(self.mesh_size, w, self.least_steps)
         if name == "body":  # two arcs that are cut at the same angles: sin(turn)/turn of the area
             return turn**2 / 6
         # A chord cuts a² (turn − sin(turn))/2 off its arc: less air at crests, more at roots.
@@ -121,9 +126,19 @@ class Bellows(Geometry):
     @property
     def _section(self) -> RoundSection:
         radii = {"bore": self.inner_radius, "whole": self.inner_radius + self.wall}
-        return RoundSection(radii, self.part)
+        return RoundSection(radii, self.part, self.outer_radius)
 
-    def build(self, gmsh) -> None:
+    def walls(self) -> tuple[Wall, ...]:
+        return self.walls_between_planes(wall=self.wall)
+
+    def cells(self) -> int:
+        size, least = self.mesh_size, self.least_steps
+        section = self._section.triangles(size, least)
+        plates = 2 * steps(self.end, size, least) * section["whole"]
+        wall = self._wave.pieces(size, self.wall, least) * (section["whole"] - section["bore"])
+        return 3 * (plates + wall)
+
+    def build(self, gmsh: ModuleType) -> None:
         occ, length, end = gmsh.model.occ, self.length, self.end
         plate = self.inner_radius + self.wall
         inner, under, over = self._wave.add_outline(occ, -self.wall / 2, end)
@@ -141,9 +156,10 @@ class Bellows(Geometry):
         occ.remove(face, recursive=True)
         occ.synchronize()
 
-    def mesh(self, gmsh) -> None:
+    def mesh(self, gmsh: ModuleType) -> None:
         """A straight tube as long as its wall, bent into the wave."""
-        wave, size, wound = self._wave, self.mesh_size, self._wave.length + 2 * self.end
+        wave, size, least = self._wave, self.mesh_size, self.least_steps
+        wound = wave.length + 2 * self.end
         section, along = self._section, (self.end, wound - self.end)
         solid = Prisms(
             section.shapes,
@@ -152,11 +168,11 @@ class Bellows(Geometry):
             ("cavity",),
             planes=ends_and_planes(wound, self.part),
         )
-        plate = np.linspace(0.0, self.end, max(1, ceil(self.end / size - 1e-9)) + 1)
-        stations = self.end + wave.stations(size, self.wall)
+        plate = np.linspace(0.0, self.end, steps(self.end, size, least) + 1)
+        stations = self.end + wave.stations(size, self.wall, least)
         lines = np.concatenate([plate[:-1], stations, wound - plate[-2::-1]])
         wider = section.widening(size)
-        Bent(solid, section.mesh(size), lines, wider, self._bend).add_to(gmsh)
+        Bent(solid, section.mesh(size, least), lines, wider, self._bend).add_to(gmsh)
 
     def _bend(self, x: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Where a point of the straight tube is in the bellows, along the axis and the radius."""

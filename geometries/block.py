@@ -3,12 +3,14 @@
 Run by itself it writes a mesh: ``python geometries/block.py --length "100 mm" -o block.msh``.
 """
 
+from types import ModuleType
 from typing import Literal
 
 from pydantic import Field
 
-from softact.boxes import Box, Boxes, Plane
-from softact.geometry import Geometry, Layout, main
+from softact.geometry.base import Geometry, Layout, ThroughWall, main
+from softact.geometry.boxes import Box, Boxes, Counts, Plane
+from softact.geometry.walls import Wall
 from softact.units import Length
 
 
@@ -20,6 +22,7 @@ class Block(Geometry):
     width: Length = Field(10.0, description="extent along y")
     height: Length = Field(10.0, description="extent along z")
     mesh_size: Length = Field(5.0, description="longest edge along the axes")
+    through_wall: ThroughWall = None
 
     def layout(self) -> Layout:
         names = tuple(f"{axis}_{end}" for axis in "xyz" for end in ("min", "max"))
@@ -31,6 +34,10 @@ class Block(Geometry):
             tip="x_max",
             length=self.length,
         )
+
+    def walls(self) -> tuple[Wall, ...]:
+        """None that bends."""
+        return ()
 
     def volumes(self) -> dict[str, float]:
         a, b, c = self.length, self.width, self.height
@@ -48,11 +55,19 @@ class Block(Geometry):
         ]
         return Boxes((Box("body", (0.0, 0.0, 0.0), extent),), ("body",), planes=tuple(planes))
 
-    def build(self, gmsh) -> None:
+    def _counts(self, solid: Boxes) -> Counts:
+        return solid.counts(self.mesh_size, self.mesh_size, self.least_steps)
+
+    def cells(self) -> int:
+        solid = self.solid()
+        return solid.cells(self._counts(solid))
+
+    def build(self, gmsh: ModuleType) -> None:
         self.solid().build(gmsh)
 
-    def mesh(self, gmsh) -> None:
-        self.solid().mesh(self.mesh_size, self.mesh_size).add_to(gmsh)
+    def mesh(self, gmsh: ModuleType) -> None:
+        solid = self.solid()
+        solid.grid(self._counts(solid)).add_to(gmsh)
 
 
 if __name__ == "__main__":

@@ -6,15 +6,19 @@ Chou and Hannaford (1996), IEEE Transactions on Robotics and Automation 12:90; T
 ``python geometries/braided_muscle.py --radius "8 mm" -o muscle.msh``.
 """
 
+from collections.abc import Iterator
 from math import pi
+from types import ModuleType
 from typing import Literal
 
 import numpy as np
 from pydantic import Field
 
-from softact.geometry import THINNEST, Geometry, Layout, main
-from softact.prisms import Prism, PrismMesh, Prisms
-from softact.rounds import SYMMETRY, Part, RoundSection, ends_and_planes
+from softact.geometry.base import THINNEST, Geometry, Layout, ThroughWall, main
+from softact.geometry.prisms import Prism, PrismMesh, Prisms
+from softact.geometry.rounds import SYMMETRY, Part, RoundSection, ends_and_planes
+from softact.geometry.steps import steps
+from softact.geometry.walls import Wall
 from softact.units import Length
 
 
@@ -35,8 +39,9 @@ class BraidedMuscle(Geometry):
         "quarter", description="what is meshed; a quarter (y >= 0, z >= 0) cannot bend"
     )
     mesh_size: Length = Field(3.0, description="longest edge")
+    through_wall: ThroughWall = None
 
-    def faults(self):
+    def faults(self) -> Iterator[tuple[str, str]]:
         if self.length - 2 * self.end < THINNEST:
             yield "end", f"{self.end:g} mm on both sides fills the length: the tube would vanish"
         if self.bore < THINNEST:
@@ -81,6 +86,19 @@ class BraidedMuscle(Geometry):
             "tip": outside,
         }
 
+    def walls(self) -> tuple[Wall, ...]:
+        parts = self.walls_between_planes(wall=self.wall, braid=self.braid)
+        return (
+            Wall("wall and braid", self.wall + self.braid, sum(part.elements for part in parts)),
+        )
+
+    def cells(self) -> int:
+        size, least = self.mesh_size, self.least_steps
+        section = self._section.triangles(size, least)
+        ends = 2 * steps(self.end, size, least) * section["whole"]
+        tube = steps(self.length - 2 * self.end, size, least)
+        return 3 * (ends + tube * (section["whole"] - section["bore"]))
+
     @property
     def _section(self) -> RoundSection:
         discs = {"bore": self.bore, "tube": self.bore + self.wall, "whole": self.radius}
@@ -99,13 +117,13 @@ class BraidedMuscle(Geometry):
         regions = self.layout().regions
         return Prisms(self._section.shapes, prisms, regions, ("cavity",), planes=planes)
 
-    def build(self, gmsh) -> None:
+    def build(self, gmsh: ModuleType) -> None:
         self.solid().build(gmsh)
 
-    def mesh(self, gmsh) -> None:
-        solid, size = self.solid(), self.mesh_size
-        lines = solid.lines(size, size)
-        PrismMesh(solid, self._section.mesh(size), lines).add_to(gmsh)
+    def mesh(self, gmsh: ModuleType) -> None:
+        solid, size, least = self.solid(), self.mesh_size, self.least_steps
+        section, lines = self._section.mesh(size, least), solid.lines(size, least)
+        PrismMesh(solid, section, lines).add_to(gmsh)
 
 
 if __name__ == "__main__":

@@ -6,14 +6,16 @@ Polygerinos et al. (2015), IEEE Transactions on Robotics 31:778. Run by itself i
 """
 
 from math import acos, pi, sqrt
-from typing import Literal
+from types import ModuleType
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field
 
-from softact.boxes import Plane
-from softact.geometry import THINNEST, Geometry, Layout, main
-from softact.prisms import Prism, Prisms, Shapes, lacking
+from softact.geometry.base import THINNEST, Geometry, Layout, ThroughWall, main
+from softact.geometry.boxes import Plane
+from softact.geometry.prisms import Prism, Prisms, Shapes, lacking
+from softact.geometry.walls import Wall
 from softact.units import Length
 
 
@@ -33,6 +35,7 @@ class FiberReinforced(Geometry):
     end: Length = Field(5.0, description="thickness of the solid ends")
     symmetry: bool = Field(True, description="model the half y >= 0 only")
     mesh_size: Length = Field(4.0, description="longest edge")
+    through_wall: ThroughWall = None
 
     def faults(self):
         if self.length - 2 * self.end < THINNEST:
@@ -70,8 +73,20 @@ class FiberReinforced(Geometry):
         flat = points[:, 2] < self.sleeve
         return np.where(flat[:, None], [0.0, 0.0, -1.0], round_part)
 
+    def walls(self) -> tuple[Wall, ...]:
+        walls = self.walls_between_curves(
+            sleeve=self.sleeve, wall=self.wall, base_wall=self.base_wall
+        )
+        sleeve, *inside = walls
+        return tuple(
+            Wall(
+                f"{w.name} and sleeve", w.thickness + sleeve.thickness, w.elements + sleeve.elements
+            )
+            for w in inside
+        )
+
     def volumes(self) -> dict[str, float]:
-        def above(radius, height):
+        def above(radius: float, height: float):
             """Area of a circle above a height."""
             return radius**2 * acos(height / radius) - height * sqrt(radius**2 - height**2)
 
@@ -92,7 +107,7 @@ class FiberReinforced(Geometry):
             return 1e-9
         half = 0.5 if self.symmetry else 1.0
 
-        def lost(radius, length):
+        def lost(radius: float, length: float):
             share = lacking(radius, self.mesh_size)
             return half * pi * radius**2 * share * length
 
@@ -105,10 +120,10 @@ class FiberReinforced(Geometry):
             chamber += lost(self.radius, self.length)
         return chamber / self.volumes()[name]
 
-    def _shapes(self, occ) -> Shapes:
+    def _shapes(self, occ: Any) -> Shapes:
         size = 2 * self.radius
 
-        def above(radius, height):
+        def above(radius: float, height: float):
             disc = [(2, occ.addDisk(0, 0, 0, radius, radius))]
             left = 0.0 if self.symmetry else -size
             box = [(2, occ.addRectangle(left, height, 0, size - left, size))]
@@ -133,11 +148,11 @@ class FiberReinforced(Geometry):
         regions = self.layout().regions
         return Prisms(self._shapes, prisms, regions, ("cavity",), planes=tuple(planes))
 
-    def build(self, gmsh) -> None:
+    def build(self, gmsh: ModuleType) -> None:
         self.solid().build(gmsh)
 
-    def mesh(self, gmsh) -> None:
-        self.solid().mesh(gmsh, self.mesh_size)
+    def mesh(self, gmsh: ModuleType) -> None:
+        self.solid().mesh(gmsh, self.mesh_size, self.least_steps)
 
 
 if __name__ == "__main__":

@@ -1,93 +1,113 @@
-"""A geometry out of a user's STEP file, whose solids and faces have names.
+"""A geometry out of a user's STEP file.
 
 Run by itself it writes a mesh: ``python geometries/from_step.py --file part.step -o part.msh``.
 """
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from types import ModuleType
 from typing import ClassVar, Literal
 
 import numpy as np
+from pydantic import Field
 
 from softact.errors import MeshError
-from softact.geometry import main
-from softact.imported import Imported
-from softact.step_names import Face, StepFile
+from softact.geometry.base import main, tell
+from softact.geometry.imported import Imported
+from softact.geometry.step_faces import AnySelection, Selection
+from softact.geometry.step_part import StepPart, numbers_of
+from softact.units import show
 
 
 class FromStep(Imported):
-    """A STEP file with named solids and faces.
+    """A STEP file, with names for its solids and faces or without.
 
     The names of its solids are those of ``regions``, the names of its faces those of all surfaces;
-    several faces may share a name. A solid without a name of its own has that of its product; the
-    only solid of a file may go without.
+    several faces may share a name. A solid without a name of its own has that of its product, and
+    is ``solid_1``, ``solid_2``, ... by its place in the file, too; the only solid may go without.
+    ``select`` names further faces. Where no face of the file has a name, the flat faces at the
+    lowest and the highest x are the clamp and the tip, the walls of the rooms inside ``cavity``
+    (one by one ``cavity_1``, ``cavity_2``, ...), and what is left outside is ``outer``.
+    ``softact validate`` lists what it finds.
     """
 
     type: Literal["from_step"] = "from_step"
+    select: dict[str, AnySelection] = Field(
+        {}, description="surface -> numbers of its faces, or {numbers, plane, normal, box}"
+    )
     suffixes: ClassVar[tuple[str, ...]] = (".step", ".stp")
 
-    def build(self, gmsh) -> None:
-        bodies = StepFile(Path(self.file).read_text(encoding="utf-8", errors="replace")).bodies()
-        if not bodies:
-            raise MeshError(
-                f"{Path(self.file).name} holds no solid: its surfaces do not close one "
-                "(not watertight)"
-            )
-        gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
-        gmsh.model.occ.importShapes(self.file)
-        gmsh.model.occ.synchronize()
-        solids = [tag for _, tag in gmsh.model.getEntities(3)]
-        if len(solids) != len(bodies):
-            raise MeshError(
-                f"{Path(self.file).name} has {len(bodies)} solids, {len(solids)} of which can be "
-                "read; an assembly that repeats a part has to be saved as separate solids"
-            )
-        groups = self._groups(gmsh, solids, bodies)
-        if not any(dimension == 2 for dimension, _ in groups):
-            raise MeshError(
-                f"{Path(self.file).name}: no face has a name; name the faces in the CAD program "
-                "and export with names, or write a from_script geometry"
-            )
+    @property
+    def self_contained(self) -> bool:
+        """It is: a file that refers to others is refused."""
+        return True
+
+    def faults(self) -> Iterator[tuple[str, str]]:
+        """See ``Geometry.faults``."""
+        yield from super().faults()
+        for name in self.select:
+            if name not in self.layout().surfaces:
+                yield "select", f"{show(name)} is no surface of this geometry; add it to surfaces"
+
+    def build(self, gmsh: ModuleType) -> None:
+        """See ``Geometry.build``; tells what it found in the file."""
+        part = self._read(gmsh)
+        surfaces, alone = self._surfaces(part)
+        for text in part.told():
+            tell(text)
+        for name in alone:
+            tell(f"no face has a name: '{name}' is {numbers_of(surfaces[name])}, by its place")
+        tell_direction(part, alone, (self.clamp, self.tip))
+        groups = {(3, name): tags for name, tags in part.regions(self.regions).items()}
+        groups |= {(2, name): [face.tag for face in found] for name, found in surfaces.items()}
         for (dimension, name), tags in groups.items():
-            group = gmsh.model.addPhysicalGroup(dimension, sorted(set(tags)))
+            group = gmsh.model.addPhysicalGroup(dimension, sorted(tags))
             gmsh.model.setPhysicalName(dimension, group, name)
 
-    def _groups(self, gmsh, solids, bodies) -> dict[tuple[int, str], list[int]]:
-        groups: dict[tuple[int, str], list[int]] = {}
-        for tag, body in zip(solids, bodies, strict=True):
-            name = body.name
-            if len(bodies) == 1 and len(self.regions) == 1:
-                name = self.regions[0]
-            groups.setdefault((3, name), []).append(tag)
-            faces = [f for _, f in gmsh.model.getBoundary([(3, tag)], oriented=False)]
-            if not _same_corners(gmsh, faces, body.faces):
-                raise MeshError(
-                    f"{Path(self.file).name}: the names in the solid '{name}' cannot be matched "
-                    "with its faces; write a from_script geometry"
-                )
-            for tag_of_face, face in zip(faces, body.faces, strict=True):
-                if face.name:
-                    groups.setdefault((2, face.name), []).append(tag_of_face)
-        return groups
+    def look(self, gmsh: ModuleType) -> None:
+        """See ``Geometry.look``: the names of all parts, and a list of the faces where one has
+        none."""
+        part = self._read(gmsh)
+        for text in (*part.told(), *part.apart()):
+            tell(text)
+        try:
+            part.regions(self.regions)
+            surfaces, alone = self._surfaces(part)
+        except MeshError:
+            for text in part.list_of_faces():
+                tell(text)
+            raise
+        for name, faces in surfaces.items():
+            found = " (no face has a name: found by its place)" if name in alone else ""
+            tell(f"'{name}' is {numbers_of(faces)}{found}")
+        tell_direction(part, alone, (self.clamp, self.tip))
+        if alone:
+            for text in part.list_of_faces():
+                tell(text)
+
+    def _read(self, gmsh: ModuleType) -> StepPart:
+        return StepPart.read(gmsh, Path(self.file), self.unit, self.separate, self.mesh_size)
+
+    def _surfaces(self, part: StepPart):
+        """As ``StepPart.surfaces``."""
+        select = {
+            # Out of a job they come as plain data that has been checked.
+            name: Selection.model_construct(**(s if isinstance(s, dict) else s.model_dump()))
+            for name, s in self.select.items()
+        }
+        layout = self.layout()
+        walls = [name for names in layout.cavities.values() for name in names]
+        return part.surfaces(layout.surfaces, walls, select, self.clamp, self.tip)
 
 
-def _same_corners(gmsh, faces: list[int], named: tuple[Face, ...]) -> bool:
-    """Whether gmsh's faces have the corners of those in the file, in the same order."""
-    if len(faces) != len(named):
-        return False
-    found = []
-    for face in faces:
-        corners = gmsh.model.getBoundary([(2, face)], oriented=False, recursive=True)
-        found.append(np.array([gmsh.model.getValue(0, tag, []) for _, tag in corners]))
-    wanted = [np.array(sorted(face.corners)) for face in named]
-    if [len(corners) for corners in found] != [len(corners) for corners in wanted]:
-        return False
-    size = np.ptp(np.vstack(found), axis=0).max()
-    scale = size / np.ptp(np.vstack(wanted), axis=0).max()  # gmsh converts to mm
-    for places, expected in zip(found, wanted, strict=True):
-        gaps = np.linalg.norm(places[:, None] - scale * expected[None], axis=2)
-        if gaps.min(axis=1).max(initial=0.0) > 1e-5 * size:
-            return False
-    return True
+def tell_direction(part: StepPart, alone: Sequence[str], ends: Sequence[str]) -> None:
+    """Doubt ends that were found by their place, where the part is longer across than along x."""
+    longest = int(np.argmax(part.drawn.extents))
+    if set(alone) & set(ends) and part.drawn.extents[longest] > 1.5 * part.drawn.extents[0]:
+        tell(
+            f"the part is longest along {'xyz'[longest]}; x has to run from the clamp to the tip: "
+            "turn it in the CAD program, or select the ends"
+        )
 
 
 if __name__ == "__main__":

@@ -9,11 +9,11 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from softact.geometry import Layout
-from softact.sheets.geometry import Lines, SheetGeometry, divided, sides
-from softact.sheets.mesh import SheetMesh
-from softact.sheets.oblique import Oblique, pillow
-from softact.sheets.pattern import Pattern
+from softact.geometry.base import Layout
+from softact.geometry.cutting_pattern import Pattern
+from softact.geometry.flat_sheets import BetweenLines, Lines, SheetGeometry, sides
+from softact.geometry.oblique import Oblique, pillow
+from softact.mesh.sheets import SheetMesh
 from softact.units import Angle, Length
 
 SHARED = {"elongating": 4, "bending": 2, "twisting": 1}  # parts of the whole to one that is meshed
@@ -58,6 +58,7 @@ class KnitStrips(SheetGeometry):
         "such length of the seam from one end and from the other",
     )
     mesh_size: Length = Field(8.0, description="longest side of the triangles along the lines")
+    between_lines: BetweenLines = None
 
     @property
     def _sheet(self) -> Oblique:
@@ -158,14 +159,14 @@ class KnitStrips(SheetGeometry):
     def _straight(self):
         """Points, triangles, and which of them are sewn: a grid, for y ≥ 0."""
         stops = sorted({0.0, self._seam / 2, self.w_i / 2})
-        y = divided(stops, self.mesh_size)
+        y = self.divided(stops)
         if len(y) % 2 == 0:  # an even number of divisions: see ``Lines.triangles``
             last = int((y > stops[-2] - 1e-9).sum())
             y = np.append(y[:-last], np.linspace(stops[-2], stops[-1], last + 1))
-        x = divided([0.0, *self._strip_edges(), self.l_i], self.mesh_size)
+        x = self.divided([0.0, *self._strip_edges(), self.l_i])
         lines = Lines(x, y)
         points, triangles = lines.points(), lines.triangles(mirrored=True)
-        sewn = np.zeros(len(triangles), dtype=bool)
+        sewn: np.ndarray = np.zeros(len(triangles), dtype=bool)
         if self._bends:
             free = np.flatnonzero(~self._sheet.on_rim(points))
             below = np.arange(len(points))
@@ -178,7 +179,7 @@ class KnitStrips(SheetGeometry):
     def _twisting(self):
         """The same of the whole, with triangles along the strips."""
         edges = self._strip_edges()
-        levels = divided([0.0, *edges, self._sheet.extent], self.mesh_size)[1:-1]
+        levels = self.divided([0.0, *edges, self._sheet.extent])[1:-1]
         flat = self._sheet.triangles(levels, self.mesh_size, self.held)
         points, triangles = pillow(self._sheet, *flat)
         return points, triangles, np.zeros(len(triangles), dtype=bool)
@@ -188,12 +189,12 @@ class KnitStrips(SheetGeometry):
             return edges[(np.abs(points[edges][:, :, axis] - value) < 1e-9).all(axis=1)]
 
         curves = {"clamp": along(0, 0.0), "tip": along(0, self.l_i)}
-        far = [along(1, self.w_i / 2)]
+        sides_far = [along(1, self.w_i / 2)]
         if self.kind == "twisting":
-            far.append(along(1, -self.w_i / 2))
+            sides_far.append(along(1, -self.w_i / 2))
         else:
             curves["middle"] = along(1, 0.0)
-        far = np.vstack(far)
+        far = np.vstack(sides_far)
         curves["rim"] = np.vstack([far, curves["clamp"], curves["tip"]])
         if self._bends:
             one, two, three = (self._next_edge(k * self.held) for k in (1, 2, 3))
@@ -212,20 +213,20 @@ class KnitStrips(SheetGeometry):
     def _next_edge(self, x: float) -> float:
         """Where the next edge of a strip lies, and a little more, mm; alike from both ends."""
         edges = self._strip_edges()
-        return float(edges[min(np.searchsorted(edges, x), len(edges) - 1)]) + SMALL / 2
+        return float(edges[min(int(np.searchsorted(edges, x)), len(edges) - 1)]) + SMALL / 2
 
     def pattern(self) -> Pattern:
         """The two sheets of knit with the outlines of the strips that are bonded to them."""
         w, length = self.w_i / 2, self.l_i
         corners = [(0.0, -w), (length, -w), (length, w), (0.0, w), (0.0, -w)]
-        strips = [
-            tuple(tuple(map(float, end)) for end in self._sheet.ends(level))
-            for level in self._strip_edges()
-        ]
+        strips = []
+        for level in self._strip_edges():
+            (x, y), (other_x, other_y) = self._sheet.ends(level)
+            strips.append(((float(x), float(y)), (float(other_x), float(other_y))))
         return Pattern(tuple(pairwise(corners)), tuple(strips))
 
 
 if __name__ == "__main__":
-    from softact.geometry import main
+    from softact.geometry.base import main
 
     main(KnitStrips)

@@ -5,14 +5,15 @@ Xavier et al. (2021), Sensors and Actuators A 332:113199. Run by itself it write
 """
 
 from math import asin, cos, pi, sin
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from softact.boxes import OUTSIDE
-from softact.corrugated import Corrugated
-from softact.geometry import THINNEST, main
-from softact.prisms import Prism, Prisms, Shapes, lacking
+from softact.geometry.base import THINNEST, ThroughWall, main
+from softact.geometry.boxes import OUTSIDE
+from softact.geometry.corrugated import Corrugated
+from softact.geometry.prisms import Prism, Prisms, Shapes, lacking
+from softact.geometry.walls import Wall
 from softact.units import Length
 
 
@@ -55,6 +56,7 @@ class Omnidirectional(Corrugated):
         "of their mirror images",
     )
     mesh_size: Length = Field(3.5, description="longest edge")
+    through_wall: ThroughWall = None
 
     def faults(self):
         yield from super().faults()
@@ -121,6 +123,11 @@ class Omnidirectional(Corrugated):
         between = (self.modules - 1) * (self.pitch - self.chamber_length)
         return chambers + between * self._sector(self.channel_radius)
 
+    def walls(self) -> tuple[Wall, ...]:
+        sides = {"side_wall": self.side_wall} if self.modules > 1 else {}
+        round_ = self.walls_between_curves(top_wall=self.top_wall, inner_wall=self.inner_wall)
+        return (*round_, *self.walls_between_planes(**sides))
+
     def volumes(self) -> dict[str, float]:
         half = 0.5 if self.symmetry else 1.0
         notches = (self.modules - 1) * self.gap
@@ -131,7 +138,7 @@ class Omnidirectional(Corrugated):
         return {"body": body, "clamp": half * disc, "tip": half * disc, **cavities}
 
     def volume_tolerance(self, name: str) -> float:
-        def lost(radius):
+        def lost(radius: float):
             """Area between a circle and its polygon, at most."""
             return pi * radius**2 * lacking(radius, self.mesh_size)
 
@@ -146,7 +153,7 @@ class Omnidirectional(Corrugated):
         skin = self.length * (lost(self.actuator_radius) + lost(self.midsection_radius))
         return (air + skin) * (0.5 if self.symmetry else 1) / self.volumes()["body"]
 
-    def _shapes(self, occ) -> Shapes:
+    def _shapes(self, occ: Any) -> Shapes:
         """Discs of the outside, and sectors of the cavities in chambers and in gaps."""
         shapes: Shapes = {
             "wide": [(2, occ.addDisk(0, 0, 0, *[self.actuator_radius] * 2))],
@@ -170,7 +177,7 @@ class Omnidirectional(Corrugated):
                 shapes[name], _ = occ.intersect(faces, half)
         return shapes
 
-    def _add_sector(self, occ, angle: float, radius: float) -> int:
+    def _add_sector(self, occ: Any, angle: float, radius: float) -> int:
         half = pi / self.cavities - asin(self.inner_wall / 2 / radius)
         axis = occ.addPoint(0, 0, 0)
         apex = occ.addPoint(self._apex * cos(angle), self._apex * sin(angle), 0)

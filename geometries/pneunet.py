@@ -5,12 +5,14 @@ Mosadegh et al. (2014) and Polygerinos et al. (2013). Run by itself it writes a 
 """
 
 from dataclasses import dataclass
+from types import ModuleType
 from typing import Annotated, Literal
 
 from pydantic import Field
 
-from softact.boxes import OUTSIDE, Box, Boxes, Plane
-from softact.geometry import THINNEST, Geometry, Layout, main
+from softact.geometry.base import THINNEST, Geometry, Layout, ThroughWall, main
+from softact.geometry.boxes import OUTSIDE, Box, Boxes, Counts, Plane
+from softact.geometry.walls import Wall
 from softact.units import Length
 
 # Two lengths that should be the same are taken to be so within this, relative.
@@ -67,6 +69,7 @@ class Pneunet(Geometry):
     cavity_mesh_size: Length | None = Field(
         None, description="the same between the walls of the chambers; by default mesh_size"
     )
+    through_wall: ThroughWall = None
 
     def faults(self):
         yield from self._row_faults()
@@ -137,16 +140,19 @@ class Pneunet(Geometry):
         if chamber is None and pitch is None and length is None:
             chamber = 6.0
         if chamber is None:
-            if gap is None:
+            if gap is None:  # or it would have got its default
+                assert pitch is not None and length is not None
                 chamber = length - ends - (n - 1) * pitch
             elif pitch is not None:
                 chamber = pitch - walls - gap
             else:
+                assert length is not None
                 chamber = (length - ends - (n - 1) * (walls + gap)) / n
         if gap is None:
             if pitch is not None:
                 gap = pitch - walls - chamber
             else:
+                assert length is not None
                 gap = (length - ends - n * chamber) / max(n - 1, 1) - walls
         pitch = chamber + walls + gap
         return Row(chamber, gap, pitch, ends + chamber + (n - 1) * pitch)
@@ -162,6 +168,18 @@ class Pneunet(Geometry):
             layers=("strain_limiting_layer",),
             length=self.row.length,
         )
+
+    def walls(self) -> tuple[Wall, ...]:
+        solid = self.solid()
+        counts, ceiling = self._counts(solid), self.base + self.chamber_height
+        places = {
+            "outer_wall": (1, self.chamber_width / 2, self.outer_wall),
+            "roof": (2, ceiling, self.roof),
+            "base": (2, 0.0, self.base),
+        }
+        if self.chambers > 1:
+            places["inner_wall"] = 0, self.clamp_plug + self.row.chamber_length, self.inner_wall
+        return solid.walls(counts, places)
 
     def volumes(self) -> dict[str, float]:
         n, row = self.chambers, self.row
@@ -190,7 +208,7 @@ class Pneunet(Geometry):
         ends = [start + row.chamber_length for start in starts]
         wide, inside = self.chamber_width / 2 + self.outer_wall, self.chamber_width / 2
 
-        def box(name, x0, x1, half_width, z0, z1):
+        def box(name: str, x0: float, x1: float, half_width: float, z0: float, z1: float):
             y0 = 0.0 if self.symmetry else -half_width
             return Box(name, (x0, y0, z0), (x1, half_width, z1))
 
@@ -210,12 +228,20 @@ class Pneunet(Geometry):
             planes.append(Plane("symmetry", 1, 0.0))
         return Boxes(tuple(boxes), ("body",), ("cavity",), (layer,), tuple(planes))
 
-    def build(self, gmsh) -> None:
+    def _counts(self, solid: Boxes) -> Counts:
+        size = self.mesh_size
+        return solid.counts(size, self.cavity_mesh_size or size, self.least_steps)
+
+    def cells(self) -> int:
+        solid = self.solid()
+        return solid.cells(self._counts(solid))
+
+    def build(self, gmsh: ModuleType) -> None:
         self.solid().build(gmsh)
 
-    def mesh(self, gmsh) -> None:
-        size = self.mesh_size
-        self.solid().mesh(size, self.cavity_mesh_size or size).add_to(gmsh)
+    def mesh(self, gmsh: ModuleType) -> None:
+        solid = self.solid()
+        solid.grid(self._counts(solid)).add_to(gmsh)
 
 
 if __name__ == "__main__":

@@ -5,15 +5,17 @@ Agarwal et al. (2016), Scientific Reports 6:34224. Run by itself it writes a mes
 """
 
 from math import asin, pi
-from typing import Annotated, Literal
+from types import ModuleType
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field
 
-from softact.boxes import Plane
-from softact.geometry import THINNEST, Geometry, Layout, main
-from softact.prisms import Prism, Prisms, Shapes, Skin, lacking
-from softact.sheets.pattern import Pattern
+from softact.geometry.base import THINNEST, Geometry, Layout, ThroughWall, main
+from softact.geometry.boxes import Plane
+from softact.geometry.cutting_pattern import Pattern
+from softact.geometry.prisms import Prism, Prisms, Shapes, Skin, lacking
+from softact.geometry.walls import Wall
 from softact.units import Length
 
 
@@ -48,6 +50,7 @@ class ShellReinforced(Geometry):
     end: Length = Field(5.0, description="thickness of the solid ends")
     symmetry: bool = Field(True, description="model the half y >= 0 only")
     mesh_size: Length = Field(4.0, description="longest edge")
+    through_wall: ThroughWall = None
 
     def faults(self):
         if self.chamber_radius >= self.radius:
@@ -112,6 +115,10 @@ class ShellReinforced(Geometry):
             bonded=("glued",) if sliding else (),
         )
 
+    def walls(self) -> tuple[Wall, ...]:
+        thickness = self.radius - self.chamber_radius
+        return self.walls_between_curves(**{"radius less chamber_radius": thickness})
+
     def volumes(self) -> dict[str, float]:
         half = 0.5 if self.symmetry else 1.0
         round_ = 2 * pi * self.radius
@@ -165,11 +172,11 @@ class ShellReinforced(Geometry):
         side = edge / 2
         return [(-edge, -side - half), (-side + half, side - half), (side + half, edge)]
 
-    def _shapes(self, occ) -> Shapes:
+    def _shapes(self, occ: Any) -> Shapes:
         """Discs of core and chamber, and the bridges of the shell with the core behind them."""
         size = 2 * self.radius
 
-        def disc(radius):
+        def disc(radius: float):
             return [(2, occ.addDisk(0, 0, 0, radius, radius))]
 
         shapes = {"core": disc(self.radius), "chamber": disc(self.chamber_radius)}
@@ -189,13 +196,13 @@ class ShellReinforced(Geometry):
         """Function that says which sides of the core are under a bridge in a row of slits."""
         half = self.strip / 2
 
-        def below(y, z):
+        def below(y: np.ndarray, z: np.ndarray):
             return (abs(y) < half) & (z < 0)
 
-        def above_and_below(y, z):
+        def above_and_below(y: np.ndarray, z: np.ndarray):
             return abs(y) < half
 
-        def on_the_sides(y, z):
+        def on_the_sides(y: np.ndarray, z: np.ndarray):
             return abs(z) < half
 
         if self.kind == "bending":
@@ -206,19 +213,19 @@ class ShellReinforced(Geometry):
         """Parts of the core's side under the shell; where they overlap, the first one counts."""
         slits, name = self._slits(), "shell"
 
-        def all_around(y, z):
+        def all_around(y: np.ndarray, z: np.ndarray):
             return np.full(len(y), True)
 
         skins = []
         if self.shell == "sliding":
             name = "under_shell"
             if "ends" in self._glued:
-                pieces = (0.0, self.end), (self.length - self.end, self.length)
-                skins += [Skin("under_glued", *piece, all_around) for piece in pieces]
+                skins.append(Skin("under_glued", 0.0, self.end, all_around))
+                skins.append(Skin("under_glued", self.length - self.end, self.length, all_around))
             if "strip" in self._glued:
                 skins.append(Skin("under_glued", 0.0, self.length, self._bridge(0)))
         ends = np.array([0.0, *np.ravel(slits), self.length]).reshape(-1, 2)
-        skins += [Skin(name, *ring, all_around) for ring in ends.tolist()]
+        skins += [Skin(name, start, end, all_around) for start, end in ends.tolist()]
         skins += [Skin(name, *slit, self._bridge(i)) for i, slit in enumerate(slits)]
         return tuple(skins)
 
@@ -235,11 +242,11 @@ class ShellReinforced(Geometry):
             self._shapes, prisms, ("body",), ("cavity",), planes=tuple(planes), skins=self._shell()
         )
 
-    def build(self, gmsh) -> None:
+    def build(self, gmsh: ModuleType) -> None:
         self.solid().build(gmsh)
 
-    def mesh(self, gmsh) -> None:
-        self.solid().mesh(gmsh, self.mesh_size)
+    def mesh(self, gmsh: ModuleType) -> None:
+        self.solid().mesh(gmsh, self.mesh_size, self.least_steps)
 
 
 if __name__ == "__main__":

@@ -5,12 +5,14 @@ the linear kind has the same wall below as above. Run by itself it writes a mesh
 ``python geometries/slow_pneunet.py --chambers 5 -o block.msh``.
 """
 
+from types import ModuleType
 from typing import Annotated, Literal
 
 from pydantic import Field
 
-from softact.boxes import Box, Boxes, Plane
-from softact.geometry import Geometry, Layout, main
+from softact.geometry.base import Geometry, Layout, ThroughWall, main
+from softact.geometry.boxes import Box, Boxes, Counts, Plane
+from softact.geometry.walls import Wall
 from softact.units import Length
 
 FILM, FLOOR = 0.5, 7.0  # mm, where nothing is given
@@ -52,6 +54,7 @@ class SlowPneunet(Geometry):
     cavity_mesh_size: Length | None = Field(
         None, description="the same between the walls of the chambers; by default mesh_size"
     )
+    through_wall: ThroughWall = None
 
     def faults(self):
         if self.tunnel_height > self.chamber_height:
@@ -118,6 +121,17 @@ class SlowPneunet(Geometry):
             length=self.length,
         )
 
+    def walls(self) -> tuple[Wall, ...]:
+        solid, below = self.solid(), "film_thickness" if self.bends else "floor"
+        places = {
+            "outer_wall": (1, self.chamber_width / 2, self.outer_wall),
+            "roof": (2, self.below + self.chamber_height, self.roof),
+            below: (2, 0.0, self.below),
+        }
+        if self.chambers > 1:
+            places["inner_wall"] = 0, self.clamp_wall + self.chamber_length, self.inner_wall
+        return solid.walls(self._counts(solid), places)
+
     def volumes(self) -> dict[str, float]:
         n, width = self.chambers, self.width
         part = 0.5 if self.symmetry else 1.0
@@ -147,7 +161,7 @@ class SlowPneunet(Geometry):
         pitch = self.chamber_length + self.inner_wall
         starts = [self.clamp_wall + i * pitch for i in range(n)]
 
-        def box(name, x0, x1, across, z0, z1):
+        def box(name: str, x0: float, x1: float, across: float, z0: float, z1: float):
             y0 = 0.0 if self.symmetry else -across / 2
             return Box(name, (x0, y0, z0), (x1, across / 2, z1))
 
@@ -169,12 +183,20 @@ class SlowPneunet(Geometry):
         regions = self.layout().regions
         return Boxes(tuple(boxes), regions, ("cavity",), planes=tuple(planes))
 
-    def build(self, gmsh) -> None:
+    def _counts(self, solid: Boxes) -> Counts:
+        size = self.mesh_size
+        return solid.counts(size, self.cavity_mesh_size or size, self.least_steps)
+
+    def cells(self) -> int:
+        solid = self.solid()
+        return solid.cells(self._counts(solid))
+
+    def build(self, gmsh: ModuleType) -> None:
         self.solid().build(gmsh)
 
-    def mesh(self, gmsh) -> None:
-        size = self.mesh_size
-        self.solid().mesh(size, self.cavity_mesh_size or size).add_to(gmsh)
+    def mesh(self, gmsh: ModuleType) -> None:
+        solid = self.solid()
+        solid.grid(self._counts(solid)).add_to(gmsh)
 
 
 if __name__ == "__main__":

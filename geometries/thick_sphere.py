@@ -3,14 +3,17 @@
 Run by itself it writes a mesh: ``python geometries/thick_sphere.py -o sphere.msh``.
 """
 
-from math import ceil, pi
+from math import pi
+from types import ModuleType
 from typing import Literal
 
 import numpy as np
 from pydantic import Field
 
-from softact.discrete import add_mesh, prism_sides, prism_tetrahedra
-from softact.geometry import Geometry, Layout, main
+from softact.geometry.base import Geometry, Layout, ThroughWall, main
+from softact.geometry.gmsh_groups import add_mesh, prism_sides, prism_tetrahedra
+from softact.geometry.steps import steps
+from softact.geometry.walls import Wall
 from softact.units import Length
 
 
@@ -24,6 +27,7 @@ class ThickSphere(Geometry):
     inner_radius: Length = Field(10.0, description="radius of the cavity")
     outer_radius: Length = Field(11.0, description="radius of the outside")
     mesh_size: Length = Field(2.0, description="edge length of the tetrahedra")
+    through_wall: ThroughWall = None
 
     def layout(self) -> Layout:
         planes = {f"symmetry_{axis}": i for i, axis in enumerate("xyz")}
@@ -37,11 +41,15 @@ class ThickSphere(Geometry):
             length=self.outer_radius,
         )
 
+    def walls(self) -> tuple[Wall, ...]:
+        """None that bends."""
+        return ()
+
     def volumes(self) -> dict[str, float]:
         a, b = self.inner_radius, self.outer_radius
         return {"body": pi / 6 * (b**3 - a**3), "cavity": pi / 6 * a**3, "outer": pi / 2 * b**2}
 
-    def wall_normal(self, region, points):
+    def wall_normal(self, region: str, points: np.ndarray):
         """Along the radius."""
         return points
 
@@ -60,9 +68,9 @@ class ThickSphere(Geometry):
         return 0.7 * angle**2
 
     def _divisions(self) -> int:
-        return max(2, ceil(self.outer_radius * pi / 2 / self.mesh_size - 1e-9))
+        return steps(self.outer_radius * pi / 2, self.mesh_size, 2)
 
-    def build(self, gmsh) -> None:
+    def build(self, gmsh: ModuleType) -> None:
         occ = gmsh.model.occ
         octant = (0.0, pi / 2, pi / 2)
         outer = occ.addSphere(0, 0, 0, self.outer_radius, -1, *octant)
@@ -70,31 +78,33 @@ class ThickSphere(Geometry):
         occ.cut([(3, outer)], [(3, inner)])
         occ.synchronize()
 
-    def mesh(self, gmsh) -> None:
+    def mesh(self, gmsh: ModuleType) -> None:
         """Layers of prisms over a triangle that is bulged to the sphere: similar at all mesh
         sizes, which makes orders of convergence plain."""
         n = self._divisions()
-        layers = max(1, ceil((self.outer_radius - self.inner_radius) / self.mesh_size - 1e-9))
-        steps = [(i, j, n - i - j) for i in range(n + 1) for j in range(n + 1 - i)]
-        number = {step: k for k, step in enumerate(steps)}
-        directions = np.sin(np.array(steps) * pi / 2 / n)
+        thickness = self.outer_radius - self.inner_radius
+        layers = steps(thickness, self.mesh_size, self.least_steps)
+        lattice = [(i, j, n - i - j) for i in range(n + 1) for j in range(n + 1 - i)]
+        number = {step: k for k, step in enumerate(lattice)}
+        directions = np.sin(np.array(lattice) * pi / 2 / n)
         directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-        triangles = [
+        upright = [
             [number[i, j, k], number[i + 1, j, k - 1], number[i, j + 1, k - 1]]
-            for i, j, k in steps
+            for i, j, k in lattice
             if k
-        ] + [
+        ]
+        turned = [
             [number[i, j, k], number[i - 1, j, k + 1], number[i, j - 1, k + 1]]
-            for i, j, k in steps
+            for i, j, k in lattice
             if i and j
         ]
-        triangles, count = np.array(triangles), len(steps)
+        triangles, count = np.array(upright + turned), len(lattice)
         radii = np.linspace(self.inner_radius, self.outer_radius, layers + 1)
         points = (radii[:, None, None] * directions).reshape(-1, 3)
         surfaces = [(frozenset({"cavity"}), triangles)]
         surfaces.append((frozenset({"outer"}), triangles + layers * count))
         for axis, name in enumerate(self.layout().symmetry):
-            rim = [number[step] for step in steps if step[axis] == 0]
+            rim = [number[step] for step in lattice if step[axis] == 0]
             edges = np.column_stack([rim[:-1], rim[1:]])
             surfaces.append((frozenset({name}), prism_sides(edges, layers, count)))
         tets = prism_tetrahedra(triangles, layers, count)

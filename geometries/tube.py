@@ -4,12 +4,14 @@ Run by itself it writes a mesh: ``python geometries/tube.py --length "30 mm" -o 
 """
 
 from math import pi
+from types import ModuleType
 from typing import Literal
 
 import numpy as np
 from pydantic import Field
 
-from softact.geometry import Geometry, Layout, main
+from softact.geometry.base import Geometry, Layout, ThroughWall, main
+from softact.geometry.walls import Wall
 from softact.units import Length
 
 
@@ -24,6 +26,7 @@ class Tube(Geometry):
     outer_radius: Length = Field(7.0, description="radius of the outside")
     length: Length = Field(10.0, description="extent along x")
     mesh_size: Length = Field(1.5, description="edge length of the tetrahedra")
+    through_wall: ThroughWall = None
 
     def layout(self) -> Layout:
         return Layout(
@@ -34,6 +37,10 @@ class Tube(Geometry):
             length=self.length,
         )
 
+    def walls(self) -> tuple[Wall, ...]:
+        """None that bends."""
+        return ()
+
     def volumes(self) -> dict[str, float]:
         a, b, length = self.inner_radius, self.outer_radius, self.length
         return {
@@ -43,7 +50,7 @@ class Tube(Geometry):
             "symmetry_y": (b - a) * length,
         }
 
-    def wall_normal(self, region, points):
+    def wall_normal(self, region: str, points: np.ndarray):
         """Along the radius, so that fibres at an angle to the axis are helices."""
         return points * (0.0, 1.0, 1.0)
 
@@ -61,7 +68,7 @@ class Tube(Geometry):
         depth = (1.5 * min(self.mesh_size, b)) ** 2 / (8 * a)
         return {"body": 2 * b * depth / (b**2 - a**2), "symmetry_y": 1e-9}.get(name, 2 * depth / a)
 
-    def build(self, gmsh) -> None:
+    def build(self, gmsh: ModuleType) -> None:
         occ = gmsh.model.occ
         along = (0, 0, 0, self.length, 0, 0)
         outer = occ.addCylinder(*along, self.outer_radius, angle=pi / 2)
@@ -75,7 +82,7 @@ class Tube(Geometry):
         body = [tag for _, tag in gmsh.model.getEntities(3)]
         gmsh.model.setPhysicalName(3, gmsh.model.addPhysicalGroup(3, body), "body")
 
-    def _names(self, gmsh) -> dict[int, str]:
+    def _names(self, gmsh: ModuleType) -> dict[int, str]:
         names = {}
         for _, tag in gmsh.model.getEntities(2):
             lower, upper = np.reshape(gmsh.model.getBoundingBox(2, tag), (2, 3))

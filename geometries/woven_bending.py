@@ -9,10 +9,10 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from softact.geometry import Layout
-from softact.sheets.geometry import Lines, SheetGeometry, divided, sides
-from softact.sheets.mesh import SheetMesh
-from softact.sheets.pattern import Pattern, rectangle
+from softact.geometry.base import Layout
+from softact.geometry.cutting_pattern import Pattern, rectangle
+from softact.geometry.flat_sheets import BetweenLines, Lines, SheetGeometry, sides
+from softact.mesh.sheets import SheetMesh
 from softact.units import Length
 
 
@@ -30,7 +30,11 @@ class WovenBending(SheetGeometry):
     h_a: Length = Field(30.0, description="height of a pouch above the strip (active height)")
     pitch: Length = Field(16.0, description="distance of the pouches along the strip")
     seam: Length = Field(6.0, description="width of the strip to which a pouch is sewn")
-    mesh_size: Length = Field(8.0, description="longest side of the triangles along the axes")
+    mesh_size: Length = Field(
+        8.0,
+        description="longest side of the triangles along the axes, of the strip's in the middle",
+    )
+    between_lines: BetweenLines = None
 
     def faults(self):
         if self.seam >= self.pitch:
@@ -55,8 +59,8 @@ class WovenBending(SheetGeometry):
     def volumes(self) -> dict[str, float]:
         half, floor = self.w_a / 2, self.seam * self.w_a / 4
         # A wall is x = s/2 (1 − y/half) (1 − z/h): by Gauss's rule.
-        u, weights = np.polynomial.legendre.leggauss(8)
-        u, weights = (u + 1) / 2, weights / 2
+        at, weight = np.polynomial.legendre.leggauss(8)
+        u, weights = (at + 1) / 2, weight / 2
         by_y, by_z = np.meshgrid((1 - u) / half, (1 - u) / self.h_a)
         stretch = np.sqrt(1 + (self.seam / 2) ** 2 * (by_y**2 + by_z**2))
         wall = half * self.h_a * float(weights @ stretch @ weights)
@@ -74,17 +78,20 @@ class WovenBending(SheetGeometry):
     def sheet_mesh(self) -> SheetMesh:
         """Each pouch is a grid of its two walls, from floor to top; then floors and strip."""
         half = self.w_a / 2
-        y, z = divided([0.0, half], self.mesh_size), divided([0.0, self.h_a], self.mesh_size)
-        points, parts, triangles = _Points(), {}, []
+        y, z = self.divided([0.0, half]), self.divided([0.0, self.h_a])
+        points = _Points()
+        parts: dict[str, list[np.ndarray]] = {}
+        triangles: list[np.ndarray] = []
 
-        def add(name, elements):
+        def add(name: str, elements: np.ndarray) -> None:
             first = sum(map(len, triangles))
             parts.setdefault(name, []).append(first + np.arange(len(elements)))
             triangles.append(elements)
 
         wall = Lines(y, z)
-        flat = wall.points()
-        wide = self.seam / 2 * (1 - flat[:, 0] / half) * (1 - flat[:, 1] / self.h_a)
+        grid_points = wall.points()
+        of_width, of_height = grid_points[:, 0] / half, grid_points[:, 1] / self.h_a
+        wide = self.seam / 2 * (1 - of_width) * (1 - of_height)
         diagonals = wall.alternating()
         diagonals[-1, -1] = False  # at the corner of two seams it ends there, or would weld them
         grid = wall.triangles(diagonals=diagonals)
@@ -92,21 +99,18 @@ class WovenBending(SheetGeometry):
         for k in range(self.n):
             place, border = k * self.pitch, []
             for name, sign in (("fore", 1), ("aft", -1)):
-                corners = np.column_stack([place + sign * wide, flat[:, :2]])
+                corners = np.column_stack([place + sign * wide, grid_points[:, :2]])
                 number = points.add(corners)
                 add(name, number[grid][:, :: 1 if sign == 1 else -1])
                 border.append(number.reshape(len(y), len(z))[:, 0])
             fore, aft = border
             name = "clamp" if k == 0 else "tip" if k == self.n - 1 else "floors"
-            add(name, _between(fore, aft))
+            for one, other in pairwise(points.rows(aft, fore, self.steps(self.seam))):
+                add(name, _between(other, one))
             borders.append((aft, fore))
-        gap = max(1, int(np.ceil((self.pitch - self.seam) / self.mesh_size)))
+        gap = self.steps(self.pitch - self.seam)
         for (_, left), (right, _) in pairwise(borders):
-            rows = [left]
-            for share in np.arange(1, gap) / gap:
-                ends = points.places(left), points.places(right)
-                rows.append(points.add((1 - share) * ends[0] + share * ends[1]))
-            for one, other in pairwise([*rows, right]):
+            for one, other in pairwise(points.rows(left, right, gap)):
                 add("strip", _between(other, one)[:, ::-1])
         corners, elements = points.whole(), np.vstack(triangles)
         edges = sides(elements)
@@ -157,9 +161,11 @@ class _Points:
             numbers.append(self._known[key])
         return np.array(numbers)
 
-    def places(self, numbers: np.ndarray) -> np.ndarray:
-        """Places (k, 3) of some."""
-        return self.whole()[numbers]
+    def rows(self, first: np.ndarray, last: np.ndarray, steps: int) -> list[np.ndarray]:
+        """Rows of numbers (k,) from one row to another, with those added that lie between."""
+        start, end = self.whole()[first], self.whole()[last]
+        shares = np.arange(1, steps) / steps
+        return [first, *(self.add((1 - s) * start + s * end) for s in shares), last]
 
     def whole(self) -> np.ndarray:
         """All places (n, 3)."""
@@ -175,6 +181,6 @@ def _between(fore: np.ndarray, aft: np.ndarray) -> np.ndarray:
 
 
 if __name__ == "__main__":
-    from softact.geometry import main
+    from softact.geometry.base import main
 
     main(WovenBending)

@@ -10,10 +10,10 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from softact.geometry import Layout
-from softact.sheets.geometry import Lines, SheetGeometry, divided, sides
-from softact.sheets.mesh import SheetMesh
-from softact.sheets.pattern import Pattern
+from softact.geometry.base import Layout
+from softact.geometry.cutting_pattern import Pattern
+from softact.geometry.flat_sheets import BetweenLines, Lines, SheetGeometry, sides
+from softact.mesh.sheets import SheetMesh
 from softact.units import Length
 
 
@@ -30,6 +30,7 @@ class WovenContracting(SheetGeometry):
     h_a: Length = Field(22.86, description="length of one pouch along the actuator, flat")
     passage: Length = Field(5.0, description="width of the air passage between the pouches")
     mesh_size: Length = Field(5.0, description="longest side of the triangles along the axes")
+    between_lines: BetweenLines = None
 
     @property
     def _tab(self) -> float:
@@ -62,8 +63,8 @@ class WovenContracting(SheetGeometry):
 
     def sheet_mesh(self) -> SheetMesh:
         starts = self._tab + self.h_a * np.arange(self.n_a + 1)
-        x = divided([0.0, *starts, self.l_i], self.mesh_size)
-        lines = Lines(x, divided([0.0, self.passage / 2, self.w_a / 2], self.mesh_size))
+        x = self.divided([0.0, *starts, self.l_i])
+        lines = Lines(x, self.divided([0.0, self.passage / 2, self.w_a / 2]))
         points, triangles = lines.points(), lines.triangles()
         centre = points[triangles].mean(axis=1)
         inside = (centre[:, 0] > starts[0]) & (centre[:, 0] < starts[-1])
@@ -100,6 +101,6 @@ class WovenContracting(SheetGeometry):
 
 
 if __name__ == "__main__":
-    from softact.geometry import main
+    from softact.geometry.base import main
 
     main(WovenContracting)

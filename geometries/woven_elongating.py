@@ -8,10 +8,10 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from softact.geometry import Layout
-from softact.sheets.geometry import Lines, SheetGeometry, sides
-from softact.sheets.mesh import SheetMesh
-from softact.sheets.pattern import Pattern, rectangle
+from softact.geometry.base import Layout
+from softact.geometry.cutting_pattern import Pattern, rectangle
+from softact.geometry.flat_sheets import BetweenLines, Lines, SheetGeometry, sides
+from softact.mesh.sheets import SheetMesh
 from softact.units import Length
 
 
@@ -30,6 +30,7 @@ class WovenElongating(SheetGeometry):
     passage: Length = Field(10.0, description="side of the square passage between the pouches")
     pitch: Length = Field(1.0, description="length of the empty stack for each pouch")
     mesh_size: Length = Field(8.0, description="longest side of the triangles along the rims")
+    between_lines: BetweenLines = None
 
     def faults(self):
         for name in ("w_a", "h_a"):
@@ -71,9 +72,7 @@ class WovenElongating(SheetGeometry):
     def _counts(self) -> tuple[int, int, int]:
         """Divisions of half the height, half the width, and from a passage to the rim."""
         across = max(self.w_a, self.h_a) - self.passage
-        return tuple(
-            max(1, int(np.ceil(s / 2 / self.mesh_size))) for s in (self.h_a, self.w_a, across)
-        )
+        return self.steps(self.h_a / 2), self.steps(self.w_a / 2), self.steps(across / 2)
 
     def _round(self, width: float, height: float) -> np.ndarray:
         """Points (m, 2) of a quarter of a rectangle's outline, from y to z."""
@@ -89,21 +88,21 @@ class WovenElongating(SheetGeometry):
         columns, levels = len(ring), 2 * self.n_a + 1
         grid = Lines(np.arange(radial + 1), np.arange(columns)).triangles()
         shared = np.arange(levels * columns).reshape(levels, columns)
-        points = [
+        places = [
             np.column_stack([np.full(columns, k * self.pitch / 2), rim if k % 2 else ring])
             for k in range(levels)
         ]
-        triangles = []
+        walls = []
         for k in range(levels - 1):
             inner, outer = (k, k + 1) if k % 2 == 0 else (k + 1, k)
             share = np.arange(1, radial)[:, None, None] / radial
-            between = (1 - share) * points[inner] + share * points[outer]
+            between = (1 - share) * places[inner] + share * places[outer]
             first = len(shared.ravel()) + k * (radial - 1) * columns
             number = first + np.arange((radial - 1) * columns).reshape(radial - 1, columns)
             rows = np.vstack([shared[inner], number, shared[outer]]).ravel()
-            points.append(between.reshape(-1, 3))
-            triangles.append(_turned(rows[grid], k % 2 == 0))
-        points, pouches = np.vstack(points), np.vstack(triangles)
+            places.append(between.reshape(-1, 3))
+            walls.append(_turned(rows[grid], k % 2 == 0))
+        points, pouches = np.vstack(places), np.vstack(walls)
         ends = []
         for level in (0, levels - 1):
             plate, numbers = self._plate(level * self.pitch / 2, shared[level], len(points))
@@ -151,6 +150,6 @@ def _turned(triangles: np.ndarray, turn: bool) -> np.ndarray:
 
 
 if __name__ == "__main__":
-    from softact.geometry import main
+    from softact.geometry.base import main
 
     main(WovenElongating)

@@ -8,10 +8,10 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from softact.geometry import Layout
-from softact.sheets.geometry import Lines, SheetGeometry, divided, sides
-from softact.sheets.mesh import SheetMesh
-from softact.sheets.pattern import Pattern, rectangle
+from softact.geometry.base import Layout
+from softact.geometry.cutting_pattern import Pattern, rectangle
+from softact.geometry.flat_sheets import BetweenLines, Lines, SheetGeometry, sides
+from softact.mesh.sheets import SheetMesh
 from softact.units import Angle, Length
 
 
@@ -30,6 +30,7 @@ class WovenStiffening(SheetGeometry):
     free: Length = Field(30.0, description="from the joint to where the lower sheet is fastened")
     strap: Length = Field(65.0, description="width of the strip that is fastened")
     mesh_size: Length = Field(8.0, description="longest side of the triangles along the axes")
+    between_lines: BetweenLines = None
 
     def faults(self):
         if self.free >= self.l_i / 2:
@@ -67,8 +68,8 @@ class WovenStiffening(SheetGeometry):
 
     def sheet_mesh(self) -> SheetMesh:
         joint, half = self.l_i / 2, self.w_a / 2
-        x = divided([0.0, joint - self.free, joint, self.l_i], self.mesh_size)
-        lines = Lines(x, divided(sorted({0.0, self.strap / 2, half}), self.mesh_size))
+        x = self.divided([0.0, joint - self.free, joint, self.l_i])
+        lines = Lines(x, self.divided(sorted({0.0, self.strap / 2, half})))
         # At a corner of the rim the diagonal has to end there: else it would weld the two sheets.
         diagonals = lines.alternating()
         diagonals[0, -1], diagonals[-1, -1] = True, False
@@ -105,6 +106,6 @@ class WovenStiffening(SheetGeometry):
 
 
 if __name__ == "__main__":
-    from softact.geometry import main
+    from softact.geometry.base import main
 
     main(WovenStiffening)

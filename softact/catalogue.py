@@ -4,20 +4,23 @@ Read from the models themselves, so that it cannot say anything else than they a
 """
 
 import types
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from softact.geometries import GEOMETRIES
-from softact.geometry import Geometry
+from softact.geometry.base import Geometry
+from softact.loads import LOADS
 from softact.materials import CARDS, LAWS, Law, card_data
 from softact.measures import MEASURES
-from softact.spec import Payload, Step, Support, Traction
+from softact.spec import Step, Support
+from softact.spec.checks import made_of_sheets
 from softact.units import dimension_of
 
 CARD_TEXTS = ("name", "source", "test", "stretch_range", "strength", "notes")
+NAMES = ("regions", "cavities", "surfaces", "sheets", "curves")  # of a layout, for a spec
 NO_LOADS = ("name", "max_increment")  # fields of a step that are none
 
 
@@ -79,6 +82,8 @@ def _default(entry: FieldInfo) -> Any:
     if isinstance(value, BaseModel) or value in ((), {}, ""):
         return None
     dimension = dimension_of(entry)
+    if isinstance(value, tuple):
+        return f"[{', '.join(f'{v:g}' if isinstance(v, float) else str(v) for v in value)}]"
     return dimension.format(value) if dimension and isinstance(value, float) else value
 
 
@@ -114,36 +119,66 @@ def materials() -> list[dict[str, Any]]:
 
 
 def geometries() -> list[dict[str, Any]]:
-    """Return every geometry: its parameters and the names that a spec may use with it."""
-    records = []
-    for name, geometry in GEOMETRIES.items():
-        layout = geometry.model_construct().layout()  # a file's name has no default
-        records.append(
-            {
-                "name": name,
-                "use": " ".join((geometry.__doc__ or "").split("\n\n")[0].split()),
-                "regions": list(layout.regions),
-                "cavities": list(layout.cavities),
-                "surfaces": list(layout.surfaces),
-                "parameters": parameters(geometry, leave_out=("type",)),
-            }
-        )
-    return records
+    """Return every geometry: its parameters and the names that a spec may use with it.
+
+    Keys: name, use, parameters, ``NAMES`` (those of the defaults), others (a record for each choice
+    that brings further names: with, and what of ``NAMES`` it brings), example (of the section
+    ``sheets``, "" where the geometry has none).
+    """
+    return [_geometry(name, geometry) for name, geometry in GEOMETRIES.items()]
+
+
+def _geometry(name: str, geometry: type[Geometry]) -> dict[str, Any]:
+    usual = _names(geometry)
+    return {
+        "name": name,
+        "use": " ".join((geometry.__doc__ or "").split("\n\n")[0].split()),
+        **usual,
+        "others": list(_others(geometry, usual)),
+        "example": made_of_sheets(usual["sheets"]) if usual["sheets"] else "",
+        "parameters": parameters(geometry, leave_out=("type",)),
+    }
+
+
+def _names(geometry: type[Geometry], **choice: Any) -> dict[str, list[str]]:
+    layout = geometry.model_construct(**choice).layout()  # a file's name has no default
+    return {key: list(getattr(layout, key)) for key in NAMES}
+
+
+def _others(
+    geometry: type[Geometry], usual: dict[str, list[str]]
+) -> Iterator[dict[str, str | list[str]]]:
+    """What other choices of a geometry's parameters bring that the defaults lack."""
+    for name, entry in geometry.model_fields.items():
+        choices = get_args(entry.annotation) if get_origin(entry.annotation) is Literal else ()
+        for choice in choices if name != "type" else ():
+            found = _names(geometry, **{name: choice})
+            more = {key: [n for n in found[key] if n not in usual[key]] for key in NAMES}
+            if any(more.values()):
+                yield {"with": f"{name}: {choice}", **{k: v for k, v in more.items() if v}}
 
 
 def loads() -> list[dict[str, Any]]:
-    """Return every load that a step may change."""
-    inner = {"traction": Traction, "payload": Payload, "supports": Support}
+    """Return every load that a step may change, and its supports."""
+    inner = {key: load.annotation for key, load in LOADS.items()} | {"supports": Support}
     return [
         {
             "name": entry["name"],
             "value": entry["value"],
             "unit": entry["unit"],
             "meaning": entry["meaning"],
-            "parameters": parameters(inner[entry["name"]]) if entry["name"] in inner else [],
+            "parameters": parameters(part) if (part := model_in(inner[entry["name"]])) else [],
         }
         for entry in parameters(Step, leave_out=NO_LOADS)
     ]
+
+
+def model_in(annotation: Any) -> type[BaseModel] | None:
+    """The model of pydantic that a type is or maps names to, None where it is neither."""
+    if get_origin(annotation) is dict:
+        return model_in(get_args(annotation)[1])
+    is_model = isinstance(annotation, type) and issubclass(annotation, BaseModel)
+    return annotation if is_model else None
 
 
 def measures() -> list[dict[str, Any]]:

@@ -8,11 +8,15 @@ integrals, and the argument order of mesh creation.
 from __future__ import annotations
 
 import functools
+from typing import TYPE_CHECKING, Any
 
 import basix
 import dolfinx
 import numpy as np
 import ufl
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 _OLD = not hasattr(basix, "ufl") and hasattr(ufl, "FiniteElement")
 if not _OLD:
@@ -21,7 +25,7 @@ if not _OLD:
 CELL = "tetrahedron"
 
 
-def lagrange(degree: int, shape: tuple[int, ...] = (), discontinuous: bool = False):
+def lagrange(degree: int, shape: tuple[int, ...] = (), discontinuous: bool = False) -> Any:
     """Lagrange element on tetrahedra, scalar or with values of ``shape``."""
     family = "DG" if discontinuous else "Lagrange"
     if _OLD:
@@ -33,14 +37,14 @@ def lagrange(degree: int, shape: tuple[int, ...] = (), discontinuous: bool = Fal
     )
 
 
-def quadrature_element(degree: int, size: int):
+def quadrature_element(degree: int, size: int) -> Any:
     """Element whose ``size`` values live at the points of the cell rule of ``degree``."""
     if _OLD:
         return ufl.VectorElement("Quadrature", CELL, degree, dim=size, quad_scheme="default")
     return basix.ufl.quadrature_element(CELL, value_shape=(size,), degree=degree)
 
 
-def mixed(*elements):
+def mixed(*elements: Any) -> Any:
     """Mixed element of the given ones (the one itself where there is only one)."""
     if len(elements) == 1:
         return elements[0]
@@ -85,11 +89,11 @@ def reference_nodes(degree: int) -> np.ndarray:
     return np.asarray(_reference_element(degree).points)
 
 
-def _reference_element(degree: int):
+def _reference_element(degree: int) -> Any:
     return basix.create_element(basix.ElementFamily.P, basix.CellType.tetrahedron, degree)
 
 
-def create_mesh(comm, cells: np.ndarray, points: np.ndarray):
+def create_mesh(comm: MPI.Comm, cells: np.ndarray, points: np.ndarray) -> dolfinx.mesh.Mesh:
     """Distributed dolfinx mesh of affine tets; rank 0 passes all, the others empty arrays."""
     ghosts = dolfinx.mesh.GhostMode.none
     if _OLD:
@@ -98,14 +102,16 @@ def create_mesh(comm, cells: np.ndarray, points: np.ndarray):
     return dolfinx.mesh.create_mesh(comm, cells, points, ufl_mesh(), partitioner)
 
 
-def function_space(mesh, degree: int, size: int = 1, discontinuous: bool = False):
+def function_space(
+    mesh: dolfinx.mesh.Mesh, degree: int, size: int = 1, discontinuous: bool = False
+) -> dolfinx.fem.FunctionSpace:
     """Lagrange space of ``degree`` with ``size`` components per node on ``mesh``."""
     element = lagrange(degree, (size,) if size > 1 else (), discontinuous)
-    create = dolfinx.fem.FunctionSpace if _OLD else dolfinx.fem.functionspace
+    create = getattr(dolfinx.fem, "FunctionSpace" if _OLD else "functionspace")
     return create(mesh, element)
 
 
-def cell_dofs(space) -> np.ndarray:
+def cell_dofs(space: dolfinx.fem.FunctionSpace) -> np.ndarray:
     """Node numbers (blocks) of each local cell: (cells, functions)."""
     table = space.dofmap.list
     if hasattr(table, "array"):
@@ -114,7 +120,7 @@ def cell_dofs(space) -> np.ndarray:
     return np.asarray(table)
 
 
-def geometry_dofs(mesh) -> np.ndarray:
+def geometry_dofs(mesh: dolfinx.mesh.Mesh) -> np.ndarray:
     """Geometry nodes of each local cell: (cells, 4)."""
     table = mesh.geometry.dofmap
     return table.array.reshape(-1, 4) if hasattr(table, "array") else np.asarray(table)
@@ -122,13 +128,20 @@ def geometry_dofs(mesh) -> np.ndarray:
 
 def generate_code(form: ufl.Form, name: str) -> str:
     """C source of FFCx's kernels for ``form``; it includes ufcx.h."""
-    import ffcx
     import ffcx.compiler
 
+    # FFCx's defaults themselves: get_options would read a file in the current folder or the home,
+    # which changes the kernels (or leaves them empty), and the cache would keep these for all.
     if _OLD:
-        options = {"parameters": ffcx.get_parameters({})}
+        import ffcx.parameters
+
+        known = ffcx.parameters.FFCX_DEFAULT_PARAMETERS
+        options = {"parameters": {key: value for key, (value, *_) in known.items()}}
     else:
-        options = {"options": ffcx.get_options({})}
+        import ffcx.options
+
+        known = ffcx.options.FFCX_DEFAULT_OPTIONS
+        options = {"options": {key: value for key, (_, value, *_) in known.items()}}
     _, source = ffcx.compiler.compile_ufl_objects([form], prefix=name, **options)[:2]
     return source
 

@@ -12,11 +12,13 @@ import sys
 import sysconfig
 import tempfile
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Literal
 
-from softact.streams import UTF8
+from softact.files.streams import UTF8
 
 State = Literal["ok", "slow", "absent", "broken"]
 
@@ -58,8 +60,17 @@ def look_at_python() -> Iterable[Finding]:
         yield Finding("python", "ok", detail)
 
 
+def import_petsc() -> ModuleType:
+    """petsc4py.PETSc, without the options in a file of the current folder: one of them loads and
+    runs any library."""
+    importlib.import_module("petsc4py").init(["softact", "-skip_petscrc"])
+    return importlib.import_module("petsc4py.PETSc")
+
+
 def look_at_dolfinx() -> Iterable[Finding]:
     """dolfinx, which assembles the forms."""
+    with suppress(Exception):
+        import_petsc()  # or dolfinx would, with those options
     try:
         dolfinx = importlib.import_module("dolfinx")
     except Exception as error:
@@ -71,7 +82,7 @@ def look_at_dolfinx() -> Iterable[Finding]:
 def look_at_petsc() -> Iterable[Finding]:
     """PETSc with real numbers, and the direct solvers that it was built with."""
     try:
-        PETSc = importlib.import_module("petsc4py.PETSc")
+        PETSc = import_petsc()
     except Exception as error:
         yield missing_module("PETSc", error, apt("python3-petsc4py"))
         return
@@ -89,7 +100,7 @@ def look_at_petsc() -> Iterable[Finding]:
     yield Finding("orderings", "ok", "MUMPS with " + ", ".join(mumps_orderings(PETSc)))
 
 
-def mumps_orderings(petsc: object) -> list[str]:
+def mumps_orderings(petsc: ModuleType) -> list[str]:
     """Names of the fill-reducing orderings that this MUMPS has.
 
     Each is asked for (ICNTL(7)) in a factorisation of a small Laplacian; INFOG(7) tells the one
@@ -126,7 +137,7 @@ def mumps_orderings(petsc: object) -> list[str]:
 def look_at_blas() -> Iterable[Finding]:
     """The BLAS that PETSc has really loaded, and the threads that it would take."""
     try:
-        importlib.import_module("petsc4py.PETSc")
+        import_petsc()
     except Exception:
         return  # told by look_at_petsc
     name = f"libblas.so.3-{sysconfig.get_config_var('MULTIARCH')}"

@@ -18,8 +18,25 @@ class SoftactError(Exception):
         super().__init__("\n".join(lines))
 
 
+def reason(error: Exception) -> str:
+    """What to say of an error that is not the end, on one line."""
+    return "; ".join(error.lines) if isinstance(error, SoftactError) else repr(error)
+
+
 class SpecError(SoftactError):
     """The spec or another input is wrong (exit 2)."""
+
+
+class DamagedResultError(SpecError):
+    """A file of a result folder is not as softact wrote it (exit 2)."""
+
+
+class FolderBusyError(SoftactError):
+    """Another process of softact writes into the folder at the moment (exit 2)."""
+
+
+class CannotWriteError(SoftactError):
+    """The results could not be written: a full disk, a read-only folder (exit 2)."""
 
 
 class MeshError(SoftactError):

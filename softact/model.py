@@ -2,47 +2,41 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from mpi4py import MPI
 from petsc4py import PETSc
 
 from softact import compat
-from softact.assembly import Assembler
-from softact.bending import LayerBending
-from softact.bonded import BondedLayer, BondedLayers
+from softact.bodies import BODIES
+from softact.bodies.base import Body
+from softact.bodies.inertia import Inertia
+from softact.bodies.layer import BondedLayer, Layer
+from softact.bodies.named_surfaces import Surfaces
+from softact.bodies.sheet import Sheet, SheetPart, make_parts, node_numbers
+from softact.bodies.solid import Solid, SolidParts
+from softact.bodies.spring import SpringSupport
+from softact.bodies.weight import Weight
 from softact.contact.contacts import Contacts
 from softact.contact.facets import ContactFacets
 from softact.contact.rigid import Obstacle, RigidContact
 from softact.contact.surfaces import SurfaceContact, Touching
 from softact.errors import SpecError
-from softact.fibres import fibre_field
-from softact.mesh import Mesh
-from softact.nodes import nodes_of
-from softact.sheets.bend import add_bending
-from softact.sheets.body import Sheet, SheetPart, make_parts, node_numbers
-from softact.sheets.cavity import SheetCavity
-from softact.sheets.membrane import Membrane
-from softact.sheets.mesh import nodes_of as sheet_nodes_of
-from softact.solid import Solid
-from softact.surfaces import Surfaces
-from softact.tensors import determinant
-from softact.terms import (
-    CavityPressure,
-    Inertia,
-    InvertedElementError,
-    Layer,
-    Origin,
-    State,
-    SurfaceForce,
-    SurfacePressure,
-    Weight,
-    unit_forces,
-)
-from softact.unknowns import Unknowns
+from softact.loads import BY_FIELD, LOADS
+from softact.loads.cavity_pressure import CavityPressure
+from softact.loads.sheet_cavity import SheetCavity
+from softact.loads.support import Held, Support, Turned
+from softact.materials.base import Material
+from softact.materials.tensors import determinant
+from softact.mesh.sheets import nodes_of as sheet_nodes_of
+from softact.mesh.tetrahedra import Mesh
+from softact.system.assembly import Assembler
+from softact.system.nodes import nodes_of
+from softact.system.term import InvertedElementError, Origin, State, Term, Value
+from softact.system.unknowns import Unknowns
 
 UP = (0.0, 0.0, 1.0)
 # name in the spec -> displacement degree, pressure degree (None: no pressure unknown)
@@ -54,82 +48,67 @@ ELEMENTS: dict[str, tuple[int, int | None]] = {
 }
 
 
-@dataclass(frozen=True)
-class Support:
-    """Prescribed displacements (mm) of a surface: component (0, 1, 2) -> value.
-
-    None holds each point where it is when the support begins.
-    """
-
-    surface: str
-    values: Mapping[int, float | None]
+NOTHING = 1e-12  # strain
 
 
-def _smaller(one, other):
+def _smaller(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.minimum(one, other)
 
 
 class Model:
     """Everything that decides the equilibrium of an actuator.
 
-    mesh: see ``softact.mesh``. materials: region name -> law. layers: thin layers. element: one of
-    ``ELEMENTS``. wall_normal: region name, points (n, 3) -> the wall's normal there, for fibres;
-    default: up. obstacles: rigid bodies. touching: surfaces that may touch, for one process only.
-    sheets: name -> what each sheet of the mesh is made of, for one process only; a mesh may have
-    sheets and no solid.
+    mesh: see ``softact.mesh.tetrahedra``. materials: region name -> law. layers: thin layers.
+    element: one of ``ELEMENTS``. wall_normal: region name, points (n, 3) -> the wall's normal
+    there, for fibres; default: up. obstacles: rigid bodies. touching: surfaces that may touch, for
+    one process only. sheets: name -> what each sheet of the mesh is made of, for one process only;
+    a mesh may have sheets and no solid. more: bodies of further kinds, see ``softact.bodies``.
     The residual is the derivative of the potential energy by the unknowns.
     """
 
     def __init__(
         self,
         mesh: Mesh,
-        materials: Mapping[str, object],
+        materials: Mapping[str, Material],
         layers: Sequence[BondedLayer] = (),
         element: str = "P2/P1",
         wall_normal: Callable[[str, np.ndarray], np.ndarray] = lambda region, points: UP,
         obstacles: Sequence[Obstacle] = (),
         touching: Sequence[Touching] = (),
         sheets: Mapping[str, Sheet] | None = None,
+        more: Mapping[str, Any] | None = None,
     ):
         self.mesh, self.comm = mesh, mesh.comm
         self.degree, pressure_degree = ELEMENTS[element]
         self._number(pressure_degree, sheets or {})
-        self.solids = {
-            name: Solid(
-                self.assembler,
-                np.flatnonzero(mesh.region == number),
-                materials[name],
-                self.degree,
-                pressure_degree,
-                fibre_field(
-                    materials[name].law, mesh.layout.axis, functools.partial(wall_normal, name)
-                ),
-            )
-            for number, name in enumerate(mesh.layout.regions)
+        parts = {
+            "materials": SolidParts(materials, wall_normal, pressure_degree),
+            "layers": layers,
+            "sheets": sheets or {},
+            **(more or {}),
         }
+        made = {key: BODIES[key].build(self, part) for key, part in parts.items()}
+        self.bodies: list[Body] = [body for bodies in made.values() for body in bodies]
+        self.solids: dict[str, Solid] = {solid.name: solid for solid in made["materials"]}
+        self.layers: list[Layer] = list(made["layers"])
+        self.springs: list[SpringSupport] = list(made.get("springs", ()))
         self.cavities = {
             name: self._cavity(name, walls) for name, walls in mesh.layout.cavities.items()
         }
-        self.layers = BondedLayers(self, layers)
-        planes = tuple(mesh.layout.symmetry.values())
-        continuous = mesh.sheets.continuous if mesh.sheets else ()
-        add_bending(self.sheets, continuous, self.assembler, self.nodes, planes)
-        self.weights = [
-            Weight(s.material.density * unit_forces(self.assembler, s.cells, self.degree))
-            for s in self.solids.values()
-        ]
-        self.weights += self.layers.weights()
-        self.weights += [part.weight(self.unknowns.local) for part in self.sheets.values()]
+        weights = [body.weight() for body in self.bodies]
+        self.weights: list[Weight] = [weight for weight in weights if weight is not None]
         self.supports: tuple[Support, ...] = ()
+        self.turned: list[Turned] = []
         self.inertia: list[Inertia] = []
-        self.surface_loads: dict[tuple[type, str], SurfaceForce | SurfacePressure] = {}
+        self.load_terms: dict[tuple[str, str], Term] = {}
         self.contacts = Contacts(
             self.comm,
             [*map(self._against, obstacles), *(SurfaceContact(t, self) for t in touching)],
         )
         self.assembler.symmetric = self.contacts.symmetric
         self.pressure_weights = self._pressure_weights()
-        self.force_floor = self._force_floor()
+        # Force (N) below which nothing is out of balance.
+        self.force_floor = NOTHING * max(body.stiffness for body in self.bodies)
         self.cavity_volumes_at_rest = self._volumes_at_rest()
 
     def _volumes_at_rest(self) -> dict[str, float]:
@@ -167,7 +146,8 @@ class Model:
         self.sheets: dict[str, SheetPart] = {}
         curves: dict[str, np.ndarray] = {}
         if mesh.sheets:
-            self.sheets = make_parts(mesh.sheets, number[sheet_nodes.elements], sheets, self.nodes)
+            elements, size = number[sheet_nodes.elements], self.unknowns.local
+            self.sheets = make_parts(mesh.sheets, elements, sheets, self.nodes, size)
             curves = {name: number[edges] for name, edges in sheet_nodes.curves.items()}
             tables = [part.triangles.table for part in self.sheets.values()]
         self.assembler = Assembler(mesh, self.unknowns, tables)
@@ -196,65 +176,69 @@ class Model:
     def kinks_between(self, state: State, here: np.ndarray, there: np.ndarray) -> bool:
         """Whether forces have kinks on the way between two arrays of unknowns (local,) at the loads
         of ``state``: where bodies touch at one end of it, and where bonded layers slacken."""
-        return self.layers.slacken or any(
-            self.contacts.touch(replace(state, x=x)) for x in (here, there)
-        )
+        slackens = any(body.slackens for body in self.bodies)
+        return slackens or any(self.contacts.touch(replace(state, x=x)) for x in (here, there))
 
     @property
     def smooth(self) -> bool:
         """Whether no force has a kink anywhere."""
-        return not (len(self.contacts) or self.sheets or self.layers.slacken)
+        return not len(self.contacts) and all(body.smooth for body in self.bodies)
 
     @property
-    def terms(self):
-        """All parts of the potential energy."""
+    def elastic(self) -> list[Term]:
+        """Terms of the stored energy."""
+        return [term for body in self.bodies for term in body.elastic]
+
+    @property
+    def external(self) -> list[Term]:
+        """All other parts of the potential energy."""
         return [
-            *self.solids.values(),
             *self.cavities.values(),
-            *self.layers.elastic,
-            *(term for part in self.sheets.values() for term in part.elastic),
             *self.weights,
-            *self.surface_loads.values(),
-            *(inertia for inertia in self.inertia if inertia.time_step is not None),
+            *self.load_terms.values(),
+            *(term for body in self.bodies for term in body.external),
+            *self.inertia,
             *self.contacts,
         ]
 
-    def add_surface_load(self, kind: type[SurfaceForce | SurfacePressure], surface: str) -> None:
-        """Make room for a load on a surface; its value is part of the state."""
-        if self.surfaces.is_sheet(surface):
-            if kind is not SurfaceForce:
-                raise SpecError(f"surface_pressure: '{surface}' is a sheet; only cavities press it")
-        if (kind, surface) not in self.surface_loads:
-            self.surface_loads[kind, surface] = (
-                SurfaceForce(surface, self.unit_forces(surface))
-                if kind is SurfaceForce
-                else SurfacePressure(
-                    self.assembler, surface, self.surfaces.facets(surface), self.degree
-                )
-            )
+    @property
+    def terms(self) -> list[Term]:
+        """All parts of the potential energy."""
+        return [*self.elastic, *self.external]
+
+    def make_room(self, loads: Mapping[str, Mapping[str, Value]]) -> None:
+        """Make the terms of loads, by field, that are not there yet; values are part of states."""
+        for field, named in loads.items():
+            for name in named:
+                if (field, name) in self.load_terms:
+                    continue
+                term = BY_FIELD[field].term(self, name)
+                if term is not None:
+                    self.load_terms[field, name] = term
 
     def unit_forces(self, surface: str) -> np.ndarray:
         """Forces (3, local) of 1 N/mm² on a surface or a sheet, or 1 N/mm along a curve."""
         return self.surfaces.unit_forces(self.assembler, surface)
 
     def add_inertia(self) -> None:
-        """Give the regions their inertia, for motions; it acts while it has a time step."""
+        """Give the bodies their inertia, which acts while a time step is part of the state."""
         if not self.inertia:
-            self.inertia = [
-                Inertia(self.assembler, s.cells, s.material.density, self.degree)
-                for s in self.solids.values()
-            ] + [part.inertia(self.unknowns.local) for part in self.sheets.values()]
+            found = [body.inertia() for body in self.bodies]
+            self.inertia = [inertia for inertia in found if inertia is not None]
+
+    def momentum(self, velocity: np.ndarray) -> np.ndarray:
+        """Mass matrix times a velocity (local,), this process's share; bodies have inertia."""
+        return sum((i.momentum(velocity) for i in self.inertia), np.zeros_like(velocity))
 
     def initial_state(self) -> State:
         """The unloaded state."""
-        rigid = [contact.obstacle for contact in self.contacts if contact.rigid]
-        return State(
-            np.zeros(self.unknowns.local),
-            shift={obstacle.name: np.zeros(3) for obstacle in rigid},
-            presence={obstacle.name: float(obstacle.active) for obstacle in rigid},
-        )
+        loads: dict[str, dict[str, Value]] = {}
+        for load in LOADS.values():
+            if not load.holds_volume:
+                loads |= load.initial(self)
+        return State(np.zeros(self.unknowns.local), loads)
 
-    def sum(self, value):
+    def sum(self, value: Any) -> Any:
         """Sum over processes of a number or an array."""
         return self.comm.allreduce(value)
 
@@ -267,15 +251,15 @@ class Model:
         body is held, and there it is the reaction (N). An inverted element gives NaN.
         """
         both = np.zeros((2, self.unknowns.local))
-        for term in self.terms:
-            internal = isinstance(term, Solid | Layer | LayerBending | Membrane)
-            try:
-                term.add_force(state, both[int(internal)])
-            except InvertedElementError:
-                # On this process alone, perhaps: the others wait for it in the terms that follow.
-                both[:] = np.nan
-        internal = self.unknowns.sum_shared(both[1])
-        return internal + self.unknowns.sum_shared(both[0]), internal
+        for terms, out in zip((self.elastic, self.external), both, strict=True):
+            for term in terms:
+                try:
+                    term.add_force(state, out)
+                except InvertedElementError:
+                    # On this process alone, perhaps: the others wait for it in what follows.
+                    both[:] = np.nan
+        internal = self.unknowns.sum_shared(both[0])
+        return internal + self.unknowns.sum_shared(both[1]), internal
 
     def smallest_jacobian(self, x: np.ndarray) -> float:
         """Smallest J at a quadrature point over all processes; −inf where it is not a number."""
@@ -296,14 +280,14 @@ class Model:
             term.add_tangent(state, origin)
         return self.assembler.finish_matrix()
 
-    def energy(self, state: State, terms=None) -> float:
+    def energy(self, state: State, terms: Sequence[Term] | None = None) -> float:
         """Potential energy of the given terms (all where None), mJ."""
-        return self.sum(sum(t.energy(state) for t in (self.terms if terms is None else terms)))
+        chosen = self.terms if terms is None else terms
+        return self.sum(sum(term.energy(state) for term in chosen))
 
     def strain_energy(self, state: State) -> float:
-        """Elastic energy stored in the solids, layers and sheets of the meshed part, mJ."""
-        sheets = [term for part in self.sheets.values() for term in part.elastic]
-        return self.energy(state, [*self.solids.values(), *self.layers.elastic, *sheets])
+        """Elastic energy stored in the bodies of the meshed part, mJ."""
+        return self.energy(state, self.elastic)
 
     @property
     def diagonal(self) -> float:
@@ -327,29 +311,25 @@ class Model:
             np.add.at(out, dofs, solid.volumes @ np.abs(solid.pressure_values))
         return self.unknowns.sum_shared(out)
 
-    def _force_floor(self) -> float:
-        """Force (N) below which nothing is out of balance: a strain of 1e-12 over the body."""
-        volume = self.sum(sum(float(s.volumes.sum()) for s in self.solids.values()))
-        stiffest = max((s.material.shear_modulus for s in self.solids.values()), default=0.0)
-        sheets = [p.sheet.stiffness * p.triangles.areas.sum() ** 0.5 for p in self.sheets.values()]
-        return 1e-12 * max([stiffest * volume ** (2 / 3), *sheets])
-
-    def set_supports(self, supports: Sequence[Support], state: State):
+    def set_supports(self, supports: Sequence[Support], state: State) -> Held:
         """Fix the given components and those normal to symmetry planes.
 
-        Returns (dofs, values): local unknowns and their prescribed displacements, mm.
-        Raises SpecError where two supports contradict.
+        Returns the displacements from those of ``state`` to the prescribed ones. Raises SpecError
+        where two supports contradict.
         """
         values = np.full(self.unknowns.local, np.nan)
         symmetry = self.mesh.layout.symmetry
         planes = [Support(name, {c: 0.0}) for name, c in symmetry.items()]
+        before, self.turned = self.turned, []
         for support in (*planes, *supports):
             nodes = self.surfaces.nodes(support.surface)
             if support.surface in symmetry:
                 nodes = np.concatenate([nodes, self.surfaces.covering(nodes)])
-            for component, prescribed in support.values.items():
+            if support.turn is not None:
+                self.turned.append(self._turned(support, nodes, state, before))
+            for component in support.components:
                 dofs = self.displacement_dofs[nodes, component]
-                value = state.x[dofs] if prescribed is None else prescribed
+                value = self._prescribed(support, component, state.x[dofs])
                 clash = self.sum(int(np.sum(np.abs(values[dofs] - value) > 1e-9)))
                 if clash:
                     raise SpecError(
@@ -361,4 +341,33 @@ class Model:
         dofs = np.flatnonzero(~np.isnan(values))
         self.assembler.fixed[:] = 0
         self.assembler.fixed[dofs] = 1
-        return dofs, values[dofs]
+        return Held(dofs, state.x[dofs], values[dofs], tuple(self.turned))
+
+    def _prescribed(self, support: Support, component: int, now: np.ndarray) -> np.ndarray | float:
+        if support.turn is not None:
+            return self.turned[-1].displacements(0.0, 1.0)[:, component]
+        value = support.values[component]
+        return now if value is None else value
+
+    def _turned(
+        self, support: Support, nodes: np.ndarray, state: State, before: Sequence[Turned]
+    ) -> Turned:
+        """The rotation of a support from where the surface is: at the angle to which it was turned
+        before, or else at its mean one, less than half a turn."""
+        turn, places = support.turn, self.nodes.places
+        axis = np.asarray(turn.axis) / np.linalg.norm(turn.axis)
+        points, weights = self.surfaces.points(support.surface)
+        sums = self.sum(np.append(weights @ places[points], weights.sum()))
+        centre = sums[:3] / sums[3] if turn.about is None else np.asarray(turn.about)
+        known = [t for t in before if t.surface == support.surface and axis @ t.axis > 1 - 1e-9]
+        if known:
+            start = known[0].end
+        else:
+            arms = places[points] - centre
+            arms = arms - np.outer(arms @ axis, axis)
+            moved = arms + state.x[self.displacement_dofs[points]]
+            sine = self.sum(float(weights @ np.cross(arms, moved) @ axis))
+            cosine = self.sum(float(weights @ np.sum(arms * moved, axis=1)))
+            start = float(np.degrees(np.arctan2(sine, cosine)))
+        dofs = self.displacement_dofs[nodes]
+        return Turned(support.surface, dofs, places[nodes], centre, axis, start, turn.angle)

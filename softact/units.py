@@ -106,6 +106,8 @@ class Dimension:
 
     def _text(self, value: float, unit: str) -> str | None:
         factor = measure(unit, self.internal)[1]
+        if factor is None:
+            return None
         number = _to_float(Fraction(value) / factor)
         return f"{_number(number)} {unit}" if math.isfinite(number) else None
 
@@ -118,9 +120,23 @@ ACCELERATION = Dimension("acceleration", "mm/s^2", ("m/s^2", "mm/s^2"), (), "-9.
 FORCE = Dimension("force", "N", ("N", "mN", "kN"), ("lbf",), "2 N")
 TIME = Dimension("time", "s", ("s", "ms"), ("min",), "0.5 s")
 VOLUME = Dimension("volume", "mm^3", ("mm^3", "ml"), ("cm^3", "l"), "1.5 ml")
+MOMENT = Dimension("moment", "N*mm", ("N*mm", "N*m"), (), "20 N*mm")
+STIFFNESS = Dimension("stiffness", "N/mm", ("N/mm", "N/m"), (), "2 N/mm")
 COMPLIANCE = Dimension("compliance", "1/MPa", ("1/MPa",), ("1/kPa",), "2.9 1/MPa")
 
-DIMENSIONS = (LENGTH, PRESSURE, DENSITY, ANGLE, ACCELERATION, FORCE, TIME, VOLUME, COMPLIANCE)
+DIMENSIONS = (
+    LENGTH,
+    PRESSURE,
+    DENSITY,
+    ANGLE,
+    ACCELERATION,
+    FORCE,
+    TIME,
+    VOLUME,
+    COMPLIANCE,
+    MOMENT,
+    STIFFNESS,
+)
 
 
 def split(text: str) -> tuple[str, str] | None:
@@ -163,8 +179,12 @@ def plain(value: Any) -> str:
 
 def one_line(text: str) -> str:
     """Return ``text`` without line breaks and characters that a terminal might obey."""
-    words = " ".join(text.split())
-    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in words)
+    return printable(" ".join(text.split()))
+
+
+def printable(text: str) -> str:
+    """Return ``text`` without characters that a terminal might obey or cannot show."""
+    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
 
 
 def is_utf8(text: str) -> bool:
@@ -178,7 +198,7 @@ def is_utf8(text: str) -> bool:
 
 def dimension_of(annotation: Any) -> Dimension | None:
     """Return the dimension of an annotation or of a pydantic ``FieldInfo``, None if it has none."""
-    for entry in getattr(annotation, "__metadata__", None) or getattr(annotation, "metadata", ()):
+    for entry in getattr(annotation, "__metadata__", getattr(annotation, "metadata", ())):
         if isinstance(entry, Dimension):
             return entry
     for part in getattr(annotation, "__args__", ()):
@@ -265,6 +285,8 @@ Angle = Annotated[float, *_quantity(ANGLE)]
 Acceleration = Annotated[float, *_quantity(ACCELERATION)]
 Force = Annotated[float, *_quantity(FORCE)]
 Time = Annotated[float, *_quantity(TIME)]
+Moment = Annotated[float, *_quantity(MOMENT)]
+Stiffness = Annotated[float, *_quantity(STIFFNESS)]
 Volume = Annotated[float, *_quantity(VOLUME)]
 Compliance = Annotated[float, *_quantity(COMPLIANCE)]
 Dimensionless = Annotated[float, BeforeValidator(_parse_number)]

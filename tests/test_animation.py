@@ -11,8 +11,8 @@ from PIL import Image
 
 from softact.errors import SpecError
 from softact.report import animation, frames
-from softact.results import read
-from softact.results_writer import ResultsWriter
+from softact.results.folder import read
+from softact.results.writer import ResultsWriter
 
 SIZE = {"nx": 12, "ny": 2, "nz": 7}
 

@@ -5,8 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
-from softact.boxes import OUTSIDE, Box, Boxes, Plane
-from softact.discrete import upright
+from softact.geometry.boxes import OUTSIDE, Box, Boxes, Plane
+from softact.mesh.cells import upright
 
 
 def volumes(points, tets):

@@ -15,10 +15,10 @@ from mpi4py import MPI
 
 from benchmarks import calculix, ccx
 from softact.errors import SpecError
-from softact.geometry import make_mesh
-from softact.mesh import read_msh
+from softact.geometry.base import make_mesh
+from softact.mesh.tetrahedra import read_msh
+from softact.run.worker import solve
 from softact.spec import load
-from softact.worker import solve
 
 pytestmark = pytest.mark.skipif(ccx.executable() is None, reason="ccx (calculix-ccx) is missing")
 

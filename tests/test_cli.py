@@ -5,19 +5,21 @@ import json
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import click
 import pytest
+import step_files
 
 from softact.cli import main as cli
 from softact.cli._progress import Progress
-from softact.cli.run import check_folder
 from softact.errors import MeshError, NoEquilibriumError, SpecError
 from softact.geometries import GEOMETRIES
 from softact.materials import CARDS, LAWS
 from softact.measures import MEASURES
-from softact.spec import load
+from softact.results.own_folder import check_results
+from softact.spec import load, loads
 
 SOFTACT = [sys.executable, "-m", "softact.cli.main"]
 
@@ -163,6 +165,28 @@ def test_validate_tells_the_faults_of_every_file(folder, capsys):
     assert starts == ["bad.yaml:2:", "bad.yaml:3:", "nowhere.yaml:"]
 
 
+def test_validate_says_what_a_step_file_holds_and_what_it_lacks(folder, capsys):
+    """One file with two specs: one that names both ends, one that asks for a surface more."""
+    step_files.write(folder / "arm.step", step_files.bladder)
+    text = (
+        "geometry: {type: from_step, file: arm.step%s}\n"
+        "materials: {body: ecoflex-00-30}\nsteps: [{pressure: 1 kPa}]\n"
+    )
+    (folder / "arm.yaml").write_text(text % "")
+    (folder / "felt.yaml").write_text(text % ", surfaces: [felt]")
+    capsys.readouterr()
+    assert leave("validate", "arm.yaml") == 0
+    said = capsys.readouterr().out.splitlines()
+    assert said[:2] == [
+        "arm.yaml: ok",
+        "  arm.step: 1 solid with 12 faces, 40 x 14 x 12 mm (the file says mm)",
+    ]
+    assert leave("validate", "felt.yaml") == 2
+    said = capsys.readouterr()
+    assert said.err.startswith("felt.yaml: geometry: from_step: arm.step: no face has a name")
+    assert sum(line.startswith("  face ") for line in said.out.splitlines()) == 12
+
+
 def test_validate_applies_overrides(folder, capsys):
     assert leave("validate", "cube.yaml", "--set", "geometry.mesh_size=5") == 2
     assert capsys.readouterr().err.startswith("--set geometry.mesh_size=5: geometry.mesh_size: ")
@@ -178,13 +202,14 @@ def test_validate_applies_overrides(folder, capsys):
         (
             "loads",
             [
+                "supports",
                 "gravity",
                 "pressure",
                 "inject",
                 "traction",
                 "payload",
+                "torque",
                 "surface_pressure",
-                "supports",
                 "obstacles",
             ],
         ),
@@ -214,6 +239,17 @@ def test_list_tells_units_and_defaults(capsys):
     assert not any("mooney" in line for line in lines)
 
 
+def test_list_names_sheets_with_a_line_to_paste(capsys):
+    assert leave("list", "geometries", "woven_bending") == 0
+    lines = [line.strip() for line in capsys.readouterr().out.splitlines()]
+    assert "sheets: fore, aft, clamp, floors, tip, strip" in lines
+    assert "curves: middle, seams" in lines
+    start = "What its sheets are made of: "
+    (example,) = [line.removeprefix(start) for line in lines if line.startswith(start)]
+    pasted = f"geometry: {{type: woven_bending}}\n{example}\nsteps: [{{pressure: 1 kPa}}]\n"
+    assert list(loads(pasted).sheets) == ["fore", "aft", "clamp", "floors", "tip", "strip"]
+
+
 def test_the_schema_goes_to_a_file_or_to_the_screen(folder, capsys):
     assert leave("schema") == 0
     printed = capsys.readouterr().out
@@ -233,9 +269,11 @@ def test_mesh_writes_what_the_suffix_says(folder, capsys):
 
 def test_run_fills_a_result_folder(folder):
     done = subprocess.run([*SOFTACT, "run", "cube.yaml"], capture_output=True, text=True)
-    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stderr == ""
+    assert done.returncode == 0
     lines = done.stdout.splitlines()
-    assert lines[0].endswith("  mesh")
+    assert any(line.endswith("  mesh") for line in lines)
+    assert lines[-2] == "solved and trusted"
     assert any("pull 100.00%" in line for line in lines)
     assert lines[-1] == "report: results/cube/report.html"
     results = Path("results/cube")
@@ -245,7 +283,7 @@ def test_run_fills_a_result_folder(folder):
     # E = 6 C10 = 0.6 MPa; clamped at one face, so a little stiffer than 10 kPa / E * 10 mm.
     assert 0.1 < float(rows[-1]["elongation_mm"]) < 0.1 / 0.6
     assert {path.name for path in folder.iterdir()} == {"cube.yaml", "results"}
-    check_folder(results, force=False)  # a second run may replace it
+    check_results(results, force=False)  # a second run may replace it
 
 
 def test_force_keeps_what_else_is_in_the_folder(folder, monkeypatch):
@@ -257,7 +295,7 @@ def test_force_keeps_what_else_is_in_the_folder(folder, monkeypatch):
         asked.append((spec.name, directory, processes))
         raise MeshError("far enough")
 
-    monkeypatch.setattr("softact.run.run", solve)
+    monkeypatch.setattr("softact.run.start.run", solve)
     assert leave("run", "cube.yaml", "-o", "home") == 2
     assert asked == []
     assert leave("run", "cube.yaml", "-o", "home", "--force", "-n", "2") == 3
@@ -292,6 +330,38 @@ def test_progress_on_a_terminal_is_the_share_of_all_steps(monkeypatch):
     # The second of two steps is half done.
     assert task.percentage == pytest.approx(75.0)
     assert "pressure_kPa 7" in task.description
+
+
+def test_a_note_stays_on_a_terminal(monkeypatch):
+    """The line with the bar is written over by the next event."""
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    printed = []
+    with Progress(["a"]) as progress:
+        console = progress._bar.console
+        monkeypatch.setattr(console, "print", lambda *texts, **_: printed.extend(texts))
+        progress({"stage": "note", "text": "runs the script arm.py as code"})
+        progress({"stage": "mesh"})
+    told = [text for text in printed if isinstance(text, str)]  # the bar prints itself
+    assert told == ["runs the script arm.py as code"]
+
+
+def test_a_silent_run_says_what_it_is_at(capsys):
+    """A long factorisation sends no event: a line comes all the same."""
+    with Progress(["a"], silence=0.05) as progress:
+        progress({"stage": "mesh"})
+        end = time.monotonic() + 20
+        while "still at: mesh" not in (said := capsys.readouterr().out):
+            assert time.monotonic() < end, said
+            time.sleep(0.02)
+
+
+def test_what_the_solver_tries_is_a_line(capsys):
+    with Progress(["a"]) as progress:
+        progress({"stage": "progress", "step": "a", "fraction": 0.25, "control": "dynamics",
+                  "iteration": 7, "residual": 0.031, "iterations": 90})  # fmt: skip
+    said = capsys.readouterr().out
+    assert "a  25.00%  lets the actuator move to its next equilibrium: iteration 7, " in said
+    assert "residual 3.1e-02, 90 iterations so far" in said
 
 
 def test_progress_elsewhere_is_a_line_per_event(capsys):

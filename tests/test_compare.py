@@ -10,8 +10,8 @@ from click.testing import CliRunner
 from softact.cli.compare import compare as command
 from softact.errors import SpecError
 from softact.report import compare, requirements, targets
-from softact.results import read
-from softact.results_writer import ResultsWriter
+from softact.results.folder import read
+from softact.results.writer import ResultsWriter
 
 SIZE = {"nx": 4, "ny": 2, "nz": 7}
 
@@ -139,12 +139,12 @@ def test_a_first_inflation_is_a_motion(after, kept, tmp_path):
     for number, (step, pressure) in enumerate(zip(steps, [0.0, 5.0, 10.0, *after], strict=True)):
         row = {"step": step, "increment": number, "pressure_kPa": pressure}
         writer.increment({**row, "bending_angle_deg": 2 * pressure})
-    controls = ["load", "dynamics", "dynamics", *["load"] * len(after)]
+    controls = ["load", "motion", "motion", *["load"] * len(after)]
     history = [
         {"step": step, "converged": True, "control": how}
         for step, how in zip(steps, controls, strict=True)
     ]
-    history.insert(2, {"step": "fill", "converged": False, "control": "dynamics"})
+    history.insert(2, {"step": "fill", "converged": False, "control": "motion"})
     writer.finish("complete", provenance={"history": history})
     found = requirements.settled(read(tmp_path / "r"))
     assert list(found.curve["pressure_kPa"]) == [value for value in kept if value is not None]

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from softact.errors import SpecError
-from softact.files import csv_rows, csv_text, read_file
+from softact.files.text import csv_rows, csv_text, read_file
 
 
 def refused(path, most=10):

@@ -59,7 +59,7 @@ def test_fit_writes_card_plot_and_numbers(folder, capsys):
     assert numbers[0]["stable_over_the_tests"] is True
     assert imread(folder / "out" / "mine.png").std() > 0.05
     assert sorted(p.name for p in (folder / "out").iterdir()) == [
-        "mine.html", "mine.json", "mine.png", "mine.yaml",
+        ".softact.json", "mine.html", "mine.json", "mine.png", "mine.yaml",
     ]  # fmt: skip
     page = (folder / "out" / "mine.html").read_text()
     found = re.findall(r"<script type='application/json'>(.*?)</script>", page, re.S)
@@ -75,8 +75,8 @@ def test_fit_writes_card_plot_and_numbers(folder, capsys):
 
 
 def test_the_card_goes_into_a_spec_as_it_is(folder, capsys):
-    softact(capsys, "uniaxial.csv", "--name", "mine", "-o", ".")
-    card = yaml.safe_load((folder / "mine.yaml").read_text())
+    softact(capsys, "uniaxial.csv", "--name", "mine", "-o", "own")
+    card = yaml.safe_load((folder / "own" / "mine.yaml").read_text())
     spec = {
         "geometry": {"type": "block", "mesh_size": "10 mm"},
         "materials": {"body": card},
@@ -85,7 +85,7 @@ def test_the_card_goes_into_a_spec_as_it_is(folder, capsys):
     (folder / "cube.yaml").write_text(yaml.safe_dump(spec))
     inline = load(folder / "cube.yaml").materials["body"]
     assert inline.c10 == pytest.approx(0.11, rel=1e-6)
-    spec["materials"] = {"body": "./mine.yaml"}
+    spec["materials"] = {"body": "own/mine.yaml"}
     (folder / "cube.yaml").write_text(yaml.safe_dump(spec))
     assert load(folder / "cube.yaml").materials["body"] == inline.model_copy(
         update={"name": "mine"}
@@ -117,10 +117,10 @@ def test_comparison_with_a_card_is_said_in_numbers(folder, capsys):
 
 
 def test_a_fitted_card_is_compared_with_a_later_fit(folder, capsys):
-    softact(capsys, "uniaxial.csv", "--name", "mine", "-o", ".")
-    code, out, _ = softact(capsys, "planar.csv:planar", "--compare", "./mine.yaml", "-o", "out")
+    softact(capsys, "uniaxial.csv", "--name", "mine", "-o", "own")
+    code, out, _ = softact(capsys, "planar.csv:planar", "--compare", "own/mine.yaml", "-o", "out")
     assert code == 0
-    assert "./mine.yaml on planar (planar): R² 1.0000" in out
+    assert "own/mine.yaml on planar (planar): R² 1.0000" in out
 
 
 def test_held_constant_and_warning_of_a_wrong_unit(folder, capsys):

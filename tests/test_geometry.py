@@ -18,9 +18,10 @@ import numpy as np
 import pytest
 
 from softact.errors import MeshError, SpecError
+from softact.geometries import GEOMETRIES
 from softact.geometries.block import Block
-from softact.geometry import GEOMETRIES, export, make_mesh
-from softact.imported import Imported
+from softact.geometry.base import export, make_mesh
+from softact.geometry.imported import Imported
 
 ROOT = Path(__file__).parents[1]
 
@@ -186,7 +187,8 @@ def test_child_is_no_part_of_an_mpi_job(tmp_path, monkeypatch):
 def test_meshes_under_mpirun(tmp_path):
     program = (
         "from mpi4py import MPI; from pathlib import Path\n"
-        "from softact.geometry import GEOMETRIES, make_mesh\n"
+        "from softact.geometries import GEOMETRIES\n"
+        "from softact.geometry.base import make_mesh\n"
         "rank = MPI.COMM_WORLD.rank\n"
         "make_mesh(GEOMETRIES['tube'](), Path(f'{rank}.msh'), 60)\n"
     )

@@ -5,12 +5,15 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from softact import spec as specs
 from softact.cli.report import report
 from softact.cli.run import run
 from softact.errors import SpecError
-from softact.fit.measured import read_measured
-from softact.report import overlay
-from softact.results import read
+from softact.measured.curve import Measured, read_measured
+from softact.report import overlay, pictures, write_report
+from softact.report.remembered import remembered
+from softact.results.folder import MEASURED, read
+from softact.run import start as runs
 
 ANGLE, INCREMENTS = 200.0, 8  # in proportion to the pressure, 50 kPa at the end
 
@@ -75,6 +78,70 @@ def test_the_command_draws_and_tells(folder, tmp_path):
     page = (folder / "report.html").read_text()
     assert "Against measurement" in page and "Bending angle: run and measurement" in page
     assert "deviations.csv" in page
+
+
+@pytest.fixture
+def no_drawing(monkeypatch):
+    monkeypatch.setattr(pictures, "drawing", bent_beam.undrawn)
+
+
+def call(folder, *options):
+    """What `softact report` says, and the page."""
+    done = CliRunner().invoke(report, [str(folder), *map(str, options)])
+    assert done.exit_code == 0, done.output
+    return done.output, (folder / "report.html").read_text()
+
+
+@pytest.mark.usefixtures("no_drawing")
+def test_every_later_report_shows_what_was_measured(tmp_path):
+    """In any unit, also when the file is gone; a file is replaced by itself; and forgotten only
+    when that is asked for."""
+    bent_beam.write(tmp_path / "r", ANGLE, INCREMENTS, size={"nx": 4, "ny": 2, "nz": 7})
+    one, other = tmp_path / "one.csv", tmp_path / "other.csv"
+    one.write_text("Pressure (bar), Bending angle (deg)\n0.1,42\n0.4,158\n")
+    other.write_text("pressure_kPa,tip_x_mm\n10,100\n40,50\n")
+    call(tmp_path / "r", "--measured", one)
+    call(tmp_path / "r", "--measured", other)
+    one.unlink()
+    said, page = call(tmp_path / "r")
+    assert "RMSE 2°" in said and "against" in said and "other.csv" in said
+    assert "Bending angle: run and measurement" in page and "Tip x: run and measurement" in page
+    one.write_text("pressure_kPa,bending_angle_deg\n10,45\n40,155\n")
+    said, _ = call(tmp_path / "r", "--measured", one)
+    assert "RMSE 5°" in said and "RMSE 2°" not in said
+    said, page = call(tmp_path / "r", "--forget-measured")
+    assert "RMSE" not in said and "Against measurement" not in page
+
+
+@pytest.mark.usefixtures("no_drawing")
+@pytest.mark.parametrize("text", ["torn", "{}", '{"curves": [{"source": "a", "x": "b"}]}'])
+def test_a_damaged_copy_is_told_and_the_report_stands(tmp_path, text):
+    bent_beam.write(tmp_path / "r", ANGLE, 2, size={"nx": 4, "ny": 2, "nz": 7})
+    (tmp_path / "r" / MEASURED).write_text(text)
+    page = write_report(tmp_path / "r").read_text()
+    assert "measured.json: cannot be read; delete it" in page and "Key figures" in page
+
+
+def test_a_run_keeps_what_was_measured(tmp_path):
+    """From the moment its folder is there, and through a resumed run; a new run begins anew."""
+    text = """
+    geometry: {type: block, length: 4 mm, width: 4 mm, height: 4 mm, mesh_size: 4 mm}
+    materials: {body: {law: neo_hookean, c10: 0.1 MPa}}
+    steps: [{name: pull, traction: {surface: x_max, value: [10 kPa, 0 kPa, 0 kPa]}}]
+    """
+    values = {"step_fraction": np.array([0.5, 1.0]), "elongation_mm": np.array([0.02, 0.04])}
+    curve = Measured("pull.csv", "step_fraction", values)
+    runs.run(specs.loads(text), tmp_path / "r", report=False, measured=[curve])
+    (found,) = remembered(tmp_path / "r")
+    assert (found.source, found.x) == (curve.source, curve.x)
+    assert {name: list(column) for name, column in found.values.items()} == {
+        name: list(column) for name, column in values.items()
+    }
+    further = specs.loads(text.replace("10 kPa", "20 kPa"))
+    runs.run(further, tmp_path / "r", report=False, resume=True)
+    assert len(remembered(tmp_path / "r")) == 1
+    runs.run(specs.loads(text), tmp_path / "r", report=False)
+    assert remembered(tmp_path / "r") == []
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 import json
 import time
-from contextlib import nullcontext
 
 import bent_beam
 import numpy as np
@@ -12,12 +11,13 @@ from browsing import DESK, FITS_PAPER, PHONE, assert_quiet_and_fits
 from softact import spec as specs
 from softact.converge import output
 from softact.converge.carry import carry_into
-from softact.converge.study import Convergence, Level, mesh_sizes, refined
+from softact.converge.study import Convergence, Level, refined
 from softact.report import pictures, write_report
 from softact.report.base import Plot, Section, bars, figures, lines, page, table, xy
 from softact.report.compare import write_comparison
 from softact.report.targets import section
-from softact.results import read
+from softact.results.folder import read
+from softact.results.own_folder import Output
 from softact.sweep.record import from_results
 
 SIZE = {"nx": 6, "ny": 2, "nz": 7}
@@ -56,10 +56,10 @@ def a_study(top):
     spec = specs.loads(f"{text}steps: [{{name: hang, gravity: [0, 0, -1]}}]")
     study = Convergence(MEASURES, 0.05)
     for number, angle in enumerate((90.0, 87.5, 86.25)):
-        fine, folder = refined(spec, 2.0**number), top / f"level{number}"
+        fine, folder = refined(spec, 2.0, number), top / f"level{number}"
         bent_beam.write(folder, angle, 4, size=SIZE, spec_hash=fine.hash)
         found = from_results(f"{number:032d}", read(folder), 1.5)
-        study.levels.append(Level(mesh_sizes(fine), fine, found, 4.0 / 2**number))
+        study.levels.append(Level(fine, found, 4.0 / 2**number))
     return study
 
 
@@ -72,14 +72,14 @@ def files(tmp_path_factory):
     study, folder = a_study(top), top / "level0"
     bent_beam.write(top / "b", 120.0, 4, size=SIZE)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pictures, "drawing", lambda results, parts: nullcontext(lambda: "left out"))
+        patch.setattr(pictures, "drawing", bent_beam.undrawn)
         carry_into(study, folder)
         report = write_report(folder, [lambda results: section(results, ["glove"])])
     return {
         "base": top / "page.html",
         "comparison": write_comparison([folder, top / "b"], top / "out"),
         "report": report,
-        "convergence": output.write(study, "beam", top),
+        "convergence": output.write(study, "beam", Output(top, "converge")),
     }
 
 
@@ -150,9 +150,9 @@ def test_every_page_follows_the_readers_colours(browser, files, name):
 
 def test_curves_of_one_abscissa_are_columns(browser, files):
     browser.open(files["report"], DESK)
-    rows = browser.csv("Largest stress")
+    rows = browser.csv("Stress")
     assert rows[0][0] == "Pressure (kPa)" and len(rows[0]) == 3
-    assert rows[0][1] == "Largest von Mises stress: Largest stress (MPa)"
+    assert rows[0][1] == "Largest von Mises stress: Stress (MPa)"
     assert [float(row[0]) for row in rows[1:]] == [0, 12.5, 25, 37.5, 50]
 
 

@@ -9,8 +9,8 @@ import pytest
 from softact.check import cases
 from softact.cli.main import main
 from softact.materials import CARDS
-from softact.results import read
-from softact.run import run
+from softact.results.folder import read
+from softact.run.start import run
 from softact.spec import load, loads
 from softact.spec.plausible import RANGES, lines, oddities
 
@@ -158,6 +158,18 @@ ODD = {
         "steps.0.gravity",
         "9.81 mm/s^2 is below what is usual for accelerations",
     ),
+    "moment": (
+        CUBE,
+        "steps.0.torque={surface: z_max, moment: [0 N*mm, 3 MN*m, 0 N*mm]}",
+        "steps.0.torque",
+        "above",
+    ),
+    "spring": (
+        CUBE,
+        "supports.1={surface: z_max, spring: {x: 1e-9 N/mm}}",
+        "supports.1.spring.x",
+        "below",
+    ),
     "motion": (
         CUBE,
         "supports.1.move.x=2 Mm",
@@ -188,6 +200,30 @@ def test_a_value_that_looks_a_unit_wrong_is_warned_of(case):
     text, change, place, words = ODD[case]
     found = lines(loads(text, overrides=[change]))
     assert [line for line in found if line.startswith(f"{place}: ") and words in line], found
+
+
+@pytest.mark.parametrize(
+    "given, said",
+    [(", bulk_modulus: 100 MPa", "bulk_modulus: 50000 MPa, or none of bulk_modulus, poissons_r"),
+     (", bulk_modulus: 6000 MPa", ""), ("", "")],
+)  # fmt: skip
+def test_a_bulk_modulus_that_is_small_beside_the_fibres(given, said):
+    """With a hundredth of the fibres' stiffness a tube's volume grows by percents, see
+    tests/analytic/test_fibres.py; the default follows the fibres."""
+    law = (
+        f"{{law: holzapfel, c10: 0.05 MPa, k1: 5000 MPa, angle: 25 deg, normal: [0, 0, 1]{given}}}"
+    )
+    found = lines(loads(CUBE, overrides=[f"materials.body={law}"]))
+    assert [said in line for line in found if "bulk modulus K" in line] == ([True] if said else [])
+
+
+@pytest.mark.parametrize("ratio, warned", [(0.45, True), (0.4801, False), (0.499, False)])
+def test_a_rubber_whose_volume_is_not_kept(ratio, warned):
+    """A shear modulus of 0.2 MPa: K is 1.93 MPa at ν = 0.45, and 200 MPa keep the volume."""
+    found = lines(loads(CUBE, overrides=[f"materials.body.poissons_ratio={ratio}"]))
+    assert len(found) == warned
+    assert not warned or "K of 1.933 MPa, 9.67 times" in found[0]
+    assert not warned or "bulk_modulus: 200 MPa keeps the volume" in found[0]
 
 
 def test_every_range_has_its_case_its_evidence_and_an_order():

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from softact.fit.measured import run_columns
+from softact.measured.curve import run_columns
 from softact.sweep.cache import Cache
 from softact.sweep.points import spec_at
 

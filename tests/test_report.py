@@ -2,7 +2,6 @@
 
 import json
 import re
-from contextlib import nullcontext
 
 import bent_beam
 import numpy as np
@@ -18,8 +17,8 @@ from softact.report import (
     view,
     write_report,
 )
-from softact.results import read
-from softact.results_writer import ResultsWriter
+from softact.results.folder import read
+from softact.results.writer import ResultsWriter
 
 LENGTH, HEIGHT = bent_beam.LENGTH, bent_beam.HEIGHT
 ANGLE, INCREMENTS = bent_beam.ANGLE, bent_beam.INCREMENTS
@@ -28,7 +27,7 @@ ANGLE, INCREMENTS = bent_beam.ANGLE, bent_beam.INCREMENTS
 @pytest.fixture
 def no_drawing(monkeypatch):
     """Leave out the pictures, which take seconds and are not what the test is about."""
-    monkeypatch.setattr(pictures, "drawing", lambda results, parts: nullcontext(lambda: "left out"))
+    monkeypatch.setattr(pictures, "drawing", bent_beam.undrawn)
 
 
 def page_of(directory):
@@ -80,7 +79,9 @@ def test_figures_are_those_of_the_closed_form(reported_beam):
 
 def test_it_tells_status_assumptions_history_and_provenance(reported_beam):
     text = visible((reported_beam / "report.html").read_text())
-    assert "<strong>Complete.</strong>" in text and "50 kPa" in text
+    assert "<strong>Solved and trusted.</strong>" in text and "banner good" in text
+    assert "the last state is at 50 kPa" in text and "bending angle 200°" in text
+    assert "How far the mesh is from converged was not looked at" in text
     assert "The wall thickness of &lt;2 mm&gt; is not in the paper" in text
     assert "9 increments were tried, 1 of them" in text and "39 Newton iterations" in text
     assert table_row(text, "solve") == ["20.25"]
@@ -115,14 +116,14 @@ def test_an_early_end_is_told(tmp_path, no_drawing):
     message = "beyond 19.95 kPa: too many Newton iterations"
     bent_beam.write(tmp_path / "r", 90.0, 2, "no_equilibrium", messages=[message])
     text, _, _ = page_of(tmp_path / "r")
-    assert "No equilibrium found beyond this point." in text and message in text
-    assert "Complete." not in text
+    assert "<strong>Not solved.</strong>" in text and message in text and "banner bad" in text
+    assert "Solved" not in text
 
 
 def test_an_incomplete_run_is_told(tmp_path, no_drawing):
     bent_beam.write(tmp_path / "r", 90.0, 2, status=None)
     text, _, view = page_of(tmp_path / "r")
-    assert "<strong>Incomplete.</strong>" in text and "Complete.<" not in text
+    assert "<strong>Not solved.</strong> The run has not ended, or was stopped" in text
     assert len(view["states"]) == 3
 
 
@@ -137,7 +138,7 @@ def test_a_torn_field_file_leaves_the_rest(tmp_path):
     bent_beam.write(tmp_path / "r", 90.0, 2)
     (tmp_path / "r" / "fields.h5").write_bytes(b"torn")
     text, plots, view = page_of(tmp_path / "r")
-    assert "fields.h5 cannot be read" in text
+    assert "fields.h5: is damaged" in text
     assert view is None and len(plots) > 5
     assert table_row(text, "Bending angle")[-1] == "90.00"
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from softact.geometry import Layout
+from softact.mesh.layout import Layout
 from softact.report import frames, obstacles, surface, view, viewer
-from softact.results import read
-from softact.results_writer import ResultsWriter
+from softact.results.folder import read
+from softact.results.writer import ResultsWriter
 
 LENGTH, HALF, HEIGHT = bent_beam.LENGTH, bent_beam.HALF_WIDTH, bent_beam.HEIGHT
 WALL = bent_beam.WALL

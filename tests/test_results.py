@@ -15,10 +15,10 @@ import meshio
 import numpy as np
 import pytest
 
-from softact import results_writer
 from softact.errors import SpecError
-from softact.results import read
-from softact.results_writer import ResultsWriter
+from softact.results import writer as results_writer
+from softact.results.folder import read
+from softact.results.writer import ResultsWriter
 
 SMALL = {"nx": 2, "ny": 2, "nz": 7}
 INCREMENTS = 4
@@ -103,6 +103,8 @@ def test_run_json_is_strict_json(tmp_path):
     writer.finish("no_equilibrium", {"angle_deg": 1.0}, {"array": np.arange(2), "path": Path("a")})
     text = (tmp_path / "r" / "run.json").read_text()
     run = json.loads(text, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
+    assert run.pop("files").keys() == {"spec.yaml", "curve.csv", "summary.csv"}
+    assert len(run.pop("checksum")) == 16
     assert run == {
         "nan": None, "n": 3, "array": [0, 1], "path": "a", "status": "no_equilibrium",
     }  # fmt: skip
@@ -152,7 +154,7 @@ def test_a_torn_field_file_is_told_not_raised(tmp_path):
     fields = tmp_path / "r" / "fields.h5"
     fields.write_bytes(fields.read_bytes()[:2000])
     torn = read(tmp_path / "r")
-    assert torn.points is None and "fields.h5" in torn.faults[0]
+    assert not torn.has_mesh and "fields.h5" in torn.faults[0]
     assert len(torn.curve["pressure_kPa"]) == 3
 
 
@@ -272,7 +274,8 @@ def test_an_array_larger_than_its_file_is_not_read(tmp_path):
     ):
         results.field(1, "displacement")
     lying(directory / "fields.h5", "mesh/points", (10**9, 3))
-    (fault,) = read(directory).faults
+    changed, fault = read(directory).faults
+    assert "fields.h5: is not as the run wrote it" in changed
     assert "/mesh/points would take 2.4e+10 bytes" in fault
 
 
@@ -298,5 +301,5 @@ def test_a_stored_spec_is_read_within_bounds(tmp_path):
 
 def test_a_run_json_that_is_nested_without_end_is_told(tmp_path):
     (tmp_path / "run.json").write_text("[" * 100_000)
-    with pytest.raises(SpecError, match=r"run.json: not JSON: maximum recursion depth"):
+    with pytest.raises(SpecError, match=r"run.json: is damaged \(maximum recursion depth"):
         read(tmp_path)

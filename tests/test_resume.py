@@ -3,6 +3,7 @@
 import csv
 import json
 import random
+import re
 import subprocess
 import sys
 
@@ -11,7 +12,7 @@ import pytest
 from benchmarks import resume
 from softact import spec as specs
 from softact.errors import SoftactError
-from softact.run import run
+from softact.run.start import run
 
 CUBE = """
 name: cube
@@ -71,7 +72,7 @@ def test_interrupted_run_goes_on(cube, tmp_path, after):
 
 
 def specs_fields(folder):
-    from softact.results import read
+    from softact.results.folder import read
 
     results = read(folder)
     return len(results.increments), results.field(-1, "displacement").round(9).tolist()
@@ -108,15 +109,79 @@ def test_nothing_is_left_to_do(cube, tmp_path):
     assert (tmp_path / "out" / "curve.csv").stat().st_mtime_ns == before
 
 
-def test_fields_cut_off_in_a_write(cube, tmp_path):
-    """fields.h5 cannot be read: all is solved anew."""
+def test_fields_that_cannot_be_read(cube, tmp_path):
+    """They are missed with a word, and nothing of what is there is lost; anew it is solved."""
+    cut = tmp_path / "cut"
+    interrupt(cube(), cut, 7)
+    (cut / "fields.h5").write_bytes((cut / "fields.h5").read_bytes()[:100])
+    before = {path.name: path.read_bytes() for path in cut.iterdir()}
+    with pytest.raises(SoftactError) as refused:
+        run(cube(), cut, report=False, resume=True)
+    (line,) = refused.value.lines
+    assert line.startswith(f"{cut}/fields.h5: is damaged (") and line.endswith("solved anew")
+    assert {path.name: path.read_bytes() for path in cut.iterdir()} == before
+    assert run(cube(), cut, report=False).status == "complete"
+
+
+def test_curve_and_run_that_cannot_be_read(cube, tmp_path):
+    """The file from which a run goes on holds all that they held."""
     whole, cut = tmp_path / "whole", tmp_path / "cut"
     run(cube(), whole, report=False)
     interrupt(cube(), cut, 7)
-    with (cut / "fields.h5").open("r+b") as file:
-        file.truncate(100)
+    for name in ("curve.csv", "run.json", "spec.yaml"):
+        (cut / name).write_bytes(b"\xff\0" + (cut / name).read_bytes()[:50])
     assert run(cube(), cut, report=False, resume=True).status == "complete"
     assert resume.difference(curve(whole), curve(cut)) < 1e-8
+    assert (cut / "spec.yaml").read_text() == (whole / "spec.yaml").read_text()
+
+
+@pytest.mark.parametrize("damage", ["cut", "zeroed", "one bit"])
+def test_restart_file_that_is_damaged(cube, tmp_path, damage):
+    interrupt(cube(), tmp_path / "cut", 3)
+    path = tmp_path / "cut" / "restart.npz"
+    raw = bytearray(path.read_bytes())
+    if damage == "cut":
+        raw = raw[: len(raw) // 2]
+    elif damage == "zeroed":
+        raw = bytearray(len(raw))
+    else:
+        raw[len(raw) // 3] ^= 4
+    path.write_bytes(raw)
+    with pytest.raises(SoftactError) as refused:
+        run(cube(), tmp_path / "cut", report=False, resume=True)
+    assert refused.value.exit_code == 2
+    assert refused.value.lines == [
+        f"{path}: is damaged: it is not as it was written; the run cannot go on from it; without "
+        "--resume it is solved anew"
+    ]
+
+
+def test_killed_while_its_report_is_made(cube, tmp_path):
+    """The run is complete; resumed, it gets its report."""
+    folder = tmp_path / "out"
+
+    def progress(event):
+        if event["stage"] == "report":
+            raise Killed
+
+    with pytest.raises(Killed):
+        run(cube(), folder, progress=progress)
+    assert json.loads((folder / "run.json").read_text())["status"] == "complete"
+    assert not (folder / "report.html").exists()
+    before = (folder / "curve.csv").stat().st_mtime_ns
+    assert run(cube(), folder, resume=True).status == "complete"
+    assert (folder / "report.html").exists() and (folder / "states.png").exists()
+    assert (folder / "curve.csv").stat().st_mtime_ns == before
+
+
+def test_log_keeps_what_was_told_before(cube, tmp_path):
+    interrupt(cube(), tmp_path / "cut", 4)
+    first = (tmp_path / "cut" / "log.txt").read_text()
+    assert first.count(" iterations") >= 4
+    run(cube(), tmp_path / "cut", report=False, resume=True)
+    log = (tmp_path / "cut" / "log.txt").read_text()
+    assert log.startswith(f"{first}resumed\n")
+    assert re.search(r" s  all steps solved\n +[\d.]+ s  solved and trusted\n$", log)
 
 
 @pytest.mark.parametrize(

@@ -12,8 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from softact import run as runs
 from softact import spec as specs
+from softact.run import recorder
+from softact.run import start as runs
+from softact.solve.progress import Trying
 
 CONFIG = Path(__file__).parents[1] / "configs" / "pneunet_small.yaml"
 # Two chambers and few increments: the physics is the same.
@@ -24,7 +26,7 @@ COARSE = (
     "solver.max_increment=0.5",
 )
 # Of how it was computed, not of the actuator.
-WORK = {"step", "increment", "step_fraction", "newton_iterations", "residual"}
+WORK = {"control", "step", "increment", "step_fraction", "newton_iterations", "residual"}
 
 
 @pytest.fixture(scope="module")
@@ -61,6 +63,18 @@ def assert_same(row, other, tolerance):
 
 # What is zero but for rounding is compared with one of these: deg, mm, N, N·mm.
 FLOORS = {"deg": 1.0, "mm": 1.0, "N": 0.1, "Nmm": 1.0}
+
+
+def test_a_run_says_which_walls_have_one_element(solved):
+    """In its log, and in run.json where the data sheet finds it."""
+    folder = solved(1)
+    story = json.loads((folder / "run.json").read_text())
+    (said,) = story["mesh"]["remarks"]
+    assert said.startswith(
+        "one element through outer_wall (1 mm), roof (1 mm) and inner_wall (1 mm)"
+    )
+    assert said in story["notes"]
+    assert (folder / "log.txt").read_text().startswith(said)
 
 
 def same_vector(name, other):
@@ -172,7 +186,7 @@ def test_says_what_leaves_the_tested_stretch(high, warned, tmp_path):
 SHORT = """
 import re, resource
 from scipy import linalg
-from softact.worker import _start_blas
+from softact.run.worker import _start_blas
 now = 1024 * int(re.search(r"VmSize:\\s+(\\d+)", open("/proc/self/status").read())[1])
 resource.setrlimit(resource.RLIMIT_AS, (now + 2**26, now + 2**26))
 try:
@@ -201,3 +215,51 @@ def test_openblas_without_its_buffer_is_told():
 def test_what_a_solver_died_of_is_told(tmp_path, code, noise, said):
     (tmp_path / "stderr").write_text(noise)
     assert said in runs._crash(code, tmp_path / "stderr")
+
+
+def test_the_solver_tells_what_it_tries_but_not_too_often(monkeypatch):
+    """Nothing while states are accepted, one event for many iterations that lead nowhere."""
+    events, clock = [], iter(np.arange(0.0, 100.0, 0.5))
+    monkeypatch.setattr(recorder.time, "monotonic", lambda: next(clock))
+    writing = recorder.Recorder.__new__(recorder.Recorder)
+    writing._tell, writing._told_at = events.append, 0.0
+    for iteration in range(40):
+        writing._try(Trying("inflate", 0.4, "search", iteration, 1e-2, iteration))
+    told = [event["iteration"] for event in events]
+    assert all(event["stage"] == "progress" for event in events)
+    assert 3 <= len(told) <= 5 and np.all(np.diff(told) >= recorder.SILENCE / 0.5 - 1)
+
+
+def test_log_and_verdict_stand_in_the_folder(tmp_path):
+    """Each line of the log has its seconds; what is thought of the run ends it."""
+    outcome = runs.run(specs.loads(STRETCHED.format(high=1.2)), tmp_path / "out", report=False)
+    assert outcome.verdict.colour == "amber"
+    story = json.loads((tmp_path / "out" / "run.json").read_text())
+    assert story["verdict"] == outcome.verdict.data()
+    lines = (tmp_path / "out" / "log.txt").read_text().splitlines()
+    seconds = [float(line[:8]) for line in lines if line[8:12] == " s  "]
+    assert len(seconds) == len(lines) > 5 and seconds == sorted(seconds)
+    assert "solved, but:" in lines[-2] and "was tested" in lines[-1]
+
+
+def test_a_run_may_be_started_from_a_process_under_mpi(tmp_path):
+    """Whoever has imported mpi4py hands Open MPI's variables on: mpirun ended with code 1."""
+    code = (
+        "import sys; from mpi4py import MPI; from softact import spec\n"
+        "from softact.run.start import run\n"
+        "outcome = run(spec.loads(sys.argv[1]), sys.argv[2], processes=2, report=False)\n"
+        "print(outcome.status)"
+    )
+    arguments = [STRETCHED.format(high=3.0), str(tmp_path / "out")]
+    done = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True)
+    assert done.stdout == "complete\n", done.stderr
+
+
+@pytest.mark.parametrize(
+    ("more", "cores", "expected"),
+    [("", 1, 1), ("", 2, 2), ("", 64, 2), ("contact: [{self: x_max}]", 64, 1)],
+)
+def test_how_many_processes_are_usual(more, cores, expected, monkeypatch):
+    monkeypatch.setattr(runs.os, "sched_getaffinity", lambda pid: set(range(cores)))
+    spec = specs.loads(STRETCHED.format(high=3) + more)
+    assert runs.usual_processes(spec) == expected

@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 
 from softact import spec
-from softact.contact.shapes import Block, Cylinder, Plane, Sphere
+from softact.contact.obstacles.block import Block
+from softact.contact.obstacles.cylinder import Cylinder
+from softact.contact.obstacles.plane import Plane
+from softact.contact.obstacles.sphere import Sphere
 from softact.errors import SpecError
 
 TEXT = """\

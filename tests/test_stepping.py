@@ -6,11 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from softact import branch
-from softact.drive import Point, extrapolate
-from softact.increments import SMALL, next_size
-from softact.ladder import Ladder
-from softact.stepping import Attempt
+from softact.solve.increments import INCREMENTS, next_size
+from softact.solve.path import Point, extrapolate
+from softact.solve.progress import Attempt
+from softact.solve.rungs import volume
+from softact.solve.walk import Walk
 
 
 @pytest.mark.parametrize("iterations", [1, 5, 8, 15, 100])
@@ -18,7 +18,7 @@ def test_accepted_increments_never_shrink_to_nothing(iterations):
     size = 0.5
     for _ in range(200):
         size = next_size(size, iterations, 0.5)
-        assert SMALL * 0.5 * 0.7 <= size <= 0.5
+        assert INCREMENTS.small * 0.5 * 0.7 <= size <= 0.5
 
 
 def test_few_iterations_let_it_grow_and_many_shrink():
@@ -67,10 +67,10 @@ def test_a_rate_bears_on_the_newest_part_of_the_path():
 
 
 def limit_ahead(*attempts):
-    ladder = Ladder.__new__(Ladder)
-    ladder.step = SimpleNamespace(name="inflate")
-    ladder.stepper = SimpleNamespace(progress=SimpleNamespace(attempts=attempts))
-    return ladder._limit_ahead()
+    walk = Walk.__new__(Walk)
+    walk.step = SimpleNamespace(name="inflate")
+    walk.progress = SimpleNamespace(attempts=attempts)
+    return walk.limit_ahead()
 
 
 def accepted(fraction, speed, converged=True):
@@ -100,7 +100,7 @@ def test_a_traced_limit_lies_below_the_end_of_the_step():
     def limit(fractions):
         places = (0.0, 1.0, 1.1)
         seen = [Point(s, None, np.array([t])) for s, t in zip(places, fractions, strict=True)]
-        return branch._Trace._limit(None, seen)
+        return volume._Trace._limit(None, seen)
 
     assert 0.7 < limit((0.5, 0.7, 0.65)) < 1.0
     assert limit((0.9, 0.99, 0.7)) == 0.99

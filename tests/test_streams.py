@@ -14,7 +14,7 @@ import yaml
 
 import softact
 from softact.errors import SoftactError
-from softact.run import CannotWriteError, run
+from softact.run.start import CannotWriteError, run
 from softact.spec import loads
 
 SOFTACT = [sys.executable, "-m", "softact.cli.main"]
@@ -217,8 +217,9 @@ def test_no_folder_for_temporary_files_is_told_with_the_remedy(tmp_path, monkeyp
 
 def test_a_user_without_a_home_is_told_with_the_remedy(monkeypatch):
     """As in a container whose user is a number: Python knows no home then."""
-    from softact import doctor, jit
-    from softact.report.base.page import plotly
+    from softact import doctor
+    from softact.report.base.layout import plotly
+    from softact.system import jit
 
     def homeless():
         raise RuntimeError("Could not determine home directory.")

@@ -13,12 +13,12 @@ from softact.fit.run import Request
 from softact.fit.run import run as fit
 from softact.fit.sheet import make_sheet
 from softact.materials import LAWS
-from softact.optimise import page as optimise_page
+from softact.optimise import optimise_page
 from softact.optimise.spec import Optimisation
 from softact.optimise.study import Trials
+from softact.results.own_folder import Output
 from softact.sweep import compute as computing
-from softact.sweep import page as sweep_page
-from softact.sweep import table
+from softact.sweep import sweep_page, table
 from softact.sweep.cache import Cache
 from softact.sweep.spec import Sweep, read
 from softact.sweep.study import locally, open_study
@@ -33,7 +33,7 @@ OPTIMISE = f"""{CUBE}
 parameters:
   - {{path: geometry.length, from: 4 mm, to: 20 mm}}
 objectives: [{{measure: bending_angle_deg, goal: maximise}}]
-constraints: [{{measure: tip_x_mm, above: 0}}]
+constraints: [{{measure: tip_x_mm, above: -1000}}]
 trials: 6
 reference: {{geometry.length: 5 mm}}
 """
@@ -56,7 +56,7 @@ def an_optimisation(top):
     wanted, base = read(top / "opt.yaml", Optimisation)
     trials = Trials(wanted, base, Cache(top / "runs"), top)
     trials.run(1, lambda trial, answer: None)
-    return optimise_page.write(trials, top)
+    return optimise_page.write(trials, Output(top, "optimize"))
 
 
 def a_fit(top):
@@ -66,8 +66,9 @@ def a_fit(top):
         rows = [f"{s:.8f};{p:.8f}" for s, p in zip(STRETCH, stress, strict=True)]
         (top / f"{mode}.csv").write_text("\n".join(["stretch;nominal stress (kPa)", *rows]))
         sheets.append(make_sheet({"file": top / f"{mode}.csv", "mode": mode}, mode))
-    fit(Request(sheets, "yeoh", top, "mine", compare=("ecoflex-00-30",)), lambda line: None)
-    return top / "mine.html"
+    wanted = Request(sheets, "yeoh", top / "fit", "mine", compare=("ecoflex-00-30",))
+    fit(wanted, lambda line: None)
+    return top / "fit" / "mine.html"
 
 
 @pytest.fixture(scope="module")

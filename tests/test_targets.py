@@ -9,8 +9,8 @@ from click.testing import CliRunner
 
 from softact.cli.report import report
 from softact.report import body, targets
-from softact.results import read
-from softact.results_writer import ResultsWriter
+from softact.results.folder import read
+from softact.results.writer import ResultsWriter
 from softact.units import DENSITY
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softact import tensors
+from softact.materials import tensors
 
 DRAW = np.random.default_rng(3)
 F = DRAW.normal(size=(50, 4, 3, 3))

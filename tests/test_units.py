@@ -128,7 +128,7 @@ def test_a_radian_is_converted_to_degrees():
         (PRESSURE, "1 N/m^3", "is a weight per volume; write a pressure"),
         (PRESSURE, "1 mm^4", "is a second moment of area; write a pressure"),
         (PRESSURE, "1 kPa^3", "is of another kind; write a pressure"),
-        (PRESSURE, "1 Nmm", "is a moment or an energy; write a pressure"),
+        (PRESSURE, "1 Nmm", "is a moment; write a pressure"),
         (PRESSURE, "15 psia", "this is an absolute pressure"),
         (PRESSURE, "30 Shore A", "a hardness gives no modulus"),
         (

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softact.waves import Wave
+from softact.geometry.waves import Wave
 
 # U: upright flanks; V: leaning ones; shallow: arcs that meet without a flank's help.
 WAVES = {

@@ -16,7 +16,10 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from softact.spec import document, overrides
+from softact.files import document
+from softact.spec import opened
+from softact.spec.faults import validated
+from softact.spec.path import assign
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
@@ -51,18 +54,18 @@ class Run(Strict):
 
     def base(self) -> document.Document:
         """The spec's file as plain data."""
-        return document.read(ROOT / self.spec)
+        return opened(ROOT / self.spec)
 
     @property
     def changes(self) -> tuple[tuple[str, Any], ...]:
-        """(path, value) of each replaced value, for ``softact.sweep.points.spec_at``."""
+        """(path, value) of each replaced value, for ``softact.spec.spec_at``."""
         return tuple(self.set.items())
 
     def fingerprint(self) -> str:
         """16 hexadecimal digits of all that is written for this run and makes its numbers."""
         base = self.base()
         for path, value in self.changes:
-            overrides.assign(base, path, value, path)
+            assign(base, path, value, path)
         data = {key: value for key, value in base.data.items() if key not in _TEXTS}
         return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()[:16]
 
@@ -178,7 +181,7 @@ class _File(Strict):
 
 def read(path: Path = DATA) -> tuple[Source, ...]:
     """All sources. Raises ValueError where names are used twice or lead nowhere."""
-    sources = _File.model_validate(document.read(path).data).sources
+    sources = validated(document.read(path), _File).sources
     runs = [name for source in sources for name in source.runs]
     figures = [figure.id for source in sources for figure in source.figures]
     for names in (runs, figures):

@@ -13,7 +13,7 @@ from typing import Any
 from pydantic import Field
 
 from published.figures import HERE, Figure, Run, Strict
-from softact.files import write_atomic
+from softact.files.text import write_atomic
 
 STORE = HERE / "results.json"
 

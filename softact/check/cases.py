@@ -7,12 +7,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from softact.errors import SpecError
-from softact.spec import Spec, document
-from softact.spec.choice import fault, fault_at
-from softact.spec.faults import fault_lines
+from softact.fields import fault, fault_at
+from softact.files import document
+from softact.files.text import digest
+from softact.nearest import nearest
+from softact.spec import Spec, part, spec_at
+from softact.spec.faults import validated
+from softact.spec.kinds import read_as
 from softact.units import Dimensionless
 
 FOLDER = Path("configs") / "reference"
@@ -81,13 +85,14 @@ class CaseFile(BaseModel):
 
 @dataclass(frozen=True)
 class Case:
-    """A case as read. name: of its file."""
+    """A case as read. name: of its file. digest: of the file's content."""
 
     name: str
     path: Path
     content: CaseFile
     spec: Spec
     source: document.Document
+    digest: str
 
 
 def find(names: tuple[str, ...]) -> list[Path]:
@@ -101,8 +106,6 @@ def find(names: tuple[str, ...]) -> list[Path]:
     for name in names:
         path = next((p for p in known if p.stem == name), Path(name))
         if not path.is_file():
-            from softact.spec.choice import nearest
-
             hint = nearest(name, [p.stem for p in known])
             raise SpecError(f"{name}: there is no such case or file; {hint}")
         found.append(path)
@@ -111,22 +114,11 @@ def find(names: tuple[str, ...]) -> list[Path]:
 
 def read(path: Path) -> Case:
     """Read a case. Raises SpecError with one line per fault."""
-    source = document.read(path)
-    try:
-        content = CaseFile.model_validate(source.data)
-    except ValidationError as error:
-        raise SpecError(*fault_lines(error, source, CaseFile)) from None
-    if isinstance(content.spec, str):
-        base = document.read(path.parent / content.spec)
-    else:
-        lines = {place[1:]: n for place, n in source.lines.items() if place[:1] == ("spec",)}
-        base = document.Document(source.name, dict(content.spec), lines)
-    base.data.setdefault("name", path.stem)
-    try:
-        spec = Spec.model_validate(base.data)
-    except ValidationError as error:
-        raise SpecError(*fault_lines(error, base, Spec)) from None
-    return Case(path.stem, path, content, spec, source)
+    source = read_as(path, "case")
+    known = digest(path)
+    content = validated(source, CaseFile)
+    spec = spec_at(part(source, "spec", path.stem))
+    return Case(path.stem, path, content, spec, source, known)
 
 
 def in_tolerance(value: Value, found: float) -> bool:

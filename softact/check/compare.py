@@ -14,8 +14,8 @@ import numpy as np
 
 from softact.check.cases import Case, Value, in_tolerance
 from softact.errors import SoftactError
-from softact.results import COMPLETE, Results, read
-from softact.run import run
+from softact.results.folder import COMPLETE, Results, read
+from softact.run.start import run
 
 
 @dataclass(frozen=True)

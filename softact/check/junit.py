@@ -7,6 +7,9 @@ from xml.etree import ElementTree
 
 from softact.check.compare import Outcome
 
+#: By what softact knows a file of its own.
+SIGN = b'<testsuite name="softact check"'
+
 
 def junit(outcomes: Sequence[Outcome]) -> bytes:
     """One suite with a test for each case; a deviation is a failure, a broken run an error."""

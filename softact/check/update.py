@@ -5,10 +5,12 @@ from __future__ import annotations
 import datetime
 import re
 
-from softact.check.cases import read
+from softact.check.cases import CaseFile
 from softact.check.compare import Outcome
 from softact.errors import SpecError
-from softact.files import write_atomic
+from softact.files import document
+from softact.files.text import digest, write_atomic
+from softact.spec.faults import validated
 from softact.spec.text import to_text
 
 
@@ -16,10 +18,15 @@ def update(outcome: Outcome, reason: str) -> list[str]:
     """Write the found values of kind 'computed' into the file; returns old and new in words.
 
     Exact and published values stay: where one of them deviates, the code or the case is wrong.
-    Raises SpecError where the file is not written as it should be.
+    Raises SpecError, and leaves the file alone, where it is not written as it should be or was
+    edited while the case ran.
     """
     case, changes = outcome.case, []
-    lines = case.path.read_text(encoding="utf-8").splitlines()
+    path = case.path.resolve()  # a link stays one
+    if digest(path) != case.digest:
+        raise SpecError(f"{case.path}: was edited while the case ran; nothing is stored, run again")
+    raw = path.read_bytes().decode("utf-8-sig")
+    lines = raw.splitlines()
     for difference in outcome.differences:
         stored = difference.value
         if stored.kind != "computed" or difference.found != difference.found:
@@ -28,7 +35,7 @@ def update(outcome: Outcome, reason: str) -> list[str]:
         line = case.source.lines["values", number, "value"] - 1
         new = float(f"{difference.found:.7g}")
         lines[line], count = re.subn(
-            r"(\bvalue:\s*)" + _NUMBER, lambda m, new=new: f"{m[1]}{new!r}", lines[line], count=1
+            r"(\bvalue:\s*)" + _NUMBER, rf"\g<1>{new!r}", lines[line], count=1
         )
         if not count:
             raise SpecError(f"{case.path}:{line + 1}: the number has to follow 'value:' here")
@@ -37,9 +44,10 @@ def update(outcome: Outcome, reason: str) -> list[str]:
         entry = {"date": datetime.date.today().isoformat(), "reason": reason, "changes": changes}
         if "history" not in case.source.data:
             lines.append("history:")
-        text = to_text([entry]).rstrip()
-        write_atomic(case.path, "\n".join([*lines, *text.splitlines()]) + "\n")
-        read(case.path)
+        end = "\r\n" if "\r\n" in raw else "\n"
+        text = end.join([*lines, *to_text([entry]).splitlines()]) + end
+        validated(document.parse(text, str(case.path)), CaseFile)
+        write_atomic(path, text)
     return changes
 
 

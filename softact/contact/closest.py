@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from softact import jit
 from softact.contact.backs import Backs
 from softact.contact.sight import spheres
+from softact.system import jit
 
 # How far beyond its edge a facet still counts, barycentric: it closes the wedges between facets.
 SLACK = 0.01
@@ -93,8 +93,7 @@ class Closest:
         """Partner (k, q) (−1: none), place on it (k, q, 2) and signed gap (k, q) mm of points
         (k, q, 3) on facets (k, n, 3). reach, depth: (k,) largest gap and overlap, mm. before:
         partners that are kept where they still are."""
-        arrays = places, nodes, reach, depth
-        places, nodes, reach, depth = (np.ascontiguousarray(array) for array in arrays)
+        places, nodes, reach, depth = map(np.ascontiguousarray, (places, nodes, reach, depth))
         own = np.ascontiguousarray(facet_normals(nodes))
         shape = places.shape[:2]
         partner = np.full(shape, -1, np.int32) if before is None else before.astype(np.int32)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from mpi4py import MPI
 
+from softact.contact.base import Contact
 from softact.errors import SpecError
 
 # Overlap that is still contact, of the element size; stiffer from ENOUGH of it on.
@@ -19,7 +22,7 @@ OVERRUN = "'{}' moved too far into the body in one increment"
 class Contacts:
     """The contacts of a model, in order; collective over the processes of ``comm``."""
 
-    def __init__(self, comm, contacts=()):
+    def __init__(self, comm: MPI.Comm, contacts: Iterable[Contact] = ()):
         self._comm = comm
         self._all = list(contacts)
 
@@ -70,6 +73,10 @@ class Contacts:
         """Whether anything is in touch."""
         return any(self.smallest_gap(contact, state)[0] < 0.0 for contact in self._all)
 
+    def area(self, contact, state) -> float:
+        """Undeformed area (mm²) of the meshed part that is in touch."""
+        return self._comm.allreduce(contact.area(state))
+
     def force(self, contact, state):
         """Force (3,) N on the meshed part of the body."""
         return self._comm.allreduce(contact.force(state))
@@ -93,7 +100,7 @@ class Contacts:
 
     def overrun(self, before, after) -> str | None:
         """Which obstacle moved too far into a body that had not moved, as such a reason."""
-        return self._first(OVERRUN, [c.rigid and c.overrun(before, after) for c in self._all])
+        return self._first(OVERRUN, [c.overrun(before, after) for c in self._all])
 
     def _first(self, reason: str, faults: list[bool]) -> str | None:
         for contact, fault in zip(self._all, faults, strict=True):
@@ -104,7 +111,7 @@ class Contacts:
     def check_clear(self, state, names=None) -> None:
         """Raise SpecError where an obstacle (one of ``names``) that is there overlaps the body."""
         for contact in self._all:
-            if not contact.rigid or contact.presence(state) != 1.0:
+            if not contact.stands(state):
                 continue
             if names is not None and contact.name not in names:
                 continue

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from softact.contact.pressure import ONSET, SHEET_STIFFNESS, STIFFNESS
+from softact.mesh.triangles import shape_functions
 
 # A quadratic facet is split into four triangles on its own nodes; each has the three points of
 # the rule that integrates quadratics exactly. A uniform pressure then gives exact nodal forces.
@@ -13,17 +14,6 @@ CORNERS = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0.5, 0], [0, 0.5, 0.5
 RULE = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6
 HALF = 0.5
 POINTS = np.vstack([RULE @ CORNERS[list(piece)] for piece in PIECES])  # barycentric (12, 3)
-
-
-def shape_functions(barycentric: np.ndarray, nodes: int) -> np.ndarray:
-    """Values (..., nodes) at barycentric coordinates (..., 3); corners, then middles 01 12 20."""
-    if nodes == 3:
-        return barycentric
-    a, b, c = np.moveaxis(barycentric, -1, 0)
-    return np.stack(
-        [a * (2 * a - 1), b * (2 * b - 1), c * (2 * c - 1), 4 * a * b, 4 * b * c, 4 * c * a],
-        axis=-1,
-    )
 
 
 class ContactFacets:

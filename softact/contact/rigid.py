@@ -12,8 +12,10 @@ import numpy as np
 
 from softact.contact.facets import ContactFacets
 from softact.contact.friction import ELASTIC_SLIP, friction
+from softact.contact.obstacles.base import Shape
 from softact.contact.pressure import pressure
 from softact.contact.way import goes_deeper
+from softact.system.term import State
 
 # What a step of Newton's method may press in on its way, of the element size and of the
 # obstacle's room.
@@ -27,11 +29,11 @@ CHORD = 0.25
 
 @dataclass(frozen=True)
 class Obstacle:
-    """A rigid body: shape (see ``shapes``), Coulomb coefficient, whether it is there from the
+    """A rigid body: shape (see ``obstacles``), Coulomb coefficient, whether it is there from the
     start, whether it is a load cell, and the surfaces that may touch it (None: all outside)."""
 
     name: str
-    shape: object
+    shape: Shape
     friction: float = 0.0
     active: bool = True
     load_cell: bool = False
@@ -46,8 +48,6 @@ class RigidContact:
     ``memory[name.what]``: stiffness (factor), traction, slip and place at the last equilibrium.
     """
 
-    rigid = True
-
     def __init__(self, obstacle: Obstacle, facets: ContactFacets):
         self.obstacle, self.facets = obstacle, facets
         self.name, self.symmetric = obstacle.name, obstacle.friction == 0
@@ -55,9 +55,13 @@ class RigidContact:
     def _memory(self, state, what, default):
         return state.memory.get(f"{self.name}.{what}", default)
 
+    def stands(self, state: State) -> bool:
+        """See ``Contact``."""
+        return self.presence(state) == 1.0
+
     def presence(self, state) -> float:
         """See the class."""
-        return float(state.presence.get(self.name, self.obstacle.active))
+        return float(state["presence"].get(self.name, self.obstacle.active))
 
     def gaps(self, state, x=None):
         """Signed gap (k, 12) mm at the quadrature points, normals and curvatures there."""
@@ -68,7 +72,7 @@ class RigidContact:
 
     def _places(self, state, x):
         """Places of the points (k, 12, 3) as seen from the obstacle."""
-        return self.facets.places(x) - state.shift.get(self.name, np.zeros(3))
+        return self.facets.places(x) - state["shift"].get(self.name, np.zeros(3))
 
     def _stiffness(self, state):
         return self.facets.stiffness * self._memory(state, "stiffness", 1.0)
@@ -91,7 +95,7 @@ class RigidContact:
             t, m, slip = friction(self.obstacle.friction, *flat)
             traction = traction + t.reshape(traction.shape)
             slip = slip.reshape(traction.shape)
-            if moduli:
+            if modulus is not None:
                 modulus = modulus + m.reshape(modulus.shape)
         return on, traction, modulus, slip
 
@@ -116,6 +120,12 @@ class RigidContact:
     def force(self, state) -> np.ndarray:
         """Force (3,) N of the obstacle on this process's part of the body."""
         return np.einsum("kq,kqc->c", self.facets.areas, self.tractions(state))
+
+    def area(self, state) -> float:
+        """Undeformed area in touch on this process, mm²."""
+        if self.presence(state) != 1.0:
+            return 0.0
+        return float(self.facets.areas[self.gaps(state)[0] < 0.0].sum())
 
     def add_force(self, state, out):
         if self.presence(state) == 1.0:

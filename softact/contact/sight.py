@@ -58,7 +58,7 @@ def _groups(centre: np.ndarray) -> np.ndarray:
     has its first member several times."""
     groups = [np.arange(len(centre))]
     while len(groups[0]) > MEMBERS:
-        halves = []
+        halves: list[np.ndarray] = []
         for group in groups:
             axis = np.argmax(np.ptp(centre[group], axis=0))
             order = group[np.argsort(centre[group, axis], kind="stable")]

@@ -22,6 +22,9 @@ from softact.contact.pressure import pressure
 from softact.contact.sight import strayed
 from softact.contact.slip import InTouch, SurfaceFriction
 from softact.errors import SpecError
+from softact.system.term import State
+
+Partners = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 # How far away a partner is looked for, and from which gap on room in the matrix is
 # kept for it; of the element size.
@@ -55,7 +58,7 @@ class SurfaceContact:
     ``memory[name.stiffness]``: factor of the penalty. friction: None where there is none.
     """
 
-    rigid = False
+    obstacle = None
 
     def __init__(self, touching: Touching, model):
         if model.comm.size > 1:
@@ -64,13 +67,13 @@ class SurfaceContact:
         self.symmetric = touching.friction == 0
         surfaces = tuple(dict.fromkeys(name for group in touching.groups for name in group))
         self.facets = ContactFacets(model, surfaces)
-        self._side = np.full(len(self.facets), -1)
+        self._side: np.ndarray = np.full(len(self.facets), -1)
         if len(touching.groups) == 2:
             second = ContactFacets(model, touching.groups[1]).nodes
             self._side = np.isin(self.facets.nodes, second).all(axis=1).astype(int)
         self._closest = Closest(model.comm)
         self.coupling = Coupling(model.assembler, self.facets)
-        self.friction = None
+        self.friction: SurfaceFriction | None = None
         if touching.friction:
             self.friction = SurfaceFriction(
                 self.name, touching.friction, self.facets, self.coupling
@@ -79,7 +82,7 @@ class SurfaceContact:
         self._reach = REACH * self.facets.size + touching.distance
         self._depth = DEPTH * self.facets.size - touching.distance
         self._search(np.zeros(model.unknowns.local))
-        self._last = (None, None)
+        self._last: tuple[bytes, Partners] | None = None
 
     def _overlooks(self, i, j):
         """Whether points of the facets i do not look at the facets j: of a sheet that lies on a
@@ -98,15 +101,24 @@ class SurfaceContact:
         )
         self._looked_from = nodes
 
-    def gaps(self, x):
+    def stands(self, state: State) -> bool:
+        """See ``Contact``."""
+        return False
+
+    def overrun(self, before: State, after: State) -> bool:
+        """See ``Contact``."""
+        return False
+
+    def gaps(self, x: np.ndarray) -> Partners:
         """Partner, place on it and gap (k, 12) of each quadrature point; see ``Closest``."""
         key = x.tobytes()
-        if self._last[0] != key:
+        if self._last is None or self._last[0] != key:
             places, nodes = self.facets.places(x), self.facets.node_places(x)
-            before = None if self._last[1] is None else self._last[1][0]
-            reach, depth = self._reach, self._depth
-            found = self._closest(places, nodes, *self._candidates, reach, depth, before)
-            partner, place, gap = found
+            before = None if self._last is None else self._last[1][0]
+            start, candidate = self._candidates
+            partner, place, gap = self._closest(
+                places, nodes, start, candidate, self._reach, self._depth, before
+            )
             self._last = (key, (partner, place, gap - self.touching.distance))
         return self._last[1]
 
@@ -165,6 +177,10 @@ class SurfaceContact:
             pairs += self.friction.pairs(state, facet, point, partner[facet, point])
         self.coupling.make_room(pairs)
 
+    def area(self, state) -> float:
+        """Undeformed area in touch on this process, mm²."""
+        return float(self._touch(state).area.sum())
+
     def energy(self, state):
         touch = self._touch(state)
         return float(touch.area @ touch.potential)
@@ -182,9 +198,11 @@ class SurfaceContact:
             state, self._touch(state), partner, place, (facet, point, across, normal)
         )
 
-    def pressed(self, state) -> tuple[np.ndarray, np.ndarray]:
+    def pressed(self, state: State) -> tuple[np.ndarray, np.ndarray]:
         """Normal (m,) and tangential (m, 3) forces at the quadrature points in touch, N; only
         those with a partner at the last equilibrium, for the others have no friction yet."""
+        if self.friction is None:
+            raise ValueError(f"contact.{self.name}: there is no friction")
         touch = self._touch(state)
         found = self.friction.at(state, touch)
         return found.weight * touch.pressure[found.on], found.weight[:, None] * found.traction
@@ -192,7 +210,7 @@ class SurfaceContact:
     def resume(self, state) -> None:
         """See ``Contacts.resume``: looks for what may touch next."""
         self._search(state.x)
-        self._last = (None, None)
+        self._last = None
 
     # --- limits -----------------------------------------------------------------------------
 
@@ -218,8 +236,9 @@ class SurfaceContact:
     def passed(self, before, after) -> bool:
         """Whether a point went through a surface on its way between two equilibria, of which the
         first one is that of the last search."""
-        start, end = (self.facets.node_places(s.x) for s in (before, after))
-        return crossed(start, end, self.facets.values, *self._candidates, self.facets.size)
+        places, moved = (self.facets.node_places(s.x) for s in (before, after))
+        start, candidate = self._candidates
+        return crossed(places, moved, self.facets.values, start, candidate, self.facets.size)
 
     def strayed(self, state) -> float:
         """How far facets have moved since they looked for what they may touch, by how far they may

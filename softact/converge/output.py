@@ -2,54 +2,76 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
-from softact.converge.richardson import SAFETY
-from softact.converge.study import Convergence
-from softact.files import csv_text, json_text, write_atomic
+from markupsafe import Markup
+
+from softact.converge.richardson import FINER, SAFETY
+from softact.converge.study import NOT_CONVERGED, Convergence
+from softact.files.text import csv_text, json_text, write_atomic
 from softact.report import base, labels, mesh_error
 from softact.report.base import Section
+from softact.results.own_folder import Output
 
-_CELL_SIZE = (
-    "<p class='note'>Mean cell size: edge of the cube that holds, on average, one tetrahedron. "
-    "The order is measured over it.</p>"
-)
+_UNKNOWN = "not known"
 
 
 def rows(study: Convergence) -> list[dict[str, float | str]]:
-    """A row for each mesh: sizes, cells, unknowns, seconds, the measures and their error bars."""
+    """A row for each mesh: sizes, cells, unknowns, seconds, whether it counts, the measures and
+    their error bars and changes, empty where they are not known."""
     estimates = {measure: study.estimate(measure) for measure in study.measures}
     found = []
     for number, level in enumerate(study.levels):
         row: dict[str, float | str] = {f"{name}_mm": size for name, size in level.sizes.items()}
+        row |= level.steps
         row |= {"cells": level.record.cells, "unknowns": level.record.unknowns}
         row |= {"edge_mm": level.edge, "seconds": level.record.seconds, "run": level.record.key}
+        row["counts"] = "yes" if number in study.counting else "no"
         for measure, e in estimates.items():
             row[measure] = level.record.measures[measure]
-            row[f"{measure}_error"] = e.errors[number]
-            row[f"{measure}_change"] = e.changes[number - 1] if number else ""
+            row[f"{measure}_error"] = _or_empty(e.errors[number])
+            row[f"{measure}_change"] = _or_empty(e.changes[number])
         found.append(row)
     return found
 
 
+def _or_empty(value: float | None) -> float | str:
+    return "" if value is None else value
+
+
 def summary(study: Convergence) -> dict:
-    """The study in plain data: what converge.json holds."""
+    """The study in plain data: what converge.json holds, and mesh_error.json under the same
+    names. docs/sweeps.md says what they mean."""
     advice = study.recommended
     return {
         "tolerance": study.tolerance,
+        "verdict": study.verdict(),
         "converged": study.converged,
-        "recommended_mm": dict(advice.sizes) if advice else None,
+        "stopped": study.stopped,
+        "recommended": study.levels.index(advice) if advice else None,
+        "recommended_mm": advice.sizes if advice else None,
         "levels": [
-            {"sizes_mm": dict(level.sizes), "spec_hash": level.spec.hash, "edge_mm": level.edge}
-            for level in study.levels
+            {
+                "mesh": str(level),
+                "sizes_mm": level.sizes,
+                "steps": level.steps,
+                "spec_hash": level.spec.hash,
+                "cells": level.record.cells,
+                "edge_mm": level.edge,
+                "counts": number in study.counting,
+            }
+            for number, level in enumerate(study.levels)
         ],
         "measures": {
             measure: {
                 "values": study.values(measure),
+                "verdict": study.verdict_of(measure),
                 "limit": e.limit,
                 "order": e.order,
                 "note": e.note,
                 "error_bars": list(e.errors),
+                "changes": list(e.changes),
             }
             for measure in study.measures
             for e in [study.estimate(measure)]
@@ -57,27 +79,48 @@ def summary(study: Convergence) -> dict:
     }
 
 
-def write(study: Convergence, name: str, directory: Path) -> Path:
-    """Write converge.csv, converge.json and converge.html; returns the page's path."""
+FILES = ("converge.csv", "converge.json", "converge.html")
+
+
+def write(study: Convergence, name: str, output: Output) -> Path:
+    """Write ``FILES``; returns the page's path."""
     table = rows(study)
-    write_atomic(directory / "converge.csv", csv_text(table))
-    write_atomic(directory / "converge.json", json_text(summary(study)))
-    page = directory / "converge.html"
+    csv, numbers, page = map(output.file, FILES)
+    write_atomic(csv, csv_text(table))
+    write_atomic(numbers, json_text(summary(study)))
     write_atomic(page, html(study, name, table))
     return page
 
 
-def advice(study: Convergence) -> str:
-    """One line: which mesh to use."""
-    level = study.recommended
+def advice(study: Convergence, called: Callable[[str], str] = str) -> str:
+    """One line: which mesh to use, or what is known instead. called: what a measure's column is
+    called in it."""
     within = f"within {100 * study.tolerance:.3g} % of the limit"
-    if level is None:
-        return (
-            f"no mesh here is {within} for every measure; allow more meshes (--most) or a larger "
-            "tolerance"
-        )
-    sizes = ", ".join(f"{name} {size:g} mm" for name, size in level.sizes.items())
-    return f"use {sizes}: {within} for every measure, {level.record.seconds:.1f} s a run"
+    level, verdict = study.recommended, study.verdict()
+    if level is not None:
+        return f"use {level}: {within} for every measure, {level.record.seconds:.1f} s a run"
+    measures = [m for m in study.measures if study.verdict_of(m) == verdict]
+    said = "; ".join(f"{called(m)}: {_why(study, m)}" for m in measures)
+    if study.stopped:
+        return f"{verdict}: {said}; the next mesh was not solved: {study.stopped}"
+    return (
+        f"{verdict}: no mesh here is known to be {within} for every measure ({said}); allow more "
+        f"meshes (--most) or {_tolerance(verdict)}"
+    )
+
+
+def _tolerance(verdict: str) -> str:
+    """What to do about the tolerance: a smaller one asks for finer meshes."""
+    return f"a {'larger' if verdict == NOT_CONVERGED else 'smaller'} --tolerance"
+
+
+def _why(study: Convergence, measure: str) -> str:
+    """Why the finest mesh is not known to be good enough for a measure."""
+    e = study.estimate(measure)
+    if e.errors[-1] is not None and e.limit:
+        return f"error bar {e.errors[-1] / abs(e.limit):.2g} of the limit on the finest mesh"
+    moved = "" if e.last_change is None else f"{100 * e.last_change:.2g} % in the last step, "
+    return f"{moved}{e.note}"
 
 
 def told(study: Convergence) -> list[str]:
@@ -85,7 +128,13 @@ def told(study: Convergence) -> list[str]:
     lines = []
     for measure in study.measures:
         e, coarse = study.estimate(measure), study.values(measure)[0]
-        order = f"order {e.order:.2f}" if e.order is not None else f"no order: {e.note}"
+        if e.limit is None:
+            lines.append(
+                f"{measure}: {coarse:.5g} on the mesh of the spec; error and limit not known "
+                f"({e.note})"
+            )
+            continue
+        order = f"order {e.order:.2f}" if e.order is not None else e.note
         lines.append(
             f"{measure}: {coarse:.5g} ± {e.errors[0]:.2g} on the mesh of the spec; limit "
             f"{e.limit:.5g} ({order})"
@@ -95,31 +144,48 @@ def told(study: Convergence) -> list[str]:
 
 def html(study: Convergence, name: str, table: list[dict]) -> str:
     """The page: a plot with error bars for each measure, the estimates and all meshes."""
-    plots = [_plot(study, measure) for measure in study.measures]
-    kind = "good" if study.recommended else "warn"
-    estimates = base.table(
-        ["Measure", "Mesh of the spec", "Error bar", "Limit", "Order", "Note"],
-        [
-            (str(labels.column(m)), study.values(m)[0] * f, e.errors[0] * f, e.limit * f,
-             "none" if e.order is None else f"{e.order:.2f}", e.note)
-            for m in study.measures
-            for e, f in [(study.estimate(m), labels.column(m).factor)]
-        ],
-    )  # fmt: skip
+    heads = ["Measure", "Mesh of the spec", "Error bar", "Limit", "Order", "Finest mesh", "Note"]
     sections = [
-        Section("estimates", "What the mesh of the spec is worth",
-                estimates + mesh_error.note(SAFETY), "Error bars"),
-        Section("plots", "Measures over the mesh", base.figures(plots) + _CELL_SIZE, "Plots"),
-        Section("meshes", "Meshes", _meshes(study, table)),
-    ]  # fmt: skip
-    lead = base.banner(kind, "Mesh:", f"{advice(study)}.")
+        Section("estimates", "What the mesh of the spec is worth", nav="Error bars"),
+        Section("plots", "Measures over the mesh", nav="Plots"),
+        Section("meshes", "Meshes"),
+    ]
+    kind, head = mesh_error.HEADS[study.verdict()]
     return base.page(
-        name, sections, kicker="Mesh convergence of a soft actuator", kind="convergence", lead=lead
+        name,
+        sections,
+        kicker="Mesh convergence of a soft actuator",
+        kind="convergence",
+        template="converge/converge_page.html",
+        verdict=base.banner(kind, head, f"{_sentence(study)}."),
+        estimates=base.table(heads, [_estimates(study, measure) for measure in study.measures]),
+        error_bar=mesh_error.note(SAFETY),
+        plots=base.figures(_plot(study, measure) for measure in study.measures),
+        finer=f"{FINER:g}",
+        meshes=_meshes(study, table),
+        download=base.download("converge.csv", csv_text(table).encode()),
     )
 
 
-def _meshes(study: Convergence, table: list[dict]) -> str:
-    shown = {"edge_mm": "Mean cell size (mm)", "cells": "Tetrahedra", "seconds": "Run (s)"}
+def _sentence(study: Convergence) -> str:
+    said = advice(study, mesh_error.spoken)
+    said = said.removeprefix(f"{study.verdict()}: ")
+    return said[0].upper() + said[1:]
+
+
+def _estimates(study: Convergence, measure: str) -> tuple[str | float, ...]:
+    label, e = labels.column(measure), study.estimate(measure)
+    bar, limit = (_UNKNOWN if x is None else x * label.factor for x in (e.errors[0], e.limit))
+    order = "none" if e.order is None else f"{e.order:.2f}"
+    verdict = mesh_error.words(study.verdict_of(measure), study.tolerance)
+    return str(label), study.values(measure)[0] * label.factor, bar, limit, order, verdict, e.note
+
+
+def _meshes(study: Convergence, table: list[dict]) -> Markup:
+    shown = {"edge_mm": "Mean cell size (mm)", "cells": "Elements", "seconds": "Run (s)"}
+    shown |= {"counts": "Counts"} | {
+        n: n.replace("_", " ").capitalize() for n in study.levels[0].steps
+    }
     heads = {name: shown.get(name, str(labels.column(name))) for name in table[0]}
     factors = {name: 1.0 for name in heads}
     for measure in study.measures:
@@ -131,21 +197,25 @@ def _meshes(study: Convergence, table: list[dict]) -> str:
     rows = [
         [row[n] if isinstance(row[n], str) else row[n] * factors[n] for n in names] for row in table
     ]
-    link = base.download("converge.csv", csv_text(table).encode())
-    return f"{base.table([heads[n] for n in names], rows)}<p class='note'>{link}</p>"
+    return base.table([heads[n] for n in names], rows)
 
 
 def _plot(study: Convergence, measure: str) -> base.Plot:
     label, e = labels.column(measure), study.estimate(measure)
     edges = [level.edge for level in study.levels]
     values = [value * label.factor for value in study.values(measure)]
-    bars = {"type": "data", "array": [error * label.factor for error in e.errors]}
-    limits = [e.limit * label.factor] * len(edges)
-    name = "limit (Richardson)" if e.order is not None else "finest mesh"
-    traces = [
-        base.xy("computed", edges, values, error_y=bars),
-        base.xy(name, [0, max(edges)], limits[:2], mode="lines", line={"dash": "dash"}),
-    ]
     x, layout = "Mean cell size (mm)", {"xaxis": {"rangemode": "tozero"}}
-    table = {x: edges, str(label): values, f"Error bar of {label}": bars["array"], name: limits}
+    table: dict[str, list] = {x: edges, str(label): values}
+    if e.limit is None:
+        traces = [base.xy("computed", edges, values)]
+        note = f"No error bars: {e.note}."
+        return base.lines(label.name, x, str(label), traces, layout=layout, table=table, note=note)
+    bars = [error * label.factor for error in e.errors if error is not None]
+    limit = e.limit * label.factor
+    name = "limit (Richardson)" if e.order is not None else "value of all meshes"
+    traces = [
+        base.xy("computed", edges, values, error_y={"type": "data", "array": bars}),
+        base.xy(name, [0, max(edges)], [limit, limit], mode="lines", line={"dash": "dash"}),
+    ]
+    table |= {f"Error bar of {label}": bars, name: [limit] * len(edges)}
     return base.lines(label.name, x, str(label), traces, layout=layout, table=table)

@@ -3,43 +3,60 @@
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
 
-from softact.converge.richardson import NOTHING, Estimate, estimate
+import numpy as np
+
+from softact.converge.richardson import NOTHING, Estimate, change, counting, estimate
 from softact.errors import NoEquilibriumError, SoftactError, SpecError
-from softact.fit.measured import run_columns
-from softact.measures import MEASURES
-from softact.report.labels import BOOKKEEPING
-from softact.results import COMPLETE
+from softact.geometry.base import STEPS, Geometry
+from softact.measured.columns import column_fault
+from softact.results.folder import COMPLETE, read
 from softact.spec import Spec
-from softact.spec.choice import nearest
+from softact.spec.path import changed
 from softact.sweep.cache import Cache
 from softact.sweep.compute import Answer
 from softact.sweep.local import run_all
 from softact.sweep.record import Record
 from softact.sweep.version import run_key
+from softact.verdict.judge import NOT_CONVERGED, NOT_KNOWN, WITHIN
 
 
 @dataclass(frozen=True)
 class Level:
-    """One mesh. sizes: the geometry's mesh sizes in mm. edge: length in mm of a cube's edge that
-    holds, on average, one tetrahedron: what the order is measured over."""
+    """One mesh. edge: length in mm of the edge of a cube (of sheets: of a square) that holds, on
+    average, one element: what the order is measured over."""
 
-    sizes: Mapping[str, float]
     spec: Spec
     record: Record
     edge: float
 
+    @property
+    def sizes(self) -> dict[str, float]:
+        """The geometry's mesh sizes, mm."""
+        return mesh_sizes(self.spec.geometry)
+
+    @property
+    def steps(self) -> dict[str, int]:
+        """The least number of elements between planes or lines, by the parameter's name."""
+        return mesh_steps(self.spec.geometry)
+
+    def __str__(self) -> str:
+        return mesh_words(self.spec.geometry)
+
 
 @dataclass
 class Convergence:
-    """A study. tolerance: relative change from mesh to mesh below which a measure stays."""
+    """A study. tolerance: relative error up to which a measure is right. stopped: why it ended
+    before its last mesh, "" where it did not."""
 
     measures: tuple[str, ...]
     tolerance: float
     levels: list[Level] = field(default_factory=list)
+    stopped: str = ""
 
     def values(self, measure: str) -> list[float]:
         """The measure on each mesh, coarse to fine."""
@@ -50,46 +67,91 @@ class Convergence:
         return estimate([level.edge for level in self.levels], self.values(measure))
 
     @property
+    def counting(self) -> list[int]:
+        """Numbers of the meshes that count: no other one is as fine."""
+        return counting([level.edge for level in self.levels])
+
+    def verdict_of(self, measure: str, number: int = -1) -> str:
+        """WITHIN, NOT_CONVERGED or NOT_KNOWN: what is known of a measure on one of the meshes, by
+        default the finest one."""
+        found = self.estimate(measure)
+        error = found.errors[number]
+        if error is not None and found.limit is not None:
+            near = error <= max(self.tolerance * abs(found.limit), NOTHING)
+            return WITHIN if near else NOT_CONVERGED
+        values = self.values(measure)
+        off = change(values[number], values[self.counting[-1]])
+        moves = max(off, found.last_change or 0.0) >= self.tolerance
+        return NOT_CONVERGED if moves else NOT_KNOWN
+
+    def verdict(self, number: int = -1) -> str:
+        """The same of all measures: of the worst one."""
+        found = {self.verdict_of(measure, number) for measure in self.measures}
+        return next(v for v in (NOT_CONVERGED, NOT_KNOWN, WITHIN) if v in found)
+
+    @property
     def converged(self) -> bool:
-        """Whether the last refinement changed every measure by less than the tolerance."""
-        if len(self.levels) < 2:
-            return False
-        return all(self.estimate(m).changes[-1] < self.tolerance for m in self.measures)
+        """Whether all measures on the finest mesh are within the tolerance of their limits."""
+        return self.verdict() == WITHIN
 
     @property
     def recommended(self) -> Level | None:
-        """The coarsest mesh whose error bar is within the tolerance for all measures."""
-        found = [self.estimate(measure) for measure in self.measures]
-        for number, level in enumerate(self.levels):
-            if all(e.errors[number] <= max(self.tolerance * abs(e.limit), NOTHING) for e in found):
-                return level
-        return None
+        """The coarsest mesh on which, and on all finer ones, all measures are within the
+        tolerance."""
+        found = None
+        for number in reversed(range(len(self.levels))):
+            if self.verdict(number) != WITHIN:
+                break
+            found = self.levels[number]
+        return found
 
 
-def mesh_sizes(spec: Spec) -> dict[str, float]:
-    """The geometry's mesh size parameters that are set, mm."""
+def mesh_sizes(geometry: Geometry) -> dict[str, float]:
+    """The mesh size parameters that are set, mm."""
     sizes = {
         name: value
-        for name in type(spec.geometry).model_fields
-        if name.endswith("mesh_size") and (value := getattr(spec.geometry, name)) is not None
+        for name in type(geometry).model_fields
+        if name.endswith("mesh_size") and (value := getattr(geometry, name)) is not None
     }
     if not sizes:
-        raise SpecError(f"geometry {spec.geometry.type}: it has no mesh size to refine")
+        raise SpecError(f"geometry {geometry.type}: it has no mesh size to refine")
     return sizes
 
 
-def refined(spec: Spec, factor: float) -> Spec:
-    """The spec with all mesh sizes divided by ``factor``. Raises SpecError as a spec would."""
-    from pydantic import ValidationError
+def mesh_steps(geometry: Geometry) -> dict[str, int]:
+    """The parameter out of STEPS, if there is one, with its value."""
+    fields = type(geometry).model_fields
+    return {name: getattr(geometry, name) or 1 for name in STEPS if name in fields}
 
-    sizes = {name: f"{size / factor:.6g} mm" for name, size in mesh_sizes(spec).items()}
-    data = spec.model_dump(mode="json", exclude_none=True)
-    data["geometry"] |= sizes
-    try:
-        return Spec.model_validate(data)
-    except ValidationError as error:
-        where = ", ".join(f"{name} {size}" for name, size in sizes.items())
-        raise SpecError(f"{where}: {error.errors()[0]['msg']}") from None
+
+def mesh_words(geometry: Geometry) -> str:
+    """The mesh parameters: ``mesh_size 2 mm, through_wall 2``."""
+    sizes = [f"{name} {size:g} mm" for name, size in mesh_sizes(geometry).items()]
+    steps = [f"{name} {number}" for name, number in mesh_steps(geometry).items() if number > 1]
+    return ", ".join([*sizes, *steps])
+
+
+def finer(geometry: Geometry, factor: float, times: int = 1) -> dict[str, str | int]:
+    """The geometry's mesh parameters, as in a spec, refined by ``factor`` so many times.
+
+    Sizes are divided. What counts elements grows by the factor as well, but by one each time at
+    least: where there is one element through a wall, that wall is refined in no other way.
+    """
+    by = factor**times
+    sizes = {name: f"{size / by:.6g} mm" for name, size in mesh_sizes(geometry).items()}
+    return sizes | {
+        name: max(least + times, math.ceil(least * by - NOTHING))
+        for name, least in mesh_steps(geometry).items()
+    }
+
+
+def refined(spec: Spec, factor: float, times: int = 1) -> Spec:
+    """The spec with a mesh that is refined by ``factor`` so many times, see ``finer``. Raises
+    SpecError as a spec would."""
+    if not times:
+        return spec
+    mesh = finer(spec.geometry, factor, times)
+    return changed(spec, {f"geometry.{name}": value for name, value in mesh.items()})
 
 
 def converge(
@@ -100,61 +162,73 @@ def converge(
     factor: float = 1.5,
     most: int = 5,
     jobs: int = 1,
-    told: Callable[[Level | None, Answer], None] = lambda level, answer: None,
+    told: Callable[[Level, Answer], None] = lambda level, answer: None,
 ) -> Convergence:
-    """Refine by ``factor`` until all measures change by less than ``tolerance``, at most ``most``
-    meshes, at least three, so that an order can be told.
+    """Refine by ``factor`` until no measure is known to be further than ``tolerance`` from its
+    limit, or still changes by so much, at most ``most`` meshes, and at least three that count, so
+    that an order can be told.
 
-    Raises SpecError for a measure that the run does not have, SoftactError where a run fails.
+    Raises SpecError for a measure that the run does not have, SoftactError where one of the first
+    three runs fails; where a later one does, the study ends with those before it.
     """
     _check(spec, measures)
     study = Convergence(tuple(measures), tolerance)
-    while len(study.levels) < most and not (len(study.levels) >= 3 and study.converged):
+    while len(study.levels) < most:
         first = len(study.levels)
+        if first >= 3 and len(study.counting) >= 3 and study.verdict() != NOT_CONVERGED:
+            break
         count = 3 if first == 0 else 1  # three are needed in any case
-        specs = [refined(spec, factor**n) for n in range(first, min(first + count, most))]
-        for level in _levels(specs, cache, jobs, told):
-            _check_reached(level, measures)
-            study.levels.append(level)
+        try:
+            specs = [refined(spec, factor, n) for n in range(first, min(first + count, most))]
+            for level in _levels(specs, cache, jobs, told):
+                _check_reached(level, measures)
+                study.levels.append(level)
+        except SoftactError as error:
+            if not first:
+                raise
+            study.stopped = "; ".join(error.lines)
+            break
     return study
 
 
 def _levels(specs: Sequence[Spec], cache: Cache, jobs: int, told) -> list[Level]:
     keys = {run_key(spec): spec for spec in specs}
     found: dict[str, Level] = {}
-    for answer in run_all({key: lambda s=spec: s for key, spec in keys.items()}, cache, jobs):
+    for answer in run_all({key: partial(_same, spec) for key, spec in keys.items()}, cache, jobs):
         if answer.record is None:
-            raise SoftactError(answer.cause)
+            raise answer.error()
         spec = keys[answer.key]
         if answer.status != COMPLETE:
-            sizes = ", ".join(f"{n} {v:g} mm" for n, v in mesh_sizes(spec).items())
-            raise NoEquilibriumError(f"{sizes}: {answer.cause}")
-        found[answer.key] = Level(mesh_sizes(spec), spec, answer.record, _edge(spec, answer.record))
+            raise NoEquilibriumError(f"{mesh_words(spec.geometry)}: {answer.cause}")
+        folder = cache.folder(answer.key)
+        found[answer.key] = Level(spec, answer.record, _edge(spec, answer.record, folder))
         told(found[answer.key], answer)
     return [found[key] for key in keys]
 
 
-def _edge(spec: Spec, record: Record) -> float:
-    layout = spec.geometry.layout()
-    volume = sum(spec.geometry.volumes()[region] for region in layout.regions)
-    return (volume / record.cells) ** (1 / 3)
+def _same(spec: Spec) -> Spec:
+    return spec
+
+
+def _edge(spec: Spec, record: Record, folder: Path) -> float:
+    """See ``Level``. folder: the run's, where the mesh is looked up if nothing else says how large
+    the solid is."""
+    layout, known = spec.geometry.layout(), spec.geometry.volumes()
+    names, dimension = (layout.regions, 3) if layout.regions else (layout.sheets, 2)
+    if set(names) <= set(known):
+        whole = sum(known[name] for name in names)
+    else:
+        results = read(folder)
+        edges = np.diff(results.points[results.cells[:, :4]], axis=1)
+        whole = float(np.abs(np.linalg.det(edges)).sum()) / 6
+    return (whole / record.cells) ** (1 / dimension)
 
 
 def _check(spec: Spec, measures: Sequence[str]) -> None:
     """Raise SpecError for what no run of the spec can have, before anything is computed."""
-    known = [name for name in run_columns(spec) if name not in BOOKKEEPING]
-    faults = []
-    for measure in measures:
-        if measure in MEASURES:
-            columns = ", ".join(MEASURES[measure].columns)
-            faults.append(f"--measure {measure}: is a group of columns; name one of: {columns}")
-        elif measure not in known:
-            shown = [name for name in known if not re.search(r"_[xyz]_mm$", name)]
-            faults.append(
-                f"--measure {measure}: the run has no such column; {nearest(measure, shown)}"
-            )
-    if faults:
-        raise SpecError(*faults)
+    faults = [(measure, column_fault(measure, spec)) for measure in measures]
+    if any(fault for _, fault in faults):
+        raise SpecError(*(f"--measure {name}: {fault}" for name, fault in faults if fault))
 
 
 def _check_reached(level: Level, measures: Sequence[str]) -> None:

@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from softact.fit.choose import DEFORMATIONS, LOADS, TRAVEL
-from softact.fit.columns import QUANTITIES, Column, read_heading
 from softact.fit.sheet import TestSheet
-from softact.fit.spelling import is_time, registry_unit
 from softact.fit.trimming import turning_points
+from softact.measured.headings import QUANTITIES, Column, read_heading
+from softact.measured.spelling import is_time, registry_unit
 from softact.units import LENGTH, PRESSURE
 
 _OPTIONS = {"stress": "stress", "cycle": "cycle", "stretch_from": "from", "stretch_to": "to",

@@ -5,80 +5,30 @@ whole runs, taken anew after each accepted step. Intervals are linearised, with 
 """
 
 import shlex
-import tempfile
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import t as student
 
-from softact import results
 from softact.errors import NoEquilibriumError, SpecError
+from softact.fit.calibration import Calibration, Request, Trial
+from softact.fit.calibration_files import files, tell, write
 from softact.fit.knobs import Knob, read_knobs, turned
-from softact.fit.measured import Measured, predicted, reached, read_measured, run_columns
-from softact.run import run
+from softact.measured.curve import Measured, predicted, reached, read_measured, run_columns
+from softact.results.folder import COMPLETE, read
+from softact.results.own_folder import Output
 from softact.spec import Spec, load
+from softact.sweep.cache import Cache
+from softact.sweep.compute import compute
+from softact.sweep.version import run_key
 
 STEP = 0.02  # relative change of a constant for its sensitivity: far above the solver's tolerance
 MET = 2e-5  # of the largest measured value: nobody measures better
 SETTLED = 1e-3  # relative change of all constants below which the search ends
 ALIKE = 1e-3  # smallest over largest singular value at which constants are not told apart
-
-
-@dataclass(frozen=True)
-class Request:
-    """What to calibrate.
-
-    vary: see ``read_knobs``. x: abscissa or None. columns: headings in place of the data's own, or
-    None. max_runs: then it ends.
-    """
-
-    spec: Path
-    data: Path
-    vary: Sequence[str]
-    overrides: Sequence[str] = ()
-    x: str | None = None
-    columns: str | None = None
-    processes: int = 1
-    max_runs: int = 30
-
-
-@dataclass(frozen=True)
-class Trial:
-    """One run: values of the knobs, predicted columns (None: it ended early), its folder."""
-
-    values: tuple[float, ...]
-    columns: dict[str, np.ndarray] | None
-    folder: Path
-
-
-@dataclass
-class Calibration:
-    """The outcome.
-
-    spec: with the constants that were found. first, best: the runs before and after. interval:
-    half width of the 95 % interval per knob; NaN at a bound, infinite where the data do not
-    determine it.
-    """
-
-    spec: Spec
-    knobs: list[Knob]
-    measured: Measured
-    first: Trial
-    best: Trial
-    interval: np.ndarray
-    runs: int
-    remarks: list[str] = field(default_factory=list)
-
-    def rmse(self, trial: Trial) -> dict[str, float]:
-        """Root mean square error of each measured column in its unit."""
-        return {
-            name: float(np.sqrt(np.mean((trial.columns[name] - self.measured.values[name]) ** 2)))
-            for name in self.measured.names
-        }
 
 
 class _EnoughError(Exception):
@@ -88,12 +38,21 @@ class _EnoughError(Exception):
 class _Search:
     """Runs trials, remembers them, and gives residuals and sensitivities to the optimiser.
 
-    Knobs are counted in their sizes, residuals in the largest measured value of their column.
+    Knobs are counted in their sizes, residuals in the largest measured value of their column. Runs
+    are kept in the cache: the same search, begun anew after a kill, comes to where it was at once.
     """
 
-    def __init__(self, request: Request, spec: Spec, knobs, measured, folder: Path, say):
+    def __init__(
+        self,
+        request: Request,
+        spec: Spec,
+        knobs: list[Knob],
+        measured: Measured,
+        cache: Cache,
+        say: Callable[[str], None],
+    ):
         self.request, self.spec, self.knobs, self.measured = request, spec, knobs, measured
-        self.folder, self.say = folder, say
+        self.cache, self.say = cache, say
         self.sizes = np.array([knob.size for knob in knobs])
         self.low = np.array([knob.low for knob in knobs]) / self.sizes
         self.high = np.array([knob.high for knob in knobs]) / self.sizes
@@ -111,22 +70,26 @@ class _Search:
 
     def _run(self, values: tuple[float, ...]) -> Trial:
         started, number = time.perf_counter(), len(self.trials) + 1
-        folder = self.folder / f"run{number}"
         spec = turned(self.spec, self.knobs, values)
-        outcome = run(spec, folder, self.request.processes, report=False)
-        curve = results.read(folder).curve
+        speed = {"processes": self.request.processes, "threads": None}
+        key = run_key(spec, **speed)
+        answer = compute(spec, key, self.cache, **speed)
+        if answer.record is None:
+            raise answer.error()
+        folder = self.cache.folder(key)
+        curve = read(folder).curve
         columns = predicted(curve, self.measured)
         trial = Trial(values, columns, folder)
         words = ", ".join(
             f"{knob.path} {knob.text(float(f'{value:.5g}'))}"
             for knob, value in zip(self.knobs, values, strict=True)
         )
-        taken = f"({time.perf_counter() - started:.1f} s)"
+        taken = "(known)" if answer.cached else f"({time.perf_counter() - started:.1f} s)"
         if columns is None:
             self.say(f"run {number}: {words}: ended before the data do {taken}")
             if number == 1:
-                kind = NoEquilibriumError if outcome.exit_code else SpecError
-                raise kind(*filter(None, (outcome.message, reached(curve, self.measured))))
+                kind = SpecError if answer.status == COMPLETE else NoEquilibriumError
+                raise kind(*filter(None, (answer.cause, reached(curve, self.measured))))
         else:
             self.say(f"run {number}: {words}: RMSE {self._error(trial):.3%} of the largest {taken}")
         return trial
@@ -164,7 +127,9 @@ class _Search:
         self.jacobian = np.stack(columns, axis=1)
         return self.jacobian
 
-    def _sensitivity(self, position, here, i: int, change: float) -> np.ndarray:
+    def _sensitivity(
+        self, position: np.ndarray, here: np.ndarray, i: int, change: float
+    ) -> np.ndarray:
         """Forward difference, backward at a bound or where the forward run ends early."""
         for signed in (change, -change):
             if not self.low[i] <= position[i] + signed <= self.high[i]:
@@ -180,17 +145,16 @@ class _Search:
         )
 
 
-def calibrate(
-    request: Request, spec: Spec, say: Callable[[str], None], scratch: Path
-) -> Calibration:
-    """Search the constants; ``scratch`` receives a folder for each run. say: one line at a time.
-
-    Raises SpecError for wrong data or knobs before the first run, and where a run of the spec as
-    it is does not reach the data (NoEquilibriumError where it found no equilibrium).
-    """
+def given(request: Request, spec: Spec) -> tuple[Measured, list[Knob]]:
+    """The measured curve, and the values to adjust. Raises SpecError where they do not go with the
+    spec or with each other."""
     measured = _measured(request, spec)
-    for message in measured.messages:
-        say(f"{request.data}: {message}")
+    fractions = measured.values.get("step_fraction", np.zeros(1))
+    if fractions.min() < 0 or fractions.max() > 1:  # before a run, not after
+        raise SpecError(
+            f"{measured.source}: step_fraction goes from {fractions.min():g} to "
+            f"{fractions.max():g}; in a step of a run it goes from 0 to 1"
+        )
     knobs = read_knobs(request.vary, spec)
     if not knobs:
         raise SpecError("nothing to adjust; name a value with --vary, such as materials.body.c10")
@@ -198,7 +162,23 @@ def calibrate(
         raise SpecError(
             f"{measured.source}: {measured.count} values do not determine {len(knobs)} constants"
         )
-    search = _Search(request, spec, knobs, measured, scratch, say)
+    return measured, knobs
+
+
+def calibrate(
+    request: Request,
+    spec: Spec,
+    measured: Measured,
+    knobs: list[Knob],
+    say: Callable[[str], None],
+    cache: Cache,
+) -> Calibration:
+    """Search the constants. measured, knobs: as ``given`` finds them. say: one line at a time.
+
+    Raises SpecError where a run of the spec as it is does not reach the data (NoEquilibriumError
+    where it found no equilibrium).
+    """
+    search = _Search(request, spec, knobs, measured, cache, say)
     start = np.array([knob.value for knob in knobs]) / search.sizes
     remarks = []
     try:
@@ -261,17 +241,22 @@ def _interval(search: _Search, remarks: list[str]) -> np.ndarray:
 
 
 def run_request(
-    request: Request, directory: Path | None, say: Callable[[str], None]
+    request: Request, directory: Path | None, cache: Cache, say: Callable[[str], None]
 ) -> Calibration:
     """Calibrate, tell, and write the folder (default results/<name>-calibrated)."""
-    from softact.fit.calibration_files import tell, write
-
     spec = load(request.spec, request.overrides)
+    for line in spec.geometry.notes():
+        say(line)
     directory = directory or Path("results") / f"{spec.name}-calibrated"
-    with tempfile.TemporaryDirectory(prefix="softact-calibrate-") as scratch:
-        outcome = calibrate(request, spec, say, Path(scratch))
+    reads, kept = (request.spec, request.data), "the runs are kept in the cache"
+    output = Output(directory, "calibrate", request.force, reads, kept)
+    measured, knobs = given(request, spec)
+    for message in measured.messages:
+        say(f"{request.data}: {message}")
+    with output.opened(files(spec)):
+        outcome = calibrate(request, spec, measured, knobs, say, cache)
         for line in tell(outcome):
             say(line)
-        for line in write(request, outcome, directory):
+        for line in write(request, outcome, output):
             say(line)
     return outcome

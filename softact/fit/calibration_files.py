@@ -1,13 +1,14 @@
 """What a calibration tells and leaves behind: spec, curves, numbers, plot, the best run."""
 
-import shutil
 from pathlib import Path
 
 import numpy as np
 
-from softact.files import csv_text, json_text, write_atomic
-from softact.fit.calibrate import Calibration, Request
+from softact.files.text import csv_text, json_text, replacing, write_atomic
+from softact.fit.calibration import Calibration, Request
 from softact.report.labels import column
+from softact.results.own_folder import Output
+from softact.spec import Spec
 
 
 def tell(outcome: Calibration) -> list[str]:
@@ -34,25 +35,29 @@ def _interval(half: float) -> str:
     return f"± {half:.2g} (95 %)" if np.isfinite(half) else "not determined"
 
 
-def write(request: Request, outcome: Calibration, directory: Path) -> list[str]:
+def files(spec: Spec) -> tuple[str, ...]:
+    """Names of spec, curves, numbers, plot, and the folder of the best run."""
+    return f"{spec.name}.yaml", "curves.csv", "calibration.json", "calibration.png", "run"
+
+
+def write(request: Request, outcome: Calibration, output: Output) -> list[str]:
     """Write all files; return a line for each."""
-    directory.mkdir(parents=True, exist_ok=True)
     head = [f"# Calibrated by softact to {request.data.name} over {outcome.measured.x}:"]
     head += [f"# {line}" for line in tell(outcome)[1:]]
-    files = {
-        "spec": (f"{outcome.spec.name}.yaml", "\n".join(head) + "\n" + outcome.spec.to_yaml()),
-        "curves": ("curves.csv", csv_text(_rows(outcome))),
-        "numbers": ("calibration.json", json_text(_numbers(request, outcome))),
+    spec, curves, numbers, plot, run = files(outcome.spec)
+    texts = {
+        "spec": (spec, "\n".join(head) + "\n" + outcome.spec.to_yaml()),
+        "curves": (curves, csv_text(_rows(outcome))),
+        "numbers": (numbers, json_text(_numbers(request, outcome))),
     }
     said = []
-    for what, (name, text) in files.items():
-        write_atomic(directory / name, text)
-        said.append(f"{what + ':':9s}{directory / name}")
-    _plot(directory / "calibration.png", outcome)
-    said.append(f"plot:    {directory / 'calibration.png'}")
-    shutil.rmtree(directory / "run", ignore_errors=True)
-    shutil.move(outcome.best.folder, directory / "run")
-    return [*said, f"run:     {directory / 'run'} (softact report makes its report)"]
+    for what, (name, text) in texts.items():
+        write_atomic(output.file(name), text)
+        said.append(f"{what + ':':9s}{output.directory / name}")
+    _plot(output.file(plot), outcome)
+    said.append(f"plot:    {output.directory / plot}")
+    folder = output.results(run, outcome.best.folder)
+    return [*said, f"run:     {folder} (softact report makes its report)"]
 
 
 def _rows(outcome: Calibration) -> list[dict[str, float]]:
@@ -116,6 +121,5 @@ def _plot(path: Path, outcome: Calibration) -> None:
         panel.set(xlabel=str(abscissa), ylabel=str(label))
         panel.grid(alpha=0.25)
         panel.legend()
-    temporary = path.with_name(f".{path.name}.part")
-    figure.savefig(temporary, format="png", dpi=120)
-    temporary.replace(path)
+    with replacing(path) as temporary:
+        figure.savefig(temporary, format="png", dpi=120)

@@ -4,7 +4,6 @@ import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from functools import cached_property
 from types import SimpleNamespace
 
@@ -12,6 +11,8 @@ import numpy as np
 
 from softact.errors import SpecError
 from softact.materials import LAWS, Law
+from softact.materials.base import VOLUMETRIC
+from softact.nearest import nearest
 
 INFINITY = float("inf")
 SMALLEST_EXPONENT = 1e-4  # of Ogden's law, which divides by it; its limit at 0 is met to 1e-8
@@ -102,10 +103,10 @@ class Candidate:
         """Return the candidate with some constants held. Raises SpecError for unknown names."""
         for name in values:
             if name not in self.law.model_fields:
-                near = get_close_matches(name, self.law.model_fields, n=1)
-                hint = f"; did you mean '{near[0]}'?" if near else ""
+                own = (constant.name for constant in self.law.constants())
+                hint = nearest(name, (*own, *VOLUMETRIC))
                 raise SpecError(
-                    f"--fix: the law {self.law.__name__} has no constant '{name}'{hint}"
+                    f"--fix: the law {self.law.__name__} has no constant '{name}'; {hint}"
                 )
         left = tuple(p for p in self.parameters if p.name not in values)
         return Candidate(self.name, self.law, left, {**self.fixed, **values})
@@ -256,7 +257,6 @@ def chosen(name: str, anisotropic: bool) -> list[Candidate]:
         return [CANDIDATES[n] for n in names]
     key = USUAL.get(key, key)
     if key not in CANDIDATES:
-        near = get_close_matches(key, CANDIDATES, n=1)
-        hint = f"did you mean '{near[0]}'?" if near else f"one of all, {', '.join(CANDIDATES)}"
+        hint = nearest(key, ["all", *CANDIDATES])
         raise SpecError(f"--law: there is no law '{name}' to fit; {hint}")
     return [CANDIDATES[key]]

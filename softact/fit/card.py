@@ -1,12 +1,9 @@
 """A fitted law as a material card, and the numbers of a fit as JSON."""
 
-import json
-import math
-from pathlib import Path
-
 import numpy as np
 import yaml
 
+from softact.files.text import json_text
 from softact.fit.fit import Fit
 from softact.fit.reason import reason
 
@@ -51,19 +48,11 @@ def _described(fit: Fit) -> list[str]:
     return lines
 
 
-def write_text(path: Path, text: str) -> None:
-    """Write a file so that it is either whole or not there."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.part")
-    temporary.write_text(text, encoding="utf-8")
-    temporary.replace(path)
-
-
 def numbers(fits: list[Fit]) -> str:
     """Return everything that is known about the fits as JSON, best first; MPa."""
     first = {"reason": reason(fits)} if len(fits) > 1 else {}
     found = [_numbers(fit) | (first if i == 0 else {}) for i, fit in enumerate(fits)]
-    return json.dumps(found, indent=2, allow_nan=False) + "\n"
+    return json_text(found)
 
 
 def _numbers(fit: Fit) -> dict:
@@ -73,13 +62,11 @@ def _numbers(fit: Fit) -> dict:
         "name": fit.name,
         "constants": dict(zip(names, map(float, fit.vector), strict=True)),
         "held": {k: v for k, v in fit.candidate.fixed.items()},
-        "confidence_95": {
-            n: _finite(h) for n, h in zip(names, fit.certainty.interval, strict=True)
-        },
+        "confidence_95": dict(zip(names, fit.certainty.interval, strict=True)),
         "identifiable": fit.certainty.identifiable,
-        "tests": [vars(q) | {"r2": _finite(q.r2)} for q in fit.qualities],
-        "aicc": _finite(fit.information.aicc),
-        "bic": _finite(fit.information.bic),
+        "tests": [vars(q) for q in fit.qualities],
+        "aicc": fit.information.aicc,
+        "bic": fit.information.bic,
         "merit": None if fit.merit is None else vars(fit.merit),
         "reduced_chi_square": fit.chi_square,
         "normalised_error": fit.error,
@@ -93,7 +80,3 @@ def _numbers(fit: Fit) -> dict:
         "remarks": fit.remarks(),
         "evaluations": fit.solution.evaluations,
     }
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softact.fit.columns import Column
 from softact.fit.sheet import TestSheet
-from softact.fit.table import Table, UnreadableError
+from softact.measured.headings import Column
+from softact.measured.tables import Table, UnreadableError
 
 # The better first: a strain may come from an extensometer and needs no gauge length.
 DEFORMATIONS = ("stretch", "strain", "true_strain", "displacement", "position", "length")
@@ -27,7 +27,7 @@ class Choice:
     messages: tuple[str, ...]
 
 
-def choose(sheet: TestSheet, table: Table, rows, direction: str | None) -> Choice:
+def choose(sheet: TestSheet, table: Table, rows: np.ndarray, direction: str | None) -> Choice:
     """Return the columns to read: what the options ask for, else the physically better ones.
 
     rows: of the specimen. Raises ``UnreadableError`` where nothing fits or several could be meant.
@@ -39,7 +39,7 @@ def choose(sheet: TestSheet, table: Table, rows, direction: str | None) -> Choic
     return Choice(x, y, stress, tuple(messages))
 
 
-def pick(sheet: TestSheet, table: Table, rows, role: str, direction: str | None) -> int:
+def pick(sheet: TestSheet, table: Table, rows: np.ndarray, role: str, direction: str | None) -> int:
     """Return the place of the column that is taken for a role ('x' or 'y')."""
     places = _candidates(table, rows, role, direction)
     order = _preference(sheet, role)
@@ -70,7 +70,7 @@ def _only(table: Table, place: int) -> list[Column]:
     ]
 
 
-def _candidates(table: Table, rows, role: str, direction: str | None) -> list[int]:
+def _candidates(table: Table, rows: np.ndarray, role: str, direction: str | None) -> list[int]:
     found = [
         i
         for i, c in enumerate(table.columns)
@@ -101,7 +101,7 @@ def _preference(sheet: TestSheet, role: str):
     return lambda column: -order[column.quantity.name]
 
 
-def _taken(table: Table, rows, x: int, y: int, direction) -> list[str]:
+def _taken(table: Table, rows: np.ndarray, x: int, y: int, direction: str | None) -> list[str]:
     """Say what is read where there was a choice."""
     left = [
         f"'{table.columns[i].heading}'"
@@ -116,7 +116,7 @@ def _taken(table: Table, rows, x: int, y: int, direction) -> list[str]:
     return messages
 
 
-def _kind_of_stress(sheet: TestSheet, table: Table, rows, x: int, y: int):
+def _kind_of_stress(sheet: TestSheet, table: Table, rows: np.ndarray, x: int, y: int):
     """Return 'nominal', 'cauchy' or 'force', and what to say of it."""
     column = table.columns[y]
     kind = column.quantity.name
@@ -147,7 +147,7 @@ def _kind_of_stress(sheet: TestSheet, table: Table, rows, x: int, y: int):
     )
 
 
-def _by_load(table: Table, rows, x: int, y: int):
+def _by_load(table: Table, rows: np.ndarray, x: int, y: int):
     """What a column of the load beside it says of a stress."""
     stretch = rough_stretch(table.columns[x], table.values[rows, x])
     for i, column in enumerate(table.columns):
@@ -184,7 +184,7 @@ def _scatter(values: np.ndarray) -> float:
 
 
 def contradictions(
-    table: Table, rows, choice: Choice, sizes: dict[str, float | None]
+    table: Table, rows: np.ndarray, choice: Choice, sizes: dict[str, float | None]
 ) -> Sequence[str]:
     """Return a line where columns that are not read contradict the specimen's sizes.
 
@@ -212,14 +212,14 @@ def contradictions(
     return lines
 
 
-def _filled(table: Table, rows, role: str, names) -> int | None:
+def _filled(table: Table, rows: np.ndarray, role: str, names: Sequence[str]) -> int | None:
     for i in _candidates(table, rows, role, None):
         if table.columns[i].quantity.name in names and not table.columns[i].fault:
             return i
     return None
 
 
-def _ratio(table: Table, rows, first: int, second: int) -> tuple[float, float]:
+def _ratio(table: Table, rows: np.ndarray, first: int, second: int) -> tuple[float, float]:
     """Slope of one column over another, and how much its points scatter about it."""
     a, b = (table.values[rows, i] * table.columns[i].factor for i in (first, second))
     good = np.isfinite(a) & np.isfinite(b)

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from softact.fit.choose import TRAVEL, Choice
-from softact.fit.columns import Column
 from softact.fit.sheet import TestSheet
-from softact.fit.table import Table, UnreadableError
+from softact.measured.headings import Column
+from softact.measured.tables import Table, UnreadableError
 
 SMALLEST_STRETCH, LARGEST_STRETCH = 0.01, 100.0
 SMALLEST_STRESS, LARGEST_STRESS = 1e-9, 1e6  # MPa

@@ -9,7 +9,6 @@ from softact.fit.advise import advice
 from softact.fit.choose import choose, contradictions, pick
 from softact.fit.convert import Reading, size_of, stress_of, stretch_of
 from softact.fit.sheet import TestSheet
-from softact.fit.table import MANY, Table, UnreadableError, read_table
 from softact.fit.trimming import (
     MIN_POINTS,
     CyclesError,
@@ -18,6 +17,7 @@ from softact.fit.trimming import (
     without_break,
     without_hold,
 )
+from softact.measured.tables import MANY, Table, UnreadableError, read_table
 
 
 @dataclass(frozen=True)

@@ -217,7 +217,9 @@ def _with_own_weights(problem: Problem, candidate: Candidate, solution: Solution
     return problem, solution
 
 
-def _each_specimen(tests, candidate, vector, options) -> tuple[Specimen, ...]:
+def _each_specimen(
+    tests, candidate: Candidate, vector: np.ndarray, options
+) -> tuple[Specimen, ...]:
     """Fit every specimen alone, from the joint solution, where several were tested in one mode."""
     modes = [(t.mode, t.direction) for t in tests]
     if len(set(modes)) > 1 or len(tests) < 2:

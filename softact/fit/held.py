@@ -9,7 +9,7 @@ from pydantic import TypeAdapter, ValidationError
 from softact.errors import SpecError
 from softact.fit.candidates import Candidate, Parameter
 from softact.materials.base import MAX_VOLUMETRIC_ORDER, VOLUMETRIC
-from softact.spec.choice import nearest
+from softact.nearest import nearest
 from softact.units import dimension_of, show
 
 _OF_THE_CARD = (*VOLUMETRIC, *(f"d{i}" for i in range(2, MAX_VOLUMETRIC_ORDER + 1)))

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from softact.errors import SpecError
-from softact.spec import Spec, loads
-from softact.spec.choice import nearest
+from softact.geometry.base import is_of_mesh
+from softact.spec import Spec
+from softact.spec.path import changed, joined, single
 from softact.units import conversion, show, split
 
 WIDEST = 10.0  # default bounds: a tenth and ten times the value of the spec
@@ -30,10 +31,6 @@ class Knob:
     def text(self, value: float) -> str:
         """The value as a spec has it."""
         return f"{value:.10g} {self.unit}".strip()
-
-    def override(self, value: float) -> str:
-        """The value as an override of the spec."""
-        return f"{self.path}={self.text(value)}"
 
 
 def read_knobs(options: Sequence[str], spec: Spec) -> list[Knob]:
@@ -60,12 +57,18 @@ def read_knobs(options: Sequence[str], spec: Spec) -> list[Knob]:
 
 def _knob(option: str, dumped: dict) -> Knob:
     path, equals, bounds = option.partition("=")
-    value, unit = _split(_lookup(dumped, path.strip()))
+    if is_of_mesh(path):
+        raise SpecError(
+            "says how fine the mesh is: fitted, it would make up for errors of the model; "
+            "'softact converge' finds a mesh"
+        )
+    place, written = single(dumped, path)
+    value, unit = _split(written)
     if not equals:
         if value == 0.0:
             raise SpecError("is 0 in the spec; give bounds, such as PATH='-0.01 MPa..0.05 MPa'")
         low, high = sorted((value / WIDEST, value * WIDEST))
-        return Knob(path.strip(), value, unit, low, high)
+        return Knob(joined(place), value, unit, low, high)
     ends = bounds.split("..")
     if len(ends) != 2:
         raise SpecError(f"{show(bounds)} are no bounds; write LOW..HIGH, each with its unit")
@@ -74,30 +77,7 @@ def _knob(option: str, dumped: dict) -> Knob:
         raise SpecError(f"the lower bound {low:g} is not below the upper one {high:g}")
     if not low <= value <= high:
         raise SpecError(f"the spec's own value {value:g} {unit} is not between the bounds")
-    return Knob(path.strip(), value, unit, low, high)
-
-
-def _lookup(dumped: Any, path: str) -> Any:
-    value, done = dumped, []
-    for key in path.split("."):
-        here = ".".join(done) or "the spec"
-        if isinstance(value, list):
-            names = [entry.get("name") for entry in value if isinstance(entry, dict)]
-            place = names.index(key) if key in names else int(key) if key.isdecimal() else -1
-            if not 0 <= place < len(value):
-                raise SpecError(f"{here} has {len(value)} entries, counted from 0, no {show(key)}")
-            value = value[place]
-        elif isinstance(value, dict):
-            if key not in value:
-                raise SpecError(f"{here} has no value {show(key)}; {nearest(key, value)}")
-            value = value[key]
-        else:
-            raise SpecError(f"{here} is a single value and has no {show(key)}")
-        done.append(key)
-    if isinstance(value, dict | list):
-        inside = f"; name one of {', '.join(value)}" if isinstance(value, dict) else ""
-        raise SpecError(f"stands for several values{inside}")
-    return value
+    return Knob(joined(place), value, unit, low, high)
 
 
 def _split(value: Any) -> tuple[float, str]:
@@ -135,5 +115,6 @@ def _check(knob: Knob, spec: Spec) -> None:
 
 def turned(spec: Spec, knobs: Sequence[Knob], values: Sequence[float]) -> Spec:
     """Return the spec with the knobs turned to ``values``."""
-    changes = [knob.override(value) for knob, value in zip(knobs, values, strict=True)]
-    return loads(spec.to_yaml(), spec.name, changes)
+    return changed(
+        spec, {knob.path: knob.text(value) for knob, value in zip(knobs, values, strict=True)}
+    )

@@ -118,7 +118,9 @@ def _points(problem: Problem, rows: Sequence[np.ndarray]) -> Problem:
     return replace(problem, tests=tuple(tests), weights=tuple(weights))
 
 
-def _error(problem: Problem, tests: Sequence[Test], candidate: Candidate, vector) -> float:
+def _error(
+    problem: Problem, tests: Sequence[Test], candidate: Candidate, vector: np.ndarray
+) -> float:
     """Root mean square error in parts of the root mean square stress; every test counts alike."""
     parts = []
     for test, weight in zip(tests, problem.weights, strict=True):

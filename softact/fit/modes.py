@@ -6,6 +6,7 @@ solved for.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
@@ -41,7 +42,7 @@ MODES = {
 DIRECTIONS = ("course", "wale")
 
 
-def nominal_stress(law: type[Law] | Law, k, mode: str, stretch: np.ndarray) -> np.ndarray:
+def nominal_stress(law: type[Law] | Law, k: Any, mode: str, stretch: np.ndarray) -> np.ndarray:
     """Return the nominal stress (n,) in MPa of an isotropic law.
 
     law: the law or its class. k: object with the constants in MPa. stretch: (n,). A stretch beyond
@@ -52,7 +53,7 @@ def nominal_stress(law: type[Law] | Law, k, mode: str, stretch: np.ndarray) -> n
     return path_stress(law, k, powers, path.pairs, np.asarray(stretch, dtype=float))
 
 
-def path_stress(law: type[Law] | Law, k, powers: np.ndarray, pairs, stretch: np.ndarray):
+def path_stress(law: type[Law] | Law, k: Any, powers: np.ndarray, pairs, stretch: np.ndarray):
     """Return the nominal stress (n,) in MPa along paths λ -> λ^powers.
 
     powers: (3, n) or (3, 1). pairs: (n,) or a number. Points of several modes go in one call.
@@ -90,11 +91,11 @@ def stretch_reaching(mode: str, invariant: float, side: float) -> float:
     return float(brentq(lambda s: first_invariant(mode, s) - invariant, 1.0, end))
 
 
-def _is_stretch_law(law) -> bool:
+def _is_stretch_law(law: Any) -> bool:
     return issubclass(law if isinstance(law, type) else type(law), StretchLaw)
 
 
-def sheet_energy(law, k, logarithms: tuple[np.ndarray, np.ndarray]) -> Jet:
+def sheet_energy(law: Any, k: Any, logarithms: tuple[np.ndarray, np.ndarray]) -> Jet:
     """Return W̄ of an incompressible sheet as a jet in the logarithmic stretches ε1, ε2 (n,) each.
 
     The gradient holds the Cauchy stresses σ1, σ2 in plane stress, in MPa; the Hessian is Drucker's
@@ -113,7 +114,12 @@ def sheet_energy(law, k, logarithms: tuple[np.ndarray, np.ndarray]) -> Jet:
 
 
 def sheet_stress(
-    law, k, mode: str, direction: str, stretch: np.ndarray, other: np.ndarray | None = None
+    law: Any,
+    k: Any,
+    mode: str,
+    direction: str,
+    stretch: np.ndarray,
+    other: np.ndarray | None = None,
 ) -> np.ndarray:
     """Return the nominal stress (n,) in MPa along ``direction`` of a sheet with fibres.
 

@@ -31,7 +31,7 @@ def solve(
     method: str = "least-squares",
     starts: int = 8,
     seed: int = 0,
-    first: np.ndarray | None = None,
+    first: np.ndarray | None | None = None,
 ) -> Solution:
     """Return the best solution found from several starts.
 
@@ -54,7 +54,14 @@ def solve(
         return _from_many(problem, candidate, method, starts, seed, first)
 
 
-def _from_many(problem, candidate, method, starts, seed, first) -> Solution:
+def _from_many(
+    problem: Problem,
+    candidate: Candidate,
+    method: str,
+    starts: int,
+    seed: int,
+    first: np.ndarray | None,
+) -> Solution:
     """Descend roughly from every start and finely from the best end."""
     points = _starts(problem, candidate, starts, seed)
     if first is not None:
@@ -147,7 +154,9 @@ def _model(problem: Problem, candidate: Candidate, vector: np.ndarray) -> np.nda
     return problem.weight * all_stress(problem, candidate, vector)
 
 
-def _descend(problem, candidate, method, start, tolerance) -> tuple[np.ndarray, int]:
+def _descend(
+    problem: Problem, candidate: Candidate, method: str, start: np.ndarray, tolerance: float
+) -> tuple[np.ndarray, int]:
     scale = parameter_scale(problem, candidate, start)
     if method == "least-squares":
         low, high = candidate.lower, candidate.upper
@@ -170,7 +179,9 @@ def _descend(problem, candidate, method, start, tolerance) -> tuple[np.ndarray, 
     return _descend_scalar(problem, candidate, method, start, scale)
 
 
-def _descend_scalar(problem, candidate, method, start, scale) -> tuple[np.ndarray, int]:
+def _descend_scalar(
+    problem: Problem, candidate: Candidate, method: str, start: np.ndarray, scale: np.ndarray
+) -> tuple[np.ndarray, int]:
     """One of scipy's general minimisers on the sum of squares, in scaled constants."""
     total = float(np.sum(problem.data**2))
     low, high = candidate.lower / scale, candidate.upper / scale

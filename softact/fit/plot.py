@@ -1,15 +1,22 @@
 """The plot of a fit: data and laws in every mode, tested or not, and the residuals."""
 
+from __future__ import annotations
+
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from softact.files.text import replacing
 from softact.fit.candidates import as_candidate
 from softact.fit.data import Test
 from softact.fit.fit import Fit
 from softact.fit.modes import MODES
 from softact.fit.problem import model_stress
 from softact.materials import Law
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 COLOURS = ("#0b62a4", "#d1495b", "#2e8b57", "#8a5fbf", "#c77d0a")
 MARKS = "osD^vP"
@@ -35,10 +42,8 @@ def write_plot(path: Path, fits: list[Fit], others: dict[str, Law]) -> None:
         axis.set_visible(False)
     kind = "fit of" if len(fits) == 1 else "best:"
     figure.suptitle(f"{kind} {best.name}, smallest R² {best.r2:.4f}")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.part")
-    figure.savefig(temporary, format="png", dpi=120)
-    temporary.replace(path)
+    with replacing(path) as temporary:
+        figure.savefig(temporary, format="png", dpi=120)
 
 
 def drawn_modes(fit: Fit) -> list[tuple[str, str | None]]:
@@ -49,7 +54,9 @@ def drawn_modes(fit: Fit) -> list[tuple[str, str | None]]:
     return measured + [(mode, None) for mode in MODES if mode not in {m for m, _ in measured}]
 
 
-def _draw_mode(axis, mode, direction, fits: list[Fit], others: dict[str, Law]) -> None:
+def _draw_mode(
+    axis: Axes, mode: str, direction: str | None, fits: list[Fit], others: dict[str, Law]
+) -> None:
     best = fits[0]
     tests = [t for t in best.problem.tests if (t.mode, t.direction) == (mode, direction)]
     for i, test in enumerate(tests):
@@ -78,7 +85,7 @@ def _draw_mode(axis, mode, direction, fits: list[Fit], others: dict[str, Law]) -
     axis.legend(fontsize=8, framealpha=0.8)
 
 
-def path_of(mode, direction, tests: list[Test], low: float, high: float) -> Test:
+def path_of(mode: str, direction: str | None, tests: list[Test], low: float, high: float) -> Test:
     """The stretches over which laws are drawn, as a test without stress."""
     if mode == "biaxial":
         return tests[0]
@@ -86,7 +93,7 @@ def path_of(mode, direction, tests: list[Test], low: float, high: float) -> Test
     return Test("path", mode, stretch, np.zeros_like(stretch), direction)
 
 
-def _draw_residuals(axis, fit: Fit) -> None:
+def _draw_residuals(axis: Axes, fit: Fit) -> None:
     for i, test in enumerate(fit.problem.tests):
         axis.plot(test.stretch, (fit.stress(test) - test.stress) * 1e3, MARKS[i % len(MARKS)],
                   ms=3.5, color=COLOURS[i % len(COLOURS)], mfc="none",

@@ -7,28 +7,34 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from softact.errors import SpecError
+from softact.files.text import write_atomic
 from softact.fit.candidates import Candidate, chosen
-from softact.fit.card import card_text, numbers, write_text
+from softact.fit.card import card_text, numbers
 from softact.fit.data import Test, read_tests
 from softact.fit.fit import Fit, Options, fit, ranked
+from softact.fit.fit_page import html
 from softact.fit.held import first_fault, hold
-from softact.fit.page import html
 from softact.fit.plausible import warnings
 from softact.fit.plot import write_plot
 from softact.fit.sheet import TestSheet
 from softact.fit.tell import tell_comparison, tell_fit, tell_ranking, tell_tests
 from softact.materials import Law, load_card, parse_material
+from softact.results.own_folder import Output
 from softact.spec.card_files import is_file, read_card
+
+SUFFIXES = (".yaml", ".png", ".json", ".html")  # of card, plot, numbers and page
 
 
 @dataclass(frozen=True)
 class Request:
-    """What to fit and what to write. density: tonne/mm³; strength: MPa; None where not given."""
+    """What to fit and what to write. density: tonne/mm³; strength: MPa; None where not given.
+    force: write into the folder whatever it holds."""
 
     sheets: list[TestSheet]
     law: str
     directory: Path
     name: str
+    force: bool = False
     options: Options = field(default_factory=Options)
     held: dict[str, str] = field(default_factory=dict)
     compare: tuple[str, ...] = ()
@@ -43,7 +49,7 @@ def run(request: Request, say: Callable[[str], None]) -> list[Fit]:
     """
     others = {name: _card(name) for name in request.compare}
     tests = _read_all(request.sheets)
-    candidates = _candidates(request, tests)
+    candidates, output = _candidates(request, tests), _output(request)
     for line in tell_tests(tests):
         say(line)
     for test in tests:
@@ -61,7 +67,8 @@ def run(request: Request, say: Callable[[str], None]) -> list[Fit]:
     for name, law in others.items():
         for line in tell_comparison(best, law, name):
             say(line)
-    _write(request, fits, others, say)
+    with output.opened():
+        _write(request, output, fits, others, say)
     return fits
 
 
@@ -92,7 +99,9 @@ def _candidates(request: Request, tests: list[Test]) -> list[Candidate]:
     return [hold(candidates[0], request.held)]
 
 
-def _fit_all(tests, candidates: list[Candidate], options: Options, say) -> list[Fit]:
+def _fit_all(
+    tests, candidates: list[Candidate], options: Options, say: Callable[[str], None]
+) -> list[Fit]:
     fits, refused = [], []
     for candidate in candidates:
         if len(candidates) > 1:
@@ -111,19 +120,34 @@ def _fit_all(tests, candidates: list[Candidate], options: Options, say) -> list[
     return ranked(fits)
 
 
-def _write(request: Request, fits: list[Fit], others: dict[str, Law], say) -> None:
-    best, base = fits[0], request.directory / request.name
+def _output(request: Request) -> Output:
+    """The folder, found fit for its files."""
+    files = [Path(name) for name in request.compare if is_file(name)]
+    reads = [*(sheet.file for sheet in request.sheets), *files]
+    output = Output(request.directory, "fit", request.force, reads)
+    output.check([f"{request.name}{suffix}" for suffix in SUFFIXES])
+    return output
+
+
+def _write(
+    request: Request,
+    output: Output,
+    fits: list[Fit],
+    others: dict[str, Law],
+    say: Callable[[str], None],
+) -> None:
+    card, plot, values, page = (f"{request.name}{suffix}" for suffix in SUFFIXES)
     try:
-        text = card_text(best, request.density, request.strength)
+        text = card_text(fits[0], request.density, request.strength)
     except ValidationError as error:
         text = ""
         say(f"no card: {first_fault(error)}")
     else:
-        write_text(base.with_suffix(".yaml"), text)
-        say(f"card:    {base}.yaml")
-    write_plot(base.with_suffix(".png"), fits, others)
-    say(f"plot:    {base}.png")
-    write_text(base.with_suffix(".json"), numbers(fits))
-    say(f"numbers: {base}.json")
-    write_text(base.with_suffix(".html"), html(request.name, fits, others, text))
-    say(f"page:    {base}.html")
+        write_atomic(output.file(card), text)
+        say(f"card:    {request.directory / card}")
+    write_plot(output.file(plot), fits, others)
+    say(f"plot:    {request.directory / plot}")
+    write_atomic(output.file(values), numbers(fits))
+    say(f"numbers: {request.directory / values}")
+    write_atomic(output.file(page), html(request.name, fits, others, text))
+    say(f"page:    {request.directory / page}")

@@ -1,23 +1,36 @@
 """What the user says about a test: file, mode, columns, specimen, what to trim."""
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    WithJsonSchema,
+    model_validator,
+)
 
 from softact.errors import SpecError
-from softact.spec import document
+from softact.fields import NAMES_SCHEMA
+from softact.files.document import dotted
+from softact.spec.faults import validated
+from softact.spec.kinds import read_as
 from softact.units import Dimension, Dimensionless, Length, Pressure
 
 AREA = Dimension("area", "mm^2", shown=("mm^2",), other=("cm^2", "m^2"), example="18 mm^2")
-Area = Annotated[float, BeforeValidator(AREA.parse)]
 # What a file's name says of the mode of its test, where nobody says it.
 _NAMED = (
     ("compression", re.compile(r"compress|druck|squish")),
     ("planar", re.compile(r"planar|shear")),
     ("equibiaxial", re.compile(r"equi|biax")),
 )
+_AREA_SCHEMA = {"type": "string", "description": f"area with unit, such as '{AREA.example}'"}
+Area = Annotated[float, BeforeValidator(AREA.parse), WithJsonSchema(_AREA_SCHEMA)]
 MODE_NAMES = ("uniaxial", "compression", "equibiaxial", "planar", "biaxial")
 
 
@@ -53,7 +66,9 @@ class TestSheet(BaseModel):
         default=None, description="of the load in a sheet with fibres; course is the fibre axis"
     )
     specimen: str | None = Field(default=None, description="name; default: the file's stem")
-    columns: Annotated[tuple[str, ...] | None, BeforeValidator(_headings)] = Field(
+    columns: Annotated[
+        tuple[str, ...] | None, BeforeValidator(_headings), WithJsonSchema(NAMES_SCHEMA)
+    ] = Field(
         default=None, description="headings in order, where the file has none; '-' skips a column"
     )
     stress: Literal["nominal", "cauchy"] | None = Field(
@@ -108,6 +123,17 @@ class TestSheet(BaseModel):
         return self.specimen or self.file.stem
 
 
+class TestList(BaseModel):
+    """A file that lists tests which are read differently."""
+
+    __test__ = False
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    tests: tuple[TestSheet, ...] = Field(
+        min_length=1, description="a list of mappings, one for each file of test data"
+    )
+
+
 def make_sheet(data: dict, where: str) -> TestSheet:
     """Return a sheet; raises SpecError with one line per fault, each starting with ``where``."""
     try:
@@ -128,7 +154,8 @@ def sheets_from_argument(argument: str, options: dict) -> list[TestSheet]:
     """Return the sheets of one command line argument: FILE, FILE:MODE, FILE:MODE@DIRECTION or YAML.
 
     options: fields of ``TestSheet`` from the command line. A YAML file holds ``tests:``, a list of
-    sheets whose files count from its folder; the options fill what it leaves open.
+    sheets whose files count from its folder; the options fill what it leaves open. Raises SpecError
+    with one line per fault.
     """
     if argument.endswith((".yaml", ".yml")):
         return _sheets_from_yaml(Path(argument), options)
@@ -145,17 +172,23 @@ def sheets_from_argument(argument: str, options: dict) -> list[TestSheet]:
     return [make_sheet(data, argument)]
 
 
-def _sheets_from_yaml(path: Path, options: dict) -> list[TestSheet]:
-    tests = document.read(path).data.get("tests")
-    if not isinstance(tests, list) or not all(isinstance(t, dict) and "file" in t for t in tests):
-        raise SpecError(f"{path}: wants 'tests:', a list of mappings with 'file', 'mode', ...")
-    sheets, faults = [], []
-    for i, test in enumerate(tests):
-        merged = {**options, **test, "file": path.parent / str(test["file"])}
-        try:
-            sheets.append(make_sheet(merged, f"{path}: tests.{i}"))
-        except SpecError as error:
-            faults += error.lines
-    if faults:
-        raise SpecError(*faults)
+def _sheets_from_yaml(path: Path, options: Mapping[str, Any]) -> list[TestSheet]:
+    source = read_as(path, "tests")
+    tests = source.data.get("tests")
+    for test in tests if isinstance(tests, list) else ():
+        if not isinstance(test, dict):
+            continue
+        for key, value in options.items():
+            test.setdefault(key, value)
+        if isinstance(test.get("file"), str):
+            test["file"] = str(path.parent / test["file"])
+    sheets = list(validated(source, TestList).tests)
+    places = [("tests", number, "file") for number in range(len(sheets))]
+    missing = [
+        f"{source.where(place)}: {dotted(place)}: {sheet.file}: there is no such file"
+        for place, sheet in zip(places, sheets, strict=True)
+        if not sheet.file.exists()
+    ]
+    if missing:
+        raise SpecError(*missing)
     return sheets

@@ -1,6 +1,7 @@
 """Drucker stability of a law: does more stretch always need more stress, in every mode?"""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -29,7 +30,7 @@ class Stability:
         return min(failures, key=lambda s: abs(np.log(s))) if failures else None
 
 
-def drucker(law, k) -> list[Stability]:
+def drucker(law: Any, k: Any) -> list[Stability]:
     """Return where a law is stable in uniaxial, equibiaxial and planar deformation.
 
     Stable: the matrix d(σ1, σ2)/d(ε1, ε2) of Cauchy stress and logarithmic strain in plane stress
@@ -39,7 +40,7 @@ def drucker(law, k) -> list[Stability]:
     return [_range(law, k, mode) for mode in MODES]
 
 
-def _range(law, k, mode: str) -> Stability:
+def _range(law: Any, k: Any, mode: str) -> Stability:
     powers = MODES[mode].powers
     # Start a hair off the undeformed state, where some laws have no second derivative.
     up = np.concatenate([[1e-4], np.linspace(0.005, np.log(LARGEST), 460)])
@@ -47,7 +48,7 @@ def _range(law, k, mode: str) -> Stability:
     return Stability(mode, _first_failure(law, k, powers, down), _first_failure(law, k, powers, up))
 
 
-def _is_stable(law, k, powers, log: np.ndarray) -> np.ndarray:
+def _is_stable(law: Any, k: Any, powers: tuple[float, float, float], log: np.ndarray) -> np.ndarray:
     with np.errstate(all="ignore"):
         energy = sheet_energy(law, k, (powers[0] * log, powers[1] * log))
         a = energy.hessian.get((0, 0), 0.0)
@@ -57,7 +58,9 @@ def _is_stable(law, k, powers, log: np.ndarray) -> np.ndarray:
         return np.isfinite(energy.value) & (a > 0) & (c > 0) & (a * c - b * b > -1e-10 * a * c)
 
 
-def _first_failure(law, k, powers, path: np.ndarray) -> float | None:
+def _first_failure(
+    law: Any, k: Any, powers: tuple[float, float, float], path: np.ndarray
+) -> float | None:
     failed = np.flatnonzero(~_is_stable(law, k, powers, path))
     if not len(failed):
         return None

@@ -92,7 +92,7 @@ def certainty(problem: Problem, candidate: Candidate, vector: np.ndarray) -> Cer
     return Certainty(interval, free)
 
 
-def _jacobian(problem, candidate, vector) -> np.ndarray:
+def _jacobian(problem: Problem, candidate: Candidate, vector: np.ndarray) -> np.ndarray:
     """Derivatives of the residuals in the constants, central differences."""
     columns = []
     # In parts of the constant's size: one that is nearly 0 would give a step of no effect, or of 0.
@@ -105,7 +105,7 @@ def _jacobian(problem, candidate, vector) -> np.ndarray:
     return np.stack(columns, axis=1)
 
 
-def _direction(candidate, inside, direction: np.ndarray) -> dict[str, float]:
+def _direction(candidate: Candidate, inside, direction: np.ndarray) -> dict[str, float]:
     largest = np.argmax(np.abs(direction))
     share = direction / direction[largest]
     return {
@@ -240,6 +240,8 @@ def reduced_chi_square(
                 return None
             grid, values = common
             at_points = np.std(values, axis=0, ddof=1)
+            if np.max(at_points) <= 1e-9 * np.max(np.abs(values)):
+                return None  # one specimen, given twice
             # Near zero load all specimens agree by definition; do not let that dominate.
             at_points = np.maximum(at_points, 0.1 * np.max(at_points))
             deviation = np.interp(test.stretch, grid, at_points)

@@ -1,6 +1,6 @@
 """Material cards: softact/cards/*.yaml, one material per file, in the words of the spec."""
 
-from difflib import get_close_matches
+import copy
 from functools import cache
 from importlib.resources import files
 from typing import Any
@@ -9,6 +9,8 @@ import yaml
 
 from softact.errors import SpecError
 from softact.materials.base import VOLUMETRIC, Law
+from softact.materials.laws import LAWS
+from softact.nearest import nearest
 
 
 def card_names() -> tuple[str, ...]:
@@ -21,19 +23,19 @@ def card_names() -> tuple[str, ...]:
 
 
 @cache
-def _text(name: str) -> str:
-    return (files("softact") / "cards" / f"{name}.yaml").read_text(encoding="utf-8")
+def _content(name: str) -> dict[str, Any]:
+    text = (files("softact") / "cards" / f"{name}.yaml").read_text(encoding="utf-8")
+    return yaml.safe_load(text)
 
 
 def card_data(name: str) -> dict[str, Any]:
     """Return the mapping in a card's file, with its name. Raises SpecError for an unknown name."""
     if name not in card_names():
-        near = get_close_matches(str(name), card_names(), n=1, cutoff=0.5)
-        hint = f"; did you mean '{near[0]}'?" if near else ""
         raise SpecError(
-            f"there is no material card '{name}'{hint} (softact list materials shows them)"
+            f"there is no material card '{name}'; {nearest(name, card_names())} "
+            "(softact list materials shows them)"
         )
-    return {"name": name, **yaml.safe_load(_text(name))}
+    return {"name": name, **copy.deepcopy(_content(name))}
 
 
 def with_changes(card: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
@@ -56,7 +58,6 @@ def parse_material(value: Any) -> Law:
 
     Raises SpecError for an unknown card or law and pydantic's ValidationError for its fields.
     """
-    from softact.materials import LAWS
 
     if isinstance(value, Law):
         return value
@@ -74,7 +75,5 @@ def parse_material(value: Any) -> Law:
         raise SpecError("a material needs 'card' or 'law'")
     law = data["law"]
     if law not in LAWS:
-        near = get_close_matches(str(law), LAWS, n=1, cutoff=0.5)
-        hint = f"; did you mean '{near[0]}'?" if near else f"; one of {', '.join(LAWS)}"
-        raise SpecError(f"there is no law '{law}'{hint}")
+        raise SpecError(f"there is no law '{law}'; {nearest(law, LAWS)}")
     return LAWS[law].model_validate(data)

@@ -4,10 +4,12 @@ The law gives one pure formula; its first and second derivatives in the invarian
 and are turned here into stress and tangent (Holzapfel, Nonlinear Solid Mechanics, 2000, ch. 6).
 """
 
+from typing import Any
+
 import numpy as np
 
 from softact.materials.base import Law, Material
-from softact.materials.jets import Jet, variables
+from softact.materials.jets import Jet, Number, variables
 from softact.materials.kernel import (
     PAIRS,
     Tangent,
@@ -27,7 +29,7 @@ class InvariantLaw(Law):
     """A law with one formula ``strain_energy(k, i1, i2, *fibre invariants)``."""
 
     @staticmethod
-    def strain_energy(k, i1, i2, *fibre_invariants):
+    def strain_energy(k: Any, i1: Number, i2: Number, *fibre_invariants):
         """Return W̄ in MPa at the isochoric invariants; k holds the constants by name.
 
         The invariants are floats, arrays, jets or series alike.
@@ -92,7 +94,15 @@ def _second_invariant(C: Tensor, trace: np.ndarray) -> np.ndarray:
     return xx * yy + yy * zz + xx * zz - xy * xy - xz * xz - yz * yz
 
 
-def _gradient(k, value, C, B, scale, trace, families) -> np.ndarray:
+def _gradient(
+    k: int,
+    value: np.ndarray,
+    C: Tensor,
+    B: np.ndarray,
+    scale: np.ndarray,
+    trace: np.ndarray,
+    families: list[Tensor],
+) -> np.ndarray:
     """Derivative (6, m) of isochoric invariant k (0: Ī1, 1: Ī2, 2 and on: fibres) in C."""
     if k == 1:
         square = scale * scale

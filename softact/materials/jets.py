@@ -7,8 +7,12 @@ Derivatives that are zero by structure (None) cost nothing, which is what makes 
 Source of the rules: Griewank and Walther, Evaluating Derivatives, 2nd ed., chapters 3 and 13.
 """
 
+from typing import TYPE_CHECKING, Any, Self, TypeAlias
+
 import numpy as np
 
+#: What the formula of a law is written in: a float, an array, a ``Jet`` or a ``Series``.
+Number: TypeAlias = Any
 Derivative = np.ndarray | float | None
 
 
@@ -29,7 +33,7 @@ def _total(*terms: Derivative) -> Derivative:
     return result
 
 
-def _power(x, exponent, order):
+def _power(x: Number, exponent: float, order: int):
     """Derivatives 0 to ``order`` of x**exponent; whole exponents by multiplication."""
     if float(exponent).is_integer() and 0 <= exponent <= 10:
         powers = [np.ones_like(x), x]
@@ -48,21 +52,21 @@ def _power(x, exponent, order):
     return tuple(result)
 
 
-def _exp(x, order):
+def _exp(x: Number, order: int):
     value = np.exp(x)
     return (value,) * (order + 1)
 
 
-def _log(x, order):
+def _log(x: Number, order: int):
     inverse = 1.0 / x
     return (np.log(x), inverse, -inverse * inverse, 2.0 * inverse**3)[: order + 1]
 
 
-def _sqrt(x, order):
+def _sqrt(x: Number, order: int):
     return _power(x, 0.5, order)
 
 
-def _reciprocal(x, order):
+def _reciprocal(x: Number, order: int):
     inverse = 1.0 / x
     square = inverse * inverse
     return (inverse, -square, 2.0 * square * inverse, -6.0 * square * square)[: order + 1]
@@ -74,40 +78,48 @@ class _Number:
     __slots__ = ()
     order = 2
 
-    def __array_ufunc__(self, ufunc, method, *inputs, **kwargs):
+    if TYPE_CHECKING:
+        value: Any
+
+        def _plus(self, other: Number) -> Self: ...
+        def _scaled(self, factor: Number) -> Self: ...
+        def _product(self, other: Self) -> Self: ...
+        def _compose(self, derivatives: tuple) -> Self: ...
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs, **kwargs):
         action = _ACTIONS.get(ufunc.__name__)
         if method != "__call__" or kwargs or action is None:
             return NotImplemented
         return action(*inputs)
 
-    def __add__(self, other):
+    def __add__(self, other: Number):
         return self._plus(other)
 
     __radd__ = __add__
 
-    def __sub__(self, other):
+    def __sub__(self, other: Number):
         return self._plus(-1.0 * other)
 
-    def __rsub__(self, other):
+    def __rsub__(self, other: Number):
         return (-1.0 * self)._plus(other)
 
     def __neg__(self):
         return -1.0 * self
 
-    def __mul__(self, other):
+    def __mul__(self, other: Number):
         return self._product(other) if isinstance(other, _Number) else self._scaled(other)
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other):
+    def __truediv__(self, other: Number):
         if isinstance(other, _Number):
             return self * other._compose(_reciprocal(other.value, self.order))
         return self._scaled(1.0 / other)
 
-    def __rtruediv__(self, other):
+    def __rtruediv__(self, other: Number):
         return self._compose(_reciprocal(self.value, self.order)) * other
 
-    def __pow__(self, exponent):
+    def __pow__(self, exponent: float):
         return self._compose(_power(self.value, exponent, self.order))
 
     def log(self):
@@ -124,10 +136,10 @@ class Jet(_Number):
 
     __slots__ = ("gradient", "hessian", "value")
 
-    def __init__(self, value, gradient, hessian):
+    def __init__(self, value: Number, gradient, hessian):
         self.value, self.gradient, self.hessian = value, gradient, hessian
 
-    def _plus(self, other):
+    def _plus(self, other: Number):
         if not isinstance(other, Jet):
             return Jet(self.value + other, self.gradient, self.hessian)
         gradient = [_add(a, b) for a, b in zip(self.gradient, other.gradient, strict=True)]
@@ -136,14 +148,14 @@ class Jet(_Number):
             hessian[pair] = _add(hessian.get(pair), entry)
         return Jet(self.value + other.value, gradient, hessian)
 
-    def _scaled(self, factor):
+    def _scaled(self, factor: Number):
         return Jet(
             self.value * factor,
             [_times(g, factor) for g in self.gradient],
             {pair: entry * factor for pair, entry in self.hessian.items()},
         )
 
-    def _product(self, other):
+    def _product(self, other: Number):
         a, b, hessian = self, other, {}
         for i, (ai, bi) in enumerate(zip(a.gradient, b.gradient, strict=True)):
             for j in range(i, len(a.gradient)):
@@ -161,7 +173,7 @@ class Jet(_Number):
         ]
         return Jet(a.value * b.value, gradient, hessian)
 
-    def _compose(self, derivatives):
+    def _compose(self, derivatives: tuple):
         value, first, second = derivatives
         hessian = {}
         for i, gi in enumerate(self.gradient):
@@ -174,7 +186,7 @@ class Jet(_Number):
                     hessian[i, j] = entry
         return Jet(value, [_times(g, first) for g in self.gradient], hessian)
 
-    def _masked(self, keep, value):
+    def _masked(self, keep: np.ndarray, value: Number):
         """Derivatives are kept where ``keep`` holds and zero elsewhere."""
         return Jet(
             value,
@@ -182,7 +194,7 @@ class Jet(_Number):
             {pair: entry * keep for pair, entry in self.hessian.items()},
         )
 
-    def _with_value(self, value):
+    def _with_value(self, value: Number):
         return Jet(value, self.gradient, self.hessian)
 
 
@@ -200,15 +212,15 @@ class Series(_Number):
         """The value without its derivatives."""
         return self.terms[0]
 
-    def _plus(self, other):
+    def _plus(self, other: Number):
         if not isinstance(other, Series):
             return Series(self.terms[0] + other, *self.terms[1:])
         return Series(*(a + b for a, b in zip(self.terms, other.terms, strict=True)))
 
-    def _scaled(self, factor):
+    def _scaled(self, factor: Number):
         return Series(*(term * factor for term in self.terms))
 
-    def _product(self, other):
+    def _product(self, other: Number):
         a0, a1, a2, a3 = self.terms
         b0, b1, b2, b3 = other.terms
         return Series(
@@ -218,7 +230,7 @@ class Series(_Number):
             a3 * b0 + 3.0 * (a2 * b1 + a1 * b2) + a0 * b3,
         )
 
-    def _compose(self, derivatives):
+    def _compose(self, derivatives: tuple):
         f0, f1, f2, f3 = derivatives
         _, x1, x2, x3 = self.terms
         square = x1 * x1
@@ -229,10 +241,10 @@ class Series(_Number):
             f3 * square * x1 + 3.0 * (f2 * x1 * x2) + f1 * x3,
         )
 
-    def _masked(self, keep, value):
+    def _masked(self, keep: np.ndarray, value: Number):
         return Series(value, *(term * keep for term in self.terms[1:]))
 
-    def _with_value(self, value):
+    def _with_value(self, value: Number):
         return Series(value, *self.terms[1:])
 
 
@@ -246,7 +258,7 @@ class Exponential(Series):
         super().__init__(value, rate * value, rate**2 * value, rate**3 * value)
         self.logarithm, self.rate = logarithm, rate
 
-    def __pow__(self, exponent):
+    def __pow__(self, exponent: float):
         return Exponential(self.logarithm, self.rate * exponent)
 
     def log(self):
@@ -264,7 +276,7 @@ def variables(*values: np.ndarray) -> list[Jet]:
     ]
 
 
-def positive(x):
+def positive(x: Number):
     """Return x where it is positive and 0 elsewhere (Macaulay bracket)."""
     if not isinstance(x, _Number):
         return np.maximum(x, 0.0)
@@ -273,7 +285,7 @@ def positive(x):
     return x._masked(keep, x.value * keep)
 
 
-def at_least(x, lowest: float):
+def at_least(x: Number, lowest: float):
     """Return x with its value lifted to ``lowest``; the derivatives are those of x.
 
     For terms such as sqrt(Ī1 − 3), whose derivatives are infinite in the undeformed state though

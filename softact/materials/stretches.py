@@ -5,11 +5,13 @@ Taylor, CMAME 85:273, 1991) and turned back; the shear moduli between two princi
 divided differences, evaluated so that equal stretches are no special case and need no perturbation.
 """
 
+from typing import Any
+
 import numpy as np
 
 from softact.materials.base import Law, Material
 from softact.materials.eigen import Vector, eigen_system
-from softact.materials.jets import Exponential
+from softact.materials.jets import Exponential, Number
 from softact.materials.kernel import (
     VOIGT,
     Tangent,
@@ -28,7 +30,7 @@ class StretchLaw(Law):
     """A law with one formula ``stretch_energy(k, stretch)``, zero at a stretch of 1."""
 
     @staticmethod
-    def stretch_energy(k, stretch):
+    def stretch_energy(k: Any, stretch: Number):
         """Return f(λ̄) in MPa; k holds the constants by name; float, array or series alike."""
         raise NotImplementedError
 
@@ -69,7 +71,9 @@ class StretchMaterial(Material):
         return _turn(axes, stress, normal, shear)
 
 
-def _principal(squares, logs, t, s, r):
+def _principal(
+    squares: list[np.ndarray], logs: np.ndarray, t: np.ndarray, s: np.ndarray, r: np.ndarray
+):
     """Principal stresses, the 3×3 normal moduli and the shear moduli of the pairs 12, 13, 23.
 
     t, s, r are df/dε, d²f/dε², d³f/dε³ at the three logarithmic stretches ε.
@@ -105,7 +109,9 @@ def _log_slope(step: np.ndarray) -> np.ndarray:
     return np.where(step == 0.0, 1.0, 2.0 * step / np.where(step == 0.0, 1.0, np.expm1(2.0 * step)))
 
 
-def _turn(axes: list[Vector], stress, normal, shear) -> tuple[Tensor, Tangent]:
+def _turn(
+    axes: list[Vector], stress: Vector, normal: dict[tuple[int, int], np.ndarray], shear: Vector
+) -> tuple[Tensor, Tangent]:
     """Turn principal stress and moduli into the axes of the model."""
     n = [[axis[i] * axis[j] for i, j in VOIGT] for axis in axes]
     m = [

@@ -11,7 +11,9 @@ from softact.measures.energy import ENERGY
 from softact.measures.failure import FAILURE
 from softact.measures.fibres import FIBRES
 from softact.measures.held_tip import HELD_TIP
+from softact.measures.lateral import LATERAL
 from softact.measures.pressure import PRESSURE
+from softact.measures.probe import PROBES
 from softact.measures.reaction import REACTION
 from softact.measures.strain import STRAIN
 from softact.measures.stress import STRESS
@@ -25,7 +27,9 @@ MEASURES: dict[str, Measure] = {
         PRESSURE,
         BENDING,
         TIP,
+        PROBES,
         ELONGATION,
+        LATERAL,
         TWIST,
         VOLUME,
         REACTION,

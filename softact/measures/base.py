@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from softact.snapshot import Snapshot
+    from softact.measures.snapshot import Snapshot
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ def per_cavity(title: str, values: Mapping[str, float]) -> dict[str, float]:
     return {title.replace("<cavity>", name): value for name, value in values.items()}
 
 
-def vector_columns(title: str, values) -> dict[str, float]:
+def vector_columns(title: str, values: np.ndarray) -> dict[str, float]:
     """{'tip_x_mm': ..., ...} from 'tip_<xyz>_mm' and three numbers."""
     return {title.replace("<xyz>", c): float(v) for c, v in zip("xyz", values, strict=True)}
 
@@ -44,11 +44,3 @@ def continued(angle: float, before: float | None, period: float = 360.0) -> floa
     if before is None:
         return angle
     return angle + period * np.round((before - angle) / period)
-
-
-def rotation_about(axis, degrees: float) -> np.ndarray:
-    """Rotation matrix about a unit vector (Rodrigues)."""
-    x, y, z = axis
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    angle = np.deg2rad(degrees)
-    return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross

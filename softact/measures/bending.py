@@ -1,14 +1,21 @@
 """How far the actuator bends, past a full turn without wrapping."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from softact.measures.base import Measure, continued
+
+if TYPE_CHECKING:
+    from softact.measures.snapshot import Snapshot
 
 # Below this the plane of bending is not known well enough to give the angle a sign.
 SMALL = 1.0
 
 
-def bending_axis(snapshot) -> np.ndarray:
+def bending_axis(snapshot: Snapshot) -> np.ndarray:
     """Unit vector about which the tip has turned: the layout's, or the one that is seen."""
     if snapshot.layout.bending_axis is not None:
         return np.asarray(snapshot.layout.bending_axis)
@@ -24,14 +31,14 @@ def bending_axis(snapshot) -> np.ndarray:
     return np.cross(axis, np.roll(axis, 1))
 
 
-def _angle(snapshot, direction, column) -> float:
+def _angle(snapshot: Snapshot, direction, column) -> float:
     axis = np.asarray(snapshot.layout.axis)
     across = np.cross(bending_axis(snapshot), axis)
     angle = np.rad2deg(np.arctan2(direction @ across, direction @ axis))
     return float(continued(angle, snapshot.previous.get(column)))
 
 
-def _evaluate(snapshot):
+def _evaluate(snapshot: Snapshot):
     if not snapshot.layout.tip:
         return {}
     axis = np.asarray(snapshot.layout.axis)

@@ -1,32 +1,34 @@
 """What presses on the actuator from outside, and how well contact keeps the gap closed."""
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from softact.measures.base import Measure, vector_columns
 
-
-def _whole(snapshot, force) -> np.ndarray:
-    """Force on the whole actuator from that on the part that was meshed."""
-    for plane in snapshot.layout.symmetry.values():
-        force = np.where(np.arange(3) == plane, 0.0, 2.0) * force
-    return force
+if TYPE_CHECKING:
+    from softact.measures.snapshot import Snapshot
 
 
-def _evaluate(snapshot):
+def _evaluate(snapshot: Snapshot):
     contacts, state = snapshot.model.contacts, snapshot.state
-    columns, blocked, worst = {}, None, 0.0
+    columns: dict[str, float] = {}
+    blocked, worst = None, 0.0
     for contact in contacts:
         gap, ratio = contacts.smallest_gap(contact, state)
         worst = max(worst, -ratio)
-        if contact.rigid:
-            force = _whole(snapshot, contacts.force(contact, state))
+        if contact.obstacle is not None:
+            force = snapshot.of_whole(contacts.force(contact, state))
             columns |= vector_columns(f"contact_force_{contact.name}_<xyz>_N", force)
-            moved = state.shift.get(contact.name, np.zeros(3))
+            moved = np.asarray(state["shift"].get(contact.name, np.zeros(3)))
             columns |= vector_columns(f"obstacle_{contact.name}_<xyz>_mm", moved)
             if contact.obstacle.load_cell:
                 blocked = force if blocked is None else blocked + force
+        area = snapshot.layout.copies * contacts.area(contact, state)
+        columns[f"contact_area_{contact.name}_mm2"] = area
         if math.isfinite(gap):
             columns[f"contact_gap_{contact.name}_mm"] = gap
     if blocked is not None:
@@ -44,6 +46,8 @@ CONTACT = Measure(
     | {
         "contact_gap_<contact>_mm": "smallest gap to an obstacle or of a contact, below zero: the "
         "largest overlap; empty where the obstacle is not there or no gap is near",
+        "contact_area_<contact>_mm2": "undeformed area in touch of the whole actuator; of two "
+        "surfaces in contact, the mean of theirs",
         "blocked_force_N": "size of the force on the obstacles with load_cell: true",
         "contact_overlap_percent": "largest overlap of all contacts, of the local element size",
     },

@@ -1,9 +1,16 @@
 """How far the tip moves along the axis."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from softact.measures.base import Measure
 
+if TYPE_CHECKING:
+    from softact.measures.snapshot import Snapshot
 
-def _evaluate(snapshot):
+
+def _evaluate(snapshot: Snapshot):
     if not snapshot.layout.tip:
         return {}
     moved = snapshot.tip.centre_after - snapshot.tip.centre_before

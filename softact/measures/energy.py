@@ -1,11 +1,18 @@
 """Stored energy and the work of the pressure."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from softact.measures.base import Measure, per_cavity
 from softact.measures.pressure import PRESSURE
 from softact.measures.volume import VOLUME
 
+if TYPE_CHECKING:
+    from softact.measures.snapshot import Snapshot
 
-def _evaluate(snapshot):
+
+def _evaluate(snapshot: Snapshot):
     model, previous = snapshot.model, snapshot.previous
     stored = model.strain_energy(snapshot.state)
     columns = {"strain_energy_mJ": snapshot.layout.copies * stored}

@@ -5,11 +5,20 @@ The peak at a re-entrant corner grows with every refinement, so it decides nothi
 there is told beside it.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
+from softact.materials.tensors import bounds, largest_eigenvalue, right_cauchy_green, symmetric
 from softact.measures.base import Measure, per_cavity, vector_columns
 from softact.measures.pressure import PRESSURE
-from softact.tensors import bounds, largest_eigenvalue, right_cauchy_green, symmetric
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from softact.measures.snapshot import Snapshot
 
 SHARE = 1e-3  # of the volume, which is above the percentile
 ROUNDING = 1e-12  # of the largest value
@@ -19,7 +28,7 @@ PEAK_COLUMN = "principal_stress_peak_<region>_MPa"
 PLACE_COLUMN = "failure_<region>_<xyz>_mm"
 
 
-def percentile(comm, tensors: np.ndarray, volumes: np.ndarray, places):
+def percentile(comm: MPI.Comm, tensors: np.ndarray, volumes: np.ndarray, places):
     """The largest eigenvalue that a ``SHARE`` of the volume exceeds, and the place (3,) where it
     stands.
 
@@ -38,6 +47,16 @@ def percentile(comm, tensors: np.ndarray, volumes: np.ndarray, places):
     values, volumes, places = (np.concatenate(part) for part in parts)
     chosen = _top(values, volumes, share)[-1]
     return float(values[chosen]), places[chosen]
+
+
+def exceeded(comm: MPI.Comm, values: np.ndarray, volumes: np.ndarray, share: float) -> float:
+    """The value that this part of the whole volume exceeds. values, volumes: (n,) of the points of
+    this process; not all processes may be without any."""
+    wanted = share * sum(comm.allgather(float(volumes.sum())))
+    first = _top(values, volumes, wanted)
+    parts = zip(*comm.allgather((values[first], volumes[first])), strict=True)
+    values, volumes = (np.concatenate(part) for part in parts)
+    return float(values[_top(values, volumes, wanted)[-1]])
 
 
 def _top(values: np.ndarray, volumes: np.ndarray, share: float) -> np.ndarray:
@@ -68,7 +87,7 @@ def reached(row, previous, column: str, limit: float, names) -> float | None:
     return start + (limit - before) / (value - before) * (pressure - start)
 
 
-def _region(snapshot, name, solid):
+def _region(snapshot: Snapshot, name, solid):
     """Columns of stress and stretch of one region, and where the stress stands."""
     regions, comm = snapshot.layout.regions, snapshot.model.comm
     volumes = solid.volumes.ravel()
@@ -89,9 +108,10 @@ def _region(snapshot, name, solid):
     return columns, place
 
 
-def _evaluate(snapshot):
+def _evaluate(snapshot: Snapshot):
     layout, previous = snapshot.layout, snapshot.previous
-    names, regions, columns = tuple(layout.cavities), layout.regions, {}
+    names, regions = tuple(layout.cavities), layout.regions
+    columns: dict[str, float] = {}
     pressures = PRESSURE.evaluate(snapshot)
     safe = []
     for name, solid in snapshot.model.solids.items():

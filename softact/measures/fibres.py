@@ -1,11 +1,18 @@
 """How far fibres are stretched."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from softact.measures.base import Measure
 
+if TYPE_CHECKING:
+    from softact.measures.snapshot import Snapshot
 
-def _evaluate(snapshot):
+
+def _evaluate(snapshot: Snapshot):
     solids = snapshot.model.solids.values()
     found = [solid.fibre_stretch(snapshot.state.x) for solid in solids if solid.fibres is not None]
     if not found:

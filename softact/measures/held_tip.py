@@ -1,10 +1,17 @@
 """What a tip that is held exerts on whatever holds it."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from softact.measures.base import Measure, vector_columns
 from softact.measures.bending import bending_axis
 
+if TYPE_CHECKING:
+    from softact.measures.snapshot import Snapshot
 
-def _evaluate(snapshot):
+
+def _evaluate(snapshot: Snapshot):
     tip = snapshot.layout.tip
     if not tip or not snapshot.held(tip):
         return {}

@@ -1,10 +1,17 @@
 """Pressure in each cavity."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from softact.measures.base import Measure, per_cavity
 
+if TYPE_CHECKING:
+    from softact.measures.snapshot import Snapshot
 
-def _evaluate(snapshot):
-    pressures = snapshot.state.pressure
+
+def _evaluate(snapshot: Snapshot):
+    pressures = snapshot.state["pressure"]
     names = snapshot.layout.cavities
     if not names:
         return {}

@@ -1,14 +1,21 @@
 """Largest stresses and where they are."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
+from softact.materials.tensors import von_mises
 from softact.measures.base import Measure, vector_columns
-from softact.tensors import von_mises
+
+if TYPE_CHECKING:
+    from softact.measures.snapshot import Snapshot
 
 BODY_COLUMN = "max_von_mises_<body>_MPa"
 
 
-def _of_bodies(snapshot):
+def _of_bodies(snapshot: Snapshot):
     """The largest von Mises stress of each region and each sheet, of an actuator with both."""
     model = snapshot.model
     if not (model.solids and model.sheets):
@@ -24,7 +31,7 @@ def _of_bodies(snapshot):
     }
 
 
-def _evaluate(snapshot):
+def _evaluate(snapshot: Snapshot):
     value, place = snapshot.largest(snapshot.max_principal_stress)
     columns = {"max_principal_stress_MPa": value}
     columns |= vector_columns("max_principal_stress_<xyz>_mm", place)

@@ -1,9 +1,16 @@
 """Where the tip is."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from softact.measures.base import Measure, vector_columns
 
+if TYPE_CHECKING:
+    from softact.measures.snapshot import Snapshot
 
-def _evaluate(snapshot):
+
+def _evaluate(snapshot: Snapshot):
     if not snapshot.layout.tip:
         return {}
     return vector_columns("tip_<xyz>_mm", snapshot.tip.centre_after)

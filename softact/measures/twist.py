@@ -1,12 +1,20 @@
 """How far the tip turns about its own axis."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from softact.measures.base import Measure, continued, rotation_about
+from softact.measures.base import Measure, continued
 from softact.measures.bending import BENDING, bending_axis
+from softact.system.rotation import rotation_about
+
+if TYPE_CHECKING:
+    from softact.measures.snapshot import Snapshot
 
 
-def _evaluate(snapshot):
+def _evaluate(snapshot: Snapshot):
     if not snapshot.layout.tip:
         return {}
     axis = np.asarray(snapshot.layout.axis)

@@ -1,9 +1,16 @@
 """How much room the cavities enclose."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from softact.measures.base import Measure, per_cavity
 
+if TYPE_CHECKING:
+    from softact.measures.snapshot import Snapshot
 
-def _evaluate(snapshot):
+
+def _evaluate(snapshot: Snapshot):
     copies = snapshot.layout.copies
     volumes = {
         name: copies * snapshot.model.cavity_volume(snapshot.state, name)

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from softact.spec.choice import fault, fault_at
+from softact.fields import fault, fault_at
+from softact.geometry.base import is_of_mesh
 from softact.sweep.axes import Axis
+from softact.sweep.design import Coordinates, Design
 from softact.sweep.record import Record
 from softact.sweep.spec import Model, check_axes
-from softact.units import Dimensionless
+from softact.units import Dimensionless, show
+
+_TRIED = Design(kind="latin_hypercube", samples=64)
 
 
-class _Measure(BaseModel):
+class Part(BaseModel):
+    """A measure of a run, at one of its states."""
+
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
     measure: str = Field(description="column of curve.csv, such as bending_angle_deg")
@@ -27,26 +34,31 @@ class _Measure(BaseModel):
         return self.measure if self.take == "last" else f"{self.take} {self.measure}"
 
     def value(self, record: Record) -> float | None:
-        """The measure of a run, None where it has none."""
+        """The measure of a run, None where it has none: no such column, or no number in it, such
+        as a failure pressure that was not reached."""
         if self.measure not in record.columns or not len(record.table):
             return None
         values = record.curve(self.measure)
-        pick = {"last": lambda v: v[-1], "largest": max, "smallest": min}[self.take]
-        return float(pick(values))
+        if self.take == "last":
+            values = values[-1:]
+        values = values[np.isfinite(values)]
+        if not len(values):
+            return None
+        return float(values.min() if self.take == "smallest" else values.max())
 
 
-class Objective(_Measure):
+class Objective(Part):
     """A measure to be made as large or as small as can be."""
 
     goal: Literal["maximise", "minimise"] = Field(description="maximise or minimise")
 
     @property
-    def direction(self) -> str:
+    def direction(self) -> Literal["minimize", "maximize"]:
         """The goal as Optuna spells it."""
-        return self.goal.replace("ise", "ize")
+        return "minimize" if self.goal == "minimise" else "maximize"
 
 
-class Constraint(_Measure):
+class Constraint(Part):
     """A measure that has to stay within bounds, in the column's unit."""
 
     above: Dimensionless | None = Field(None, description="smallest value allowed")
@@ -64,6 +76,7 @@ class Constraint(_Measure):
         The run has the measure.
         """
         value = self.value(record)
+        assert value is not None
         parts = []
         if self.below is not None:
             parts.append((value - self.below) / max(abs(self.below), 1e-12))
@@ -75,6 +88,9 @@ class Constraint(_Measure):
 class Optimisation(Model):
     """What is varied, what is wanted, and what must hold."""
 
+    kind: ClassVar[str] = "optimise"
+    of_axes: ClassVar[str] = "parameters"
+
     parameters: tuple[Axis, ...] = Field(strict=False, description="as the axes of a sweep")
     objectives: tuple[Objective, ...] = Field(strict=False, description="one or several")
     constraints: tuple[Constraint, ...] = Field((), strict=False, description="on measures")
@@ -84,12 +100,48 @@ class Optimisation(Model):
         {}, description="parameter: value of a design to be beaten; it is the first trial"
     )
 
+    def tried(self) -> list[Coordinates]:
+        """See ``Model.tried``: the reference, or some designs between the ends."""
+        return [self.reference] if self.reference else _TRIED.points(self.parameters)
+
     @model_validator(mode="after")
     def _parts_agree(self) -> Self:
         check_axes(self.parameters)
+        for number, axis in enumerate(self.parameters):
+            if any(map(is_of_mesh, axis.path)):
+                raise fault_at(
+                    ("parameters", number, "path"),
+                    "says how fine the mesh is: the best mesh would be the one with the largest "
+                    "error; 'softact converge' finds a mesh, and 'set' fixes it",
+                )
         if not self.objectives:
             raise fault_at(("objectives",), "empty; write - {measure: ..., goal: maximise}")
         titles = [axis.title for axis in self.parameters]
         if self.reference and sorted(self.reference) != sorted(titles):
             raise fault_at(("reference",), f"give a value for each of: {', '.join(titles)}")
+        for axis in self.parameters if self.reference else ():
+            if why := _not_on(axis, self.reference[axis.title]):
+                raise fault_at(("reference", axis.title), why)
         return self
+
+
+def place_of(axis: Axis, value: Any) -> int | None:
+    """Where a value stands in an axis's list, None where it does not; 1 is not True there."""
+    same = (n for n, v in enumerate(axis.values or ()) if type(v) is type(value) and v == value)
+    return next(same, None)
+
+
+def _not_on(axis: Axis, value: Any) -> str:
+    """Why a value is none that the axis has, "" where it is one."""
+    if axis.values is not None:
+        known = ", ".join(show(entry) for entry in axis.values)
+        there = place_of(axis, value) is not None
+        return "" if there else f"{show(value)} is none of its values: {known}"
+    number, ends = axis.number(value), sorted(axis.ends)
+    if isinstance(number, str):
+        return f"{show(value)} is no number in {axis.unit or 'a unit'} as its range is"
+    if not ends[0] <= number <= ends[1]:
+        return f"{show(value)} is outside of its range, {show(axis.from_)} to {show(axis.to)}"
+    if not axis.continuous and number != round(number):
+        return f"{show(value)} is no whole number, as its range is"
+    return ""

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import uuid
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from softact.errors import SpecError
-from softact.optimise.spec import Optimisation
-from softact.results import COMPLETE
-from softact.spec import document
-from softact.sweep.axes import Axis, quantity, written
+from softact.files import document
+from softact.optimise import store
+from softact.optimise.spec import Objective, Optimisation, Part, place_of
+from softact.results.folder import COMPLETE
+from softact.sweep.axes import Axis, written
 from softact.sweep.cache import Cache
 from softact.sweep.compute import FAILED, INVALID, Answer, of_record
 from softact.sweep.local import run_all
@@ -26,7 +30,7 @@ class Trials:
     """An optimisation in a folder.
 
     directory: where trials.db is, which a second call goes on with. Raises SpecError where it is
-    of other parameters or objectives.
+    damaged, of other parameters or objectives, or of a base that gives other runs.
     """
 
     def __init__(
@@ -37,64 +41,111 @@ class Trials:
         optuna.logging.set_verbosity(optuna.logging.ERROR)
         self.wanted, self.base, self.cache = wanted, base, cache
         self.axes = {axis.title: axis for axis in wanted.parameters}
-        several = len(wanted.objectives) > 1
-        samplers = optuna.samplers
-        kind = samplers.NSGAIISampler if several else samplers.TPESampler
-        storage = f"sqlite:///{directory.absolute() / 'trials.db'}"
-        self.study = optuna.create_study(
-            study_name="softact",
-            storage=storage,
-            sampler=kind(seed=wanted.seed),
-            load_if_exists=True,
-            directions=[o.direction for o in wanted.objectives],
-        )
-        self._same(directory)
-        self._take_up()
+        self.file = directory / store.DATABASE
+        self._call = uuid.uuid4().hex
+        self._first = {t: _parameter(self.axes[t], v) for t, v in wanted.reference.items()}
+        self.study = store.opened(wanted, directory, self._first)
+        with store.reading(self.file):
+            self._check_runs()
+        with store.writing(self.file):
+            self._take_up()
 
-    def _same(self, directory: Path) -> None:
-        """Refuse to mix the trials of two optimisations."""
-        print_ = self.wanted.model_dump_json(exclude={"trials", "description", "source", "name"})
-        known = self.study.user_attrs.get("file")
-        if known is None:
-            self.study.set_user_attr("file", print_)
-            if self.wanted.reference:
-                self.study.enqueue_trial(
-                    {t: _plain(self.axes[t], v) for t, v in self.wanted.reference.items()}
-                )
-        elif known != print_:
-            raise SpecError(
-                f"{directory}: holds the trials of another optimisation; name another folder with "
-                "-o DIR, or remove trials.db there"
-            )
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """Objectives and constraints."""
+        return (*self.wanted.objectives, *self.wanted.constraints)
+
+    def _check_runs(self) -> None:
+        """Refuse trials whose run is another one now: the base has changed, a file that it names,
+        or what its script reads. Values are compared with the cache's, where the run is there."""
+        for trial in self.done:
+            key = self._key(self.coordinates(trial))
+            if trial.user_attrs["run"] != (key or ""):
+                why = f"holds trials of another base spec (trial {trial.number} is another run now)"
+                raise store.other(self.file, why)
+            found = self.cache.find(key) if key and trial.values is not None else None
+            if found and not self._says(trial, found):
+                why = f"the values of trial {trial.number} are not those of its run"
+                raise store.damaged(self.file, why)
+
+    def _says(self, trial: Any, found: Record) -> bool:
+        """Whether a trial has the values of its run."""
+        values = [objective.value(found) for objective in self.wanted.objectives]
+        noted = self._noted(found).items()
+        return trial.values == values and all(trial.user_attrs.get(k) == v for k, v in noted)
+
+    def _key(self, coordinates: Mapping[str, Any]) -> str | None:
+        try:
+            return run_key(spec_at(self.base, changes_of(self.wanted.parameters, coordinates)))
+        except SpecError:
+            return None
 
     def _take_up(self) -> None:
-        """Trials that were under way when the last call was killed are asked for once more."""
+        """Trials that were under way when the last call was killed are asked for once more, and
+        those whose solver was killed."""
         from optuna.trial import TrialState
 
         for trial in self.study.get_trials(deepcopy=False, states=(TrialState.RUNNING,)):
             self.study.tell(trial.number, state=TrialState.FAIL)
-            self.study.enqueue_trial(trial.params)
+        known = self.study.get_trials(deepcopy=False)
+        settled = [_fixed(t) for t in known if self._settled(t)]
+        for trial in known:
+            if not self._settled(trial) and _fixed(trial) and _fixed(trial) not in settled:
+                self.study.enqueue_trial(_fixed(trial))
+                settled.append(_fixed(trial))
+
+    def _settled(self, trial: Any) -> bool:
+        """Whether a trial waits for its turn, or has ended in a way that would come again."""
+        if not trial.state.is_finished():
+            return trial.state.name == "WAITING"
+        return _ended(trial) and trial.user_attrs.get("again_after") in (None, self._call)
 
     @property
     def done(self) -> list[Any]:
         """Optuna's trials that have ended, those cut off by a kill left out."""
         trials = self.study.get_trials(deepcopy=False)
-        return [t for t in trials if t.state.is_finished() and "status" in t.user_attrs]
+        return [t for t in trials if t.state.is_finished() and self._settled(t)]
+
+    @property
+    def reference(self) -> Any:
+        """The trial of the design to be beaten, None where there is none or it is not done."""
+        found = (t for t in self.done if self._first and t.params == self._first)
+        return next(found, None)
 
     def run(self, jobs: int, told: Callable[[Any, Answer], None]) -> None:
-        """Run trials, ``jobs`` at a time, until there are as many as wanted."""
-        while (left := self.wanted.trials - len(self.done)) > 0:
-            asked = [self.study.ask() for _ in range(min(jobs, left))]
-            points = {trial.number: (trial, self._suggest(trial)) for trial in asked}
-            for number, answer in self._answers(points, jobs):
-                self._tell(points[number][0], answer)
-                told(self.study.trials[number], answer)
+        """Run trials, ``jobs`` at a time, until there are as many as wanted.
+
+        Raises CannotWriteError where the disk is full.
+        """
+        with store.writing(self.file):
+            while (left := self.wanted.trials - len(self.done)) > 0:
+                asked = self._ask(min(jobs, left))
+                points = {trial.number: (trial, self._suggest(trial)) for trial in asked}
+                for number, answer in self._answers(points, jobs):
+                    self._tell(points[number][0], answer)
+                    told(self.study.trials[number], answer)
+
+    def _ask(self, count: int) -> list[Any]:
+        """New trials. Each draws from a stream of its own, so that a call that goes on proposes
+        what one that was never stopped would have, and nothing twice."""
+        import optuna
+
+        several = len(self.wanted.objectives) > 1
+        kind = optuna.samplers.NSGAIISampler if several else optuna.samplers.TPESampler
+        first, asked = len(self.done), []
+        for number in range(first, first + count):
+            seed = np.random.SeedSequence([self.wanted.seed, number]).generate_state(1)[0]
+            self.study.sampler = kind(seed=int(seed))
+            asked.append(self.study.ask())
+        return asked
 
     def _suggest(self, trial: Any) -> dict[str, Any]:
         """A value of the spec for each parameter, as Optuna suggests it."""
         return {title: _suggested(trial, axis) for title, axis in self.axes.items()}
 
-    def _answers(self, points: dict, jobs: int):
+    def _answers(
+        self, points: Mapping[int, tuple[Any, dict]], jobs: int
+    ) -> Iterator[tuple[int, Answer]]:
         """(trial's number, answer) of each; trials of one and the same point share a run."""
         keys: dict[str, list[int]] = {}
         specs: dict[str, Callable] = {}
@@ -103,7 +154,7 @@ class Trials:
             try:
                 spec = spec_at(self.base, changes)
             except SpecError as error:
-                yield number, Answer(None, None, INVALID, "; ".join(error.lines))
+                yield number, Answer("", None, INVALID, "; ".join(error.lines))
                 continue
             key = run_key(spec)
             keys.setdefault(key, []).append(number)
@@ -120,25 +171,31 @@ class Trials:
 
         values = None
         status, cause = answer.status, answer.cause
-        parts = (*self.wanted.objectives, *self.wanted.constraints)
         if answer.record is not None and answer.status == COMPLETE:
-            missing = [part.measure for part in parts if part.value(answer.record) is None]
+            missing = [part.title for part in self.parts if part.value(answer.record) is None]
             if missing:
-                status, cause = FAILED, f"the run has no column {missing[0]}"
+                status, cause = FAILED, f"the run has no value of {missing[0]}"
             else:
                 values = [objective.value(answer.record) for objective in self.wanted.objectives]
                 self._note(trial, answer.record)
-        for name, value in (("status", status), ("cause", cause), ("run", answer.key or "")):
+        if answer.transient:
+            trial.set_user_attr("again_after", self._call)
+        # The status last: it says that the rest is there.
+        for name, value in (("cause", cause), ("run", answer.key), ("status", status)):
             trial.set_user_attr(name, value)
         self.study.tell(trial, values, state=None if values else TrialState.FAIL)
 
     def _note(self, trial: Any, record: Record) -> None:
-        broken = [c.violation(record) for c in self.wanted.constraints]
-        for number, violation in enumerate(broken):
+        noted = self._noted(record)
+        for number, violation in enumerate(noted["violations"]):
             trial.set_constraint(str(number), violation)
-        trial.set_user_attr("violations", broken)
-        for part in (*self.wanted.objectives, *self.wanted.constraints):
-            trial.set_user_attr(part.title, part.value(record))
+        for name, value in noted.items():
+            trial.set_user_attr(name, value)
+
+    def _noted(self, record: Record) -> dict[str, Any]:
+        """What is kept of a run beside the objectives' values."""
+        broken = [constraint.violation(record) for constraint in self.wanted.constraints]
+        return {"violations": broken} | {part.title: part.value(record) for part in self.parts}
 
     def best(self) -> list[Any]:
         """The trials that none beats and that break no constraint; of one objective the best."""
@@ -148,16 +205,39 @@ class Trials:
         """Values of the spec of a trial."""
         return {t: _value(axis, trial.params[t]) for t, axis in self.axes.items()}
 
+    def folder(self, trial: Any) -> Path:
+        """The result folder of a trial that has values; its run is computed again where the cache
+        has it no longer. Raises SoftactError where that fails."""
+        key = trial.user_attrs["run"]
+        if self.cache.find(key) is None:
+            spec = spec_at(self.base, changes_of(self.wanted.parameters, self.coordinates(trial)))
+            (answer,) = run_all({key: partial(_same_object, spec)}, self.cache, 1)
+            if answer.record is None:
+                raise answer.error()
+        return self.cache.folder(key)
+
 
 def feasible(trial: Any) -> bool:
     """Whether a trial has values and breaks no constraint."""
     return trial.values is not None and all(v <= 0 for v in trial.user_attrs.get("violations", []))
 
 
-def _unbeaten(trials: Sequence[Any], objectives) -> list[Any]:
+def _ended(trial: Any) -> bool:
+    """Whether a trial's run has ended and was told whole: a kill in between leaves it without
+    values though its status is complete."""
+    status = trial.user_attrs.get("status")
+    return status is not None and (trial.values is not None) == (status == COMPLETE)
+
+
+def _fixed(trial: Any) -> dict[str, Any]:
+    """Parameters of a trial, also where a kill came before they were suggested."""
+    return trial.system_attrs.get("fixed_params") or trial.params
+
+
+def _unbeaten(trials: Sequence[Any], objectives: Sequence[Objective]) -> list[Any]:
     signs = [1 if objective.goal == "maximise" else -1 for objective in objectives]
 
-    def beats(a, b) -> bool:
+    def beats(a: Any, b: Any) -> bool:
         pairs = [(s * x, s * y) for s, x, y in zip(signs, a.values, b.values, strict=True)]
         return all(x >= y for x, y in pairs) and any(x > y for x, y in pairs)
 
@@ -172,8 +252,9 @@ def _same_object(spec):
 
 def _suggested(trial: Any, axis: Axis) -> Any:
     if axis.values is not None:
-        return trial.suggest_categorical(axis.title, list(axis.values))
-    low, high = sorted((quantity(axis.from_)[0], quantity(axis.to)[0]))
+        # By their places: Optuna takes no lists or mappings, and 1 for True.
+        return axis.values[trial.suggest_categorical(axis.title, range(len(axis.values)))]
+    low, high = sorted(axis.ends)
     if not axis.continuous:
         return trial.suggest_int(axis.title, int(low), int(high))
     number = trial.suggest_float(axis.title, low, high, log=axis.scale == "log")
@@ -182,11 +263,16 @@ def _suggested(trial: Any, axis: Axis) -> Any:
 
 def _value(axis: Axis, parameter: Any) -> Any:
     """The spec's value of Optuna's parameter."""
-    if axis.values is not None or not axis.continuous:
+    if axis.values is not None:
+        return axis.values[parameter]
+    if not axis.continuous:
         return parameter
     return written(float(f"{parameter:.{_DIGITS}g}"), axis.unit, False)
 
 
-def _plain(axis: Axis, value: Any) -> Any:
-    """Optuna's parameter of a spec's value."""
-    return value if axis.values is not None else axis.number(value)
+def _parameter(axis: Axis, value: Any) -> Any:
+    """Optuna's parameter of a spec's value, which the axis has."""
+    if axis.values is not None:
+        return place_of(axis, value)
+    number = float(axis.number(value))
+    return number if axis.continuous else round(number)

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from softact.errors import SpecError
-from softact.files import write_atomic
-from softact.results import Results, read
+import numpy as np
+
+from softact.errors import SpecError, reason
+from softact.files.text import write_atomic
+from softact.results.folder import Results, read
+from softact.verdict.reached import reached
 
 if TYPE_CHECKING:
     from softact.report.base import Section
     from softact.report.surface import Skin
+    from softact.verdict.judge import Verdict
 
 __all__ = ["Extra", "write_report"]
 
@@ -23,46 +27,69 @@ __all__ = ["Extra", "write_report"]
 Extra = Callable[[Results], "Section"]
 
 
-def write_report(directory: str | Path, extra: Sequence[Extra] = ()) -> Path:
+def write_report(
+    directory: str | Path,
+    extra: Sequence[Extra] = (),
+    warn: Callable[[str], None] = lambda line: None,
+) -> Path:
     """(Re)build report.html, curve.png, states.png and shape.png; returns the report's path.
 
-    extra: further sections; where one raises SpecError, the report says so in its place.
+    extra: further sections; where one raises SpecError, the report says so in its place. Measured
+    curves that stand in the folder (``remembered``) have one of their own. warn: called with each
+    line that the report has on what is missing or damaged.
 
     A picture or 3-D view that cannot be made does not stop the rest: the report says which is
-    missing and why. Raises SpecError where the folder is not a result folder.
+    missing and why. Raises SpecError where the folder is not a result folder, DamagedResultError
+    where its figures cannot be read.
     """
     # Imported here: a sweep takes a label or a plot from this package, and makes no report.
-    from softact.report import curves, page, pictures, surface
+    from softact.report import curves, overlay, pictures, report_page, surface
     from softact.report.base import plotly
+    from softact.report.remembered import remembered
+    from softact.verdict.judge import judge
 
     directory = Path(directory)
     results = read(directory)
-    faults = list(results.faults)
+    faults = [*results.faults, *results.spec_faults]
     for name in ("curve.png", "states.png", "shape.png"):
         (directory / name).unlink(missing_ok=True)
     view, parts = None, cache(lambda: surface.skin(results))
     there = bool(results.increments)
-    with pictures.drawing(results, parts) if there else nullcontext(str) as finish:
+    with pictures.drawing(results, parts) if there else nullcontext(lambda marks: "") as finish:
         try:
             if curves.charts(results):
                 write_atomic(directory / "curve.png", curves.picture(results))
         except Exception as error:  # a report without a picture beats no report
-            faults.append(f"curve.png is missing: {error!r}")
+            faults.append(f"curve.png is missing: {reason(error)}")
         if there:
             view = _view(results, parts, faults)
         plotly()
-        fault = finish()
+        verdict = judge(results)
+        fault = finish(_marks(results, verdict))
     if fault:
         faults.append(f"The pictures of the actuator are missing: {fault}")
-    more = []
-    for make in extra:
+    more, measured = [], []
+    try:
+        measured = remembered(directory)
+    except SpecError as error:
+        faults += error.lines
+    for make in [*([partial(overlay.section, several=measured)] if measured else []), *extra]:
         try:
             more.append(make(results))
         except SpecError as error:
             faults += error.lines
+    faults = list(dict.fromkeys(faults))
     path = directory / "report.html"
-    write_atomic(path, page.html(results, view, faults, more))
+    write_atomic(path, report_page.html(results, verdict, view, faults, more))
+    for line in faults:
+        warn(line)
     return path
+
+
+def _marks(results: Results, verdict: Verdict) -> list[np.ndarray]:
+    """Places to mark in the picture of the state that stands for the run."""
+    main = reached(results).main
+    return [np.array(r.place) for r in verdict.reasons if r.place is not None and r.row == main]
 
 
 def _view(results: Results, parts: Callable[[], Skin], faults: list[str]) -> dict | None:
@@ -71,5 +98,5 @@ def _view(results: Results, parts: Callable[[], Skin], faults: list[str]) -> dic
     try:
         return viewer.pack(results, parts())
     except Exception as error:  # as above
-        faults.append(f"The 3-D view is missing: {error!r}")
+        faults.append(f"The 3-D view is missing: {reason(error)}")
         return None

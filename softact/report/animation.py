@@ -8,10 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from softact.errors import SpecError
-from softact.files import write_atomic
+from softact.files.text import replacing, write_atomic
 from softact.report import frames, pictures
-from softact.report.view import load, rest_state
-from softact.results import Results, read
+from softact.results.folder import Results, load, read, rest_state
 
 KINDS = ("gif", "mp4")
 _FRAMES, _HOLD = 40, 20  # of the motion, and of the last state standing still
@@ -122,13 +121,12 @@ def _gif(shots: Sequence) -> bytes:
 def _write_mp4(path: Path, shots: Sequence) -> None:
     import imageio_ffmpeg
 
-    part = path.with_name(f".{path.stem}.part.mp4")
-    film = imageio_ffmpeg.write_frames(
-        str(part), shots[0].size, fps=_PER_SECOND, codec="libx264", pix_fmt_out="yuv420p",
-        quality=8, macro_block_size=2, ffmpeg_log_level="error",
-    )  # fmt: skip
-    film.send(None)
-    for shot in [*shots, *[shots[-1]] * _HOLD]:
-        film.send(np.ascontiguousarray(np.asarray(shot)))
-    film.close()
-    part.replace(path)
+    with replacing(path, ".mp4") as part:
+        film = imageio_ffmpeg.write_frames(
+            str(part), shots[0].size, fps=_PER_SECOND, codec="libx264", pix_fmt_out="yuv420p",
+            quality=8, macro_block_size=2, ffmpeg_log_level="error",
+        )  # fmt: skip
+        film.send(None)
+        for shot in [*shots, *[shots[-1]] * _HOLD]:
+            film.send(np.ascontiguousarray(np.asarray(shot)))
+        film.close()

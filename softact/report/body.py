@@ -3,13 +3,13 @@
 import numpy as np
 
 from softact.report.surface import mirrored
-from softact.results import Results
+from softact.results.folder import Results
 from softact.units import DENSITY, LENGTH
 
 
 def extent(results: Results) -> np.ndarray | None:
     """(3,) mm: outer dimensions along x, y, z of the whole undeformed actuator."""
-    if results.points is None:
+    if not results.has_mesh:
         return None
     planes = tuple(results.layout.symmetry.values())
     whole, _ = mirrored(results.points, np.zeros((0, 3), int), planes)
@@ -32,7 +32,7 @@ def whole_bending(results: Results) -> np.ndarray | None:
     between two markers, which lie as far from one end as from the other, as if the rest were bent
     as what lies between them."""
     angle, layout = results.curve.get("bending_angle_deg"), results.layout
-    if angle is None or layout is None or not layout.base:
+    if angle is None or not layout.base:
         return angle
     at = results.curve["tip_x_mm"][0]
     return angle * layout.length / (2 * at - layout.length)
@@ -40,14 +40,15 @@ def whole_bending(results: Results) -> np.ndarray | None:
 
 def mass(results: Results) -> float | None:
     """kg of the whole actuator without its layers; None where a density is not known."""
-    if results.points is None or len(results.cells) == 0:
+    if len(results.cells) == 0:
         return None
     parts = []
     if results.layout.regions:
         parts.append(_solid_mass(results))
     if results.layout.sheets:
         parts.append(_sheet_mass(results))
-    return None if None in parts else sum(parts)
+    known = [part for part in parts if part is not None]
+    return sum(known) if len(known) == len(parts) else None
 
 
 def _solid_mass(results: Results) -> float | None:

@@ -1,18 +1,28 @@
 """Several result folders in one page: curves over each other, measures, and what was different."""
 
-from collections.abc import Sequence
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from html import escape
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
+from markupsafe import Markup
 
 from softact.errors import SpecError
-from softact.files import csv_text, write_atomic
+from softact.files.text import csv_text, write_atomic
 from softact.report import base, curves, labels, requirements, targets
 from softact.report.base import Plot, Section
-from softact.report.view import load, load_name
-from softact.results import COMPLETE, Results, read
+from softact.results.folder import Results, load, load_name, read
+from softact.results.own_folder import Output
+from softact.spec.kinds import expect_results
+from softact.spec.path import joined, leaves
+from softact.verdict.judge import AMBER, GREEN, RED, WORDS, Verdict, judge
+from softact.verdict.reached import reached
+
+if TYPE_CHECKING:
+    from softact.results.folder import Results
 
 
 @dataclass(frozen=True)
@@ -34,29 +44,43 @@ class Row:
         return [100 * difference / abs(first) for difference in self.differences()]
 
 
-def write_comparison(folders: Sequence[Path], output: Path, wanted: Sequence[str] = ()) -> Path:
-    """Write compare.html, measures.csv and curves.csv into ``output``; returns the page's path.
+def write_comparison(
+    folders: Sequence[Path],
+    directory: Path,
+    wanted: Sequence[str] = (),
+    force: bool = False,
+    warn: Callable[[str], None] = lambda line: None,
+) -> Path:
+    """Write compare.html, measures.csv and curves.csv into a folder; returns the page's path.
 
     wanted: names of the applications whose requirements stand beside the runs, see ``targets``.
-    Raises SpecError where a folder holds no results, or results without a single state, and for an
-    application that is not known.
+    force: write whatever the folder holds. warn: called with each line on what is damaged in the
+    folders. Raises SpecError where a folder holds no results, or results without a single state,
+    for an application that is not known, and where the outcome may not be written there.
     """
     targets.check(wanted)
     runs = _read_all(folders)
+    for line in _damages(runs):
+        warn(line)
     names = _names(folders)
     aim, rows = measures(runs)
-    output.mkdir(parents=True, exist_ok=True)
-    write_atomic(output / "measures.csv", _measures_csv(names, aim, rows))
-    write_atomic(output / "curves.csv", _curves_csv(names, runs))
-    path = output / "compare.html"
-    write_atomic(path, html(names, runs, wanted))
-    return path
+    texts = {
+        "measures.csv": lambda: _measures_csv(names, aim, rows),
+        "curves.csv": lambda: _curves_csv(names, runs),
+        "compare.html": lambda: html(names, runs, wanted),
+    }
+    output = Output(directory, "compare", force)
+    with output.opened(list(texts)):
+        for name, text in texts.items():
+            write_atomic(output.file(name), text())
+    return directory / "compare.html"
 
 
 def _read_all(folders: Sequence[Path]) -> list[Results]:
     runs, faults = [], []
     for folder in folders:
         try:
+            expect_results(folder)
             run = read(folder)
         except SpecError as error:
             faults += error.lines
@@ -69,6 +93,10 @@ def _read_all(folders: Sequence[Path]) -> list[Results]:
     if faults:
         raise SpecError(*faults)
     return runs
+
+
+def _damages(runs: Sequence[Results]) -> list[str]:
+    return [line for run in runs for line in (*run.faults, *run.spec_faults)]
 
 
 def _names(folders: Sequence[Path]) -> list[str]:
@@ -84,11 +112,11 @@ def _names(folders: Sequence[Path]) -> list[str]:
 def measures(runs: Sequence[Results]) -> tuple[float | None, list[Row]]:
     """The load at which the runs are compared, and their measures there.
 
-    The load is the largest that all reach; None where they have no pressure in common: then their
-    last states are compared.
+    The load is the largest that all reach in a stable state; None where they have no pressure in
+    common: then the states that stand for them (``reached``) are compared.
     """
     drivers = {load_name(run) for run in runs}
-    ends = [float(load(run)[-1]) for run in runs]
+    ends = [float(load(run)[reached(run).main]) for run in runs]
     same = len(drivers) == 1 and None not in drivers and len({np.sign(end) for end in ends}) == 1
     aim = min(ends, key=abs) if same else None
     names = dict.fromkeys(name for run in runs for name in curves.measures(run))
@@ -104,54 +132,75 @@ def _value(run: Results, name: str, aim: float | None) -> float:
     values = run.curve.get(name)
     if values is None or values.dtype != float:
         return float("nan")
-    if aim is None or aim == load(run)[-1]:
-        return float(values[-1])
+    main = reached(run).main
+    if aim is None or aim == load(run)[main]:
+        return float(values[main])
     return curves.at_load(run, values, aim)
 
 
 def spec_differences(runs: Sequence[Results]) -> list[tuple[str, list[str]]]:
     """Paths in the resolved specs whose values are not all the same, and the values."""
-    flat = [dict(_walk("", run.spec)) for run in runs]
+    flat = [{joined(p): str(value) for p, value in leaves(run.spec)} for run in runs]
     paths = dict.fromkeys(path for spec in flat for path in spec)
     rows = [(path, [spec.get(path, "–") for spec in flat]) for path in paths]
     return [(path, values) for path, values in rows if len(set(values)) > 1]
 
 
-def _walk(path: str, value):
-    if isinstance(value, dict | list) and value:
-        pairs = value.items() if isinstance(value, dict) else enumerate(value)
-        for key, item in pairs:
-            yield from _walk(f"{path}.{key}" if path else str(key), item)
-    else:
-        yield path, str(value)
-
-
 def html(names: Sequence[str], runs: Sequence[Results], wanted: Sequence[str] = ()) -> str:
     """The page. wanted: see ``write_comparison``."""
     aim, rows = measures(runs)
+    verdicts, shapes = [judge(run) for run in runs], _shapes(names, runs)
     sections = [
         *([requirements.section(names, runs, wanted)] if wanted else []),
-        Section("measures", "Measures", _measures(names, runs, aim, rows)),
-        Section("spec", "What is different in the specs", _differences(names, runs), "Specs"),
-        Section("curves", "Curves", base.figures(_plots(names, runs))),
-        *_shapes(names, runs),
-        Section("runs", "Runs", _runs(names, runs)),
+        Section("measures", "Measures"),
+        Section("spec", "What is different in the specs", nav="Specs"),
+        Section("curves", "Curves"),
+        *([Section("shapes", "Last states")] if shapes else []),
+        Section("runs", "Runs"),
     ]
-    unfinished = [n for n, run in zip(names, runs, strict=True) if run.status != COMPLETE]
-    lead = f"<p class='lead'>{escape(', '.join(names))}</p>"
-    if unfinished:
-        lead += base.banner("warn", "Not all runs are complete:", escape(", ".join(unfinished)))
-    return base.page("Comparison", sections, kicker=f"{len(runs)} runs of softact", lead=lead)
+    damages = _damages(runs)
+    return base.page(
+        "Comparison",
+        sections,
+        kicker=f"{len(runs)} runs of softact",
+        template="report/compare_page.html",
+        names=names,
+        verdicts=_verdicts(names, verdicts),
+        damages=base.banner("warn", "Files are damaged.", "", damages) if damages else "",
+        at=_at(runs, aim),
+        measures=_measures(names, rows),
+        download=base.download("measures.csv", _measures_csv(names, aim, rows).encode()),
+        differences=_differences(names, runs),
+        curves=base.figures(_plots(names, runs)),
+        shapes=shapes,
+        runs=_runs(names, runs, verdicts),
+    )
+
+
+def _verdicts(names: Sequence[str], verdicts: Sequence[Verdict]) -> list[Markup]:
+    """What is to be thought of the runs that are not simply trusted, the worst colour first."""
+    parts = []
+    for colour, kind in ((RED, "bad"), (AMBER, "warn")):
+        some = [(n, v) for n, v in zip(names, verdicts, strict=True) if v.colour == colour]
+        if some:
+            words = WORDS[colour]
+            items = [(f"{name}:", reason.text) for name, v in some for reason in v.reasons]
+            told = ", ".join(name for name, _ in some)
+            head = f"{words[:1].upper()}{words[1:]}:"
+            parts.append(base.banner(kind, head, told, items))
+    return parts
 
 
 def _at(runs: Sequence[Results], aim: float | None) -> str:
     if aim is None:
-        return "at the last state of each (they have no pressure in common)"
-    label = labels.column(load_name(runs[0]))
+        return "at the state that stands for each (they have no pressure in common)"
+    driver = load_name(runs[0])
+    assert driver is not None  # they have a pressure in common
+    label = labels.column(driver)
     return f"at {labels.number(aim)} {label.unit}, the largest load that all reach"
 
 
-def _measures(names, runs, aim, rows: Sequence[Row]) -> str:
+def _measures(names: Sequence[str], rows: Sequence[Row]) -> Markup:
     heads = ["Figure", "Unit", *names]
     for name in names[1:]:
         heads += [f"{name} − {names[0]}", "%"]
@@ -163,25 +212,20 @@ def _measures(names, runs, aim, rows: Sequence[Row]) -> str:
         for difference, percent in zip(row.differences(), row.percents(), strict=True):
             line += [labels.number(difference * label.factor), _percent(percent)]
         shown.append(line)
-    link = base.download("measures.csv", _measures_csv(names, aim, rows).encode())
-    return (
-        f"<p>Figures {escape(_at(runs, aim))}.</p>{base.table(heads, shown, numbers=True)}"
-        f"<p class='note'>Between increments interpolated linearly. {link}</p>"
-    )
+    return base.table(heads, shown, numbers=True)
 
 
 def _percent(value: float) -> str:
     return f"{value:+.1f}".replace("-", "−") if np.isfinite(value) else "–"
 
 
-def _differences(names, runs) -> str:
-    rows = spec_differences(runs)
-    if not rows:
-        return "<p>The resolved specs are the same.</p>"
-    return base.table(["Path", *names], [[path, *values] for path, values in rows], file="spec.csv")
+def _differences(names: Sequence[str], runs: Sequence[Results]) -> str:
+    """A table of what is not the same in the specs; "" where there is nothing."""
+    rows = [[path, *values] for path, values in spec_differences(runs)]
+    return base.table(["Path", *names], rows, file="spec.csv") if rows else ""
 
 
-def _plots(names, runs) -> list[Plot]:
+def _plots(names: Sequence[str], runs: Sequence[Results]) -> list[Plot]:
     columns = dict.fromkeys(name for run in runs for name in curves.measures(run))
     drivers = [load_name(run) for run in runs]
     known = {driver for driver in drivers if driver}
@@ -200,24 +244,17 @@ def _plots(names, runs) -> list[Plot]:
     return plots
 
 
-def _shapes(names, runs) -> list[Section]:
-    pictures = [
-        f"<figure>{base.image((run.directory / 'shape.png').read_bytes(), name)}"
-        f"<figcaption>{escape(name)}</figcaption></figure>"
-        for name, run in zip(names, runs, strict=True)
-        if (run.directory / "shape.png").is_file()
-    ]
-    if not pictures:
-        return []
-    body = f"<div class='charts two'>{''.join(pictures)}</div>"
-    return [Section("shapes", "Last states", body)]
+def _shapes(names: Sequence[str], runs: Sequence[Results]) -> list[tuple[str, Markup]]:
+    """The pictures of the runs that have one, with their names."""
+    paths = [(name, run.directory / "shape.png") for name, run in zip(names, runs, strict=True)]
+    return [(name, base.image(p.read_bytes(), name)) for name, p in paths if p.is_file()]
 
 
-def _runs(names, runs) -> str:
+def _runs(names: Sequence[str], runs: Sequence[Results], verdicts: Sequence[Verdict]) -> Markup:
     heads = [
         "Run",
-        "Status",
-        "Last load",
+        "Verdict",
+        "Load",
         "Cells",
         "Unknowns",
         "Iterations",
@@ -225,19 +262,21 @@ def _runs(names, runs) -> str:
         "softact",
     ]
     rows = []
-    for name, run in zip(names, runs, strict=True):
+    for name, run, verdict in zip(names, runs, verdicts, strict=True):
         told, driver = run.run, load_name(run)
+        at = float(load(run)[reached(run).main])
         unit = labels.column(driver).unit if driver else ""
         rows.append([
-            name, run.status.replace("_", " "), f"{labels.number(load(run)[-1])} {unit}".strip(),
+            name, verdict.words, f"{labels.number(at)} {unit}".strip(),
             (told.get("mesh") or {}).get("cells"), (told.get("mesh") or {}).get("unknowns"),
             sum(int(item.get("iterations") or 0) for item in told.get("history") or []),
             (told.get("times_s") or {}).get("solve"), str(told.get("softact") or ""),
         ])  # fmt: skip
-    return base.table(heads, rows)
+    marks = [{GREEN: "good", AMBER: "warn", RED: "bad"}[verdict.colour] for verdict in verdicts]
+    return base.table(heads, rows, marks=marks)
 
 
-def _measures_csv(names, aim, rows: Sequence[Row]) -> str:
+def _measures_csv(names: Sequence[str], aim, rows: Sequence[Row]) -> str:
     table = []
     for row in rows:
         line = {"measure": row.name, "load_kPa": "" if aim is None else aim}
@@ -249,7 +288,7 @@ def _measures_csv(names, aim, rows: Sequence[Row]) -> str:
     return csv_text(table)
 
 
-def _curves_csv(names, runs) -> str:
+def _curves_csv(names: Sequence[str], runs: Sequence[Results]) -> str:
     table = []
     for name, run in zip(names, runs, strict=True):
         count = len(load(run))

@@ -1,14 +1,18 @@
 """What the curves and tables of a report show, taken from curve.csv; and ``curve.png``."""
 
-from collections.abc import Mapping
+from __future__ import annotations
+
 from dataclasses import dataclass
 from io import BytesIO
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from softact.report import labels
-from softact.report.view import load, load_name, rest_state
-from softact.results import Results
+from softact.results.folder import BOOKKEEPING, Results, load, load_name, rest_state
+
+if TYPE_CHECKING:
+    from softact.results.folder import Results
 
 #: Title of a chart and the beginnings of the names of the columns in it. Other columns get a
 #: chart of their own.
@@ -16,8 +20,9 @@ _GROUPS = (
     ("Bending angle", ("bending_angle", "chord_angle")),
     ("Pressures", ("pressure_",)),
     ("Cavity volume", ("cavity_volume",)),
-    ("Largest stress", ("max_principal_stress", "max_von_mises")),
-    ("Largest stretch", ("max_principal_stretch",)),
+    ("Stress", ("max_principal_stress", "max_von_mises", "principal_stress")),
+    ("Stretch", ("max_principal_stretch", "principal_stretch", "max_fibre_stretch")),
+    ("Pressures at failure", ("failure_pressure", "safe_pressure", "tested_stretch_pressure")),
     ("Elongation", ("elongation",)),
     ("Twist", ("twist_angle",)),
     ("Reaction force", ("reaction_x", "reaction_y", "reaction_z")),
@@ -25,6 +30,8 @@ _GROUPS = (
     ("Energy", ("strain_energy", "pressure_work")),
     ("Material volume change", ("volume_change",)),
 )
+# Noise: by the scale of a unit, and of any unit. Newton's tolerance is 1e-6 or finer.
+_NOISE, _ROUNDING, _WHOLE_TURN = 1e-7, 1e-9, 360.0
 _AXES = ("_x_mm", "_y_mm", "_z_mm")
 
 
@@ -48,16 +55,43 @@ def is_place(name: str, names) -> bool:
 
 
 def measures(results: Results) -> list[str]:
-    """Columns that are results: numbers, not bookkeeping, not places, not zero throughout."""
+    """Columns that are results: numbers, not bookkeeping, not places, not zero or noise
+    throughout."""
     columns = results.curve
+    angle = columns.get("bending_angle_deg", np.zeros(0))
+    bends = _size(angle) > noise(results, "bending_angle_deg")  # else its axis is any
     return [
         name
         for name, values in columns.items()
-        if name not in labels.BOOKKEEPING
+        if name not in BOOKKEEPING
         and values.dtype == float
         and not is_place(name, columns)
-        and np.nanmax(np.abs(values), initial=0.0, where=np.isfinite(values)) > 1e-9
+        and _size(values) > noise(results, name)
+        and not (name.startswith("bending_axis") and not bends)
     ]
+
+
+def _size(values: np.ndarray) -> float:
+    return float(np.nanmax(np.abs(values), initial=0.0, where=np.isfinite(values)))
+
+
+def noise(results: Results, name: str) -> float:
+    """Size below which a column's values are rounding or what the solver's tolerance leaves, in the
+    column's unit.
+
+    Forces and moments are measured by the stored energy, over the length where it is a force, and
+    lengths by the actuator's.
+    """
+    unit = labels.column(name).unit
+    energy = _size(results.curve.get("strain_energy_mJ", np.zeros(0)))
+    length = results.layout.length
+    scales = {
+        "N·mm": energy,
+        "N": energy / length if length else 0.0,
+        "mm": length,
+        "°": _WHOLE_TURN,
+    }
+    return max(_NOISE * scales.get(unit, 0.0), _ROUNDING)
 
 
 def charts(results: Results) -> list[Chart]:
@@ -86,7 +120,7 @@ def charts(results: Results) -> list[Chart]:
     return found
 
 
-def _chart(results, title, x_label, abscissa, names) -> Chart:
+def _chart(results: Results, title: str, x_label: str, abscissa, names) -> Chart:
     shown = [labels.column(name) for name in names]
     series = [
         (label.name, abscissa, results.curve[name] * label.factor)
@@ -127,35 +161,6 @@ def at_load(results: Results, values: np.ndarray, aim: float) -> float:
             part = (aim - one) / (other - one)
             return float((1 - part) * values[number] + part * values[number + 1])
     return float("nan")
-
-
-def key_figures(
-    results: Results, errors: Mapping[str, str] | None = None
-) -> tuple[list[str], list[tuple[str, str, list[str]]]]:
-    """Heads and rows (name, unit, texts) of the table: unloaded, at round loads, at the last
-    state. errors: column -> what is put behind its figure at the last state."""
-    driver = load_name(results)
-    loads = load(results)
-    if not len(loads):
-        return [], []
-    unit = labels.column(driver).unit if driver else ""
-    rest = rest_state(results)
-    unloaded = [float(loads[rest])] if 0 <= rest < len(loads) - 1 else []
-    aims = unloaded + round_loads(loads[max(rest, 0)], loads[-1])
-    heads = [f"{labels.number(v)} {unit}".strip() for v in [*aims, loads[-1]]]
-    heads[-1] += " (last)"
-    rows = []
-    for name in measures(results):
-        if name == driver:
-            continue
-        label, values = labels.column(name), results.curve[name] * labels.column(name).factor
-        shown = np.array([*(at_load(results, values, aim) for aim in aims), values[-1]])
-        largest = np.abs(shown).max(initial=0.0, where=np.isfinite(shown))
-        texts = [labels.number(value, largest=largest) for value in shown]
-        if errors and name in errors:
-            texts[-1] += f" {errors[name]}"
-        rows.append((label.name, label.unit, texts))
-    return heads, rows
 
 
 def picture(results: Results, most: int = 4) -> bytes:

@@ -2,7 +2,6 @@
 
 import os
 import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -12,14 +11,17 @@ from pathlib import Path
 
 import numpy as np
 
+from softact.child_processes import environment, python
 from softact.report import labels
 from softact.report.obstacles import bodies
 from softact.report.surface import Skin, drawn, mirrored, skin
 from softact.report.view import STRESS_COLOURS, View, bending_view, colour_range
-from softact.results import Results
+from softact.results.folder import Results
 
 _TIME_LIMIT_S = 600.0
-_COMMAND = (sys.executable, "-P", str(Path(__file__).with_name("render.py")))
+_COMMAND = python(Path(__file__).with_name("render.py"))
+# Neither a display nor the MPI job that we may be part of is the business of who draws.
+_NOT_ITS_BUSINESS = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "DISPLAY", "WAYLAND_DISPLAY")
 
 
 class DrawingError(Exception):
@@ -67,11 +69,11 @@ class Scene:
     def group(self, numbers: Sequence[float], ghost: bool, pixels: float) -> Group:
         """A frame about all these states whose longer side has ``pixels``, even numbers."""
         used = np.unique(self.skin.outer)
-        flat = []
+        projected = []
         for number in [*numbers, -1] if ghost else numbers:
             whole, _ = mirrored(self.points(number)[used], np.zeros((0, 3), int), self.skin.mirrors)
-            flat.append(self.view.project(whole))
-        flat = np.vstack(flat)
+            projected.append(self.view.project(whole))
+        flat = np.vstack(projected)
         margin = 0.04 * np.ptp(flat, axis=0).max()
         low, high = flat.min(axis=0) - margin, flat.max(axis=0) + margin
         mm = (high - low).max() / pixels  # of a pixel
@@ -80,7 +82,7 @@ class Scene:
         low, high = middle - size * mm / 2, middle + size * mm / 2
         return Group(numbers, ghost, low, high, (int(width), int(height)))
 
-    def bodies(self, numbers: Sequence[int], whole: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def bodies(self, numbers: Sequence[float], whole: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Points (states, m, 3) and triangles (b, 3) of the obstacles; those that are not there
         have shrunk to a point."""
         points, triangles, count = [np.zeros((len(numbers), 0, 3))], [np.zeros((0, 3), int)], 0
@@ -141,9 +143,11 @@ class Renderer:
         self._errors = scratch / "stderr"
         self._pictures: list[Path] = []
         with self._errors.open("wb") as stderr:
-            command = [*_COMMAND, str(scratch), str(os.getpid())]
             self.process = subprocess.Popen(
-                command, env=_environment(), stderr=stderr, stdout=subprocess.DEVNULL
+                [*_COMMAND, str(scratch), str(os.getpid())],
+                env=environment(without=_NOT_ITS_BUSINESS),
+                stderr=stderr,
+                stdout=subprocess.DEVNULL,
             )
 
     def draw(self, scene: Scene, group: Group) -> None:
@@ -189,9 +193,3 @@ def renderer() -> Iterator[Renderer]:
         finally:
             started.process.kill()
             started.process.wait()
-
-
-def _environment() -> dict[str, str]:
-    # Neither a display nor the MPI job that we may be part of is the child's business.
-    mine = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "DISPLAY", "WAYLAND_DISPLAY")
-    return {k: v for k, v in os.environ.items() if not k.startswith(mine)}

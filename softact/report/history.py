@@ -1,23 +1,22 @@
 """How the solver got there: increments, their iterations and residuals, as plots and words."""
 
 from softact.report.base import Plot, figures
-from softact.results import Results
+from softact.results.folder import Results
 
 
-def section(results: Results) -> str:
-    """HTML: how many increments were tried, and the plots of their iterations and residuals."""
+def summary(results: Results) -> dict:
+    """How many increments were tried and failed, the iterations in all, and plots of iterations and
+    residuals."""
     history = _attempts(results)
-    if not history:
-        return "<p>This run recorded no history of its iterations.</p>"
-    failed = sum(not item["converged"] for item in history)
-    total = sum(item["iterations"] for item in history)
-    plots = [_iterations(history)]
+    plots = [_iterations(history)] if history else []
     if any(item["residuals"] for item in history):
         plots.append(_residuals(history))
-    return (
-        f"<p>{len(history)} increments were tried, {failed} of them without success (cut back or "
-        f"given up); {total} Newton iterations in all.</p>{figures(plots)}"
-    )
+    return {
+        "tried": len(history),
+        "failed": sum(not item["converged"] for item in history),
+        "iterations": sum(item["iterations"] for item in history),
+        "plots": figures(plots),
+    }
 
 
 def _attempts(results: Results) -> list[dict]:

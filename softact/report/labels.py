@@ -1,7 +1,9 @@
 """How columns and fields are called in a report, and in which unit they are shown."""
 
 import math
+import re
 from dataclasses import dataclass
+from functools import cache
 
 #: Endings of column names: (unit as shown, factor from the stored unit to the shown one).
 _UNITS = {
@@ -14,17 +16,6 @@ _UNITS = {
     "Nmm": ("N·mm", 1.0),
     "N": ("N", 1.0),
     "percent": ("%", 1.0),
-}
-
-#: Columns that say where a row stands or where a largest value lies; not results themselves.
-BOOKKEEPING = {
-    "step",
-    "increment",
-    "step_fraction",
-    "newton_iterations",
-    "residual",
-    "iterations",
-    "unstable_modes",
 }
 
 
@@ -41,8 +32,22 @@ class Label:
 
 
 _SPECIAL = {
-    "volume_change_max": Label("Largest volume change", "%", 100.0),
+    "volume_change_max": Label("Volume change at the worst point", "%", 100.0),
     "volume_change_mean": Label("Mean volume change", "%", 100.0),
+    "volume_change_p99": Label("Volume change exceeded in 1 % of the volume", "%", 100.0),
+    "volume_change_beyond_percent": Label("Part whose volume changes by more than 20 %", "%"),
+    "jacobian_min": Label("Smallest J anywhere in an element", ""),
+}
+
+#: Beginnings of column names that words alone would not explain, longest first; what follows is the
+#: name of a region.
+_STEMS = {
+    "principal_stress_p999": "Principal stress exceeded in 0.1 % of the volume",
+    "principal_stress_peak": "Principal stress at its highest node",
+    "principal_stretch_p999": "Principal stretch exceeded in 0.1 % of the volume",
+    "failure_pressure_peak": "Failure pressure by the highest node",
+    "tested_stretch_pressure": "Pressure at the end of the tested stretch",
+    "contact_overlap": "Overlap in contact",
 }
 
 FIELDS = {
@@ -64,11 +69,35 @@ def column(name: str) -> Label:
         return _SPECIAL[name]
     stem, _, ending = name.rpartition("_")
     unit, factor = _UNITS.get(ending, ("", 1.0)) if stem else ("", 1.0)
-    words = (stem if unit else name).replace("_", " ")
+    stem = stem if unit else name
+    for beginning, said in _STEMS.items():
+        if stem == beginning or stem.startswith(f"{beginning}_"):
+            region = stem.removeprefix(beginning).replace("_", " ").strip()
+            return Label(f"{said}, {region}" if region else said, unit, factor)
+    words = stem.replace("_", " ")
     if words.startswith("max "):
         words = "largest " + words.removeprefix("max ")
     words = words.replace("von mises", "von Mises stress")
     return Label(words[:1].upper() + words[1:] if words[:3] != "von" else words, unit, factor)
+
+
+@cache
+def _templates() -> list[tuple[re.Pattern, str]]:
+    """Patterns of all columns, those without the name of a part first, then the longest."""
+    from softact.measures import MEASURES
+
+    said = {title: what for m in MEASURES.values() for title, what in m.columns.items()}
+    patterns = []
+    for title in sorted(said, key=lambda title: ("<" in title, -len(title))):
+        parts = re.split(r"(_<\w+>)", title)
+        pattern = "".join("(_.+)?" if p.startswith("_<") else re.escape(p) for p in parts)
+        patterns.append((re.compile(pattern), said[title]))
+    return patterns
+
+
+def meaning(name: str) -> str:
+    """What a column of curve.csv is, in a sentence; "" where no measure has it."""
+    return next((said for pattern, said in _templates() if pattern.fullmatch(name)), "")
 
 
 def number(value: float, digits: int = 4, largest: float | None = None) -> str:
@@ -85,4 +114,6 @@ def number(value: float, digits: int = 4, largest: float | None = None) -> str:
     text = f"{value:.{decimals}f}"
     if largest is None and decimals:
         text = text.rstrip("0").rstrip(".")
+    if not text.strip("-0."):
+        text = text.removeprefix("-")  # what rounds to zero has no sign
     return text.replace("-", "−")

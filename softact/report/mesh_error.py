@@ -3,21 +3,38 @@
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from html import escape
+
+from markupsafe import Markup
 
 from softact.report import base, labels
 from softact.report.base import Section
-from softact.results import MESH_ERROR, Results
+from softact.report.base.templates import macros
+from softact.results.folder import MESH_ERROR, Results
+from softact.verdict.judge import NOT_CONVERGED, NOT_KNOWN, WITHIN
+
+#: Colour and head of what a study says: see ``softact.converge.study``.
+HEADS = {
+    WITHIN: ("good", "Converged."),
+    NOT_KNOWN: ("warn", "Not known."),
+    NOT_CONVERGED: ("bad", "Not converged."),
+}
 
 
 @dataclass(frozen=True)
 class MeshErrors:
-    """bars: column -> error bar of the last state's value, in the column's unit. story: what
-    mesh_error.json holds. fault: why the file is there and cannot be used, "" otherwise."""
+    """bars: column -> error bar of the last state's value, in the column's unit, of those that are
+    known. story: what mesh_error.json holds. fault: why the file is there and cannot be used, ""
+    otherwise."""
 
     bars: Mapping[str, float] = field(default_factory=dict)
     story: Mapping = field(default_factory=dict)
     fault: str = ""
+
+    def worded(self, text: str) -> str:
+        """A text with the names of the study's columns as people say them."""
+        for name in self.story.get("measures", ()):
+            text = text.replace(name, spoken(name))
+        return text
 
 
 def read(results: Results) -> MeshErrors:
@@ -27,14 +44,18 @@ def read(results: Results) -> MeshErrors:
         return MeshErrors()
     try:
         story = json.loads(path.read_text(encoding="utf-8"))
+        if "verdict" not in story and "levels" in story:
+            return MeshErrors(fault=f"{MESH_ERROR} is of an older softact; carry a study in again")
         bars = {str(name): float(bar) for name, bar in story["error_bars"].items()}
         spec_hash = story["levels"][story["level"]]["spec_hash"]
-        _body(results, bars, story)
+        found = MeshErrors(bars, story)
+        _body(results, story)
+        found.worded("")
     except (OSError, ValueError, KeyError, IndexError, TypeError, AttributeError):
         return MeshErrors(fault=f"{MESH_ERROR} cannot be read: softact converge --into writes it")
     if spec_hash != results.run.get("spec_hash"):
         return MeshErrors(fault=f"{MESH_ERROR} belongs to another spec; it is left out")
-    return MeshErrors(bars, story)
+    return found
 
 
 def text(name: str, bar: float) -> str:
@@ -42,49 +63,56 @@ def text(name: str, bar: float) -> str:
     return f"± {labels.number(bar * labels.column(name).factor, digits=2)}"
 
 
+def spoken(column: str) -> str:
+    """What a column is called in a sentence: "bending angle"."""
+    name = labels.column(column).name
+    return name[:1].lower() + name[1:]
+
+
+def words(verdict: str, tolerance: float) -> str:
+    """A verdict in a table: "not known", "not converged", "within 5 % of the limit"."""
+    if verdict != WITHIN:
+        return verdict
+    return f"within {labels.number(100 * tolerance)} % of the limit"
+
+
 def section(results: Results, errors: MeshErrors) -> list[Section]:
-    """The error bars with what they rest on; no section where there are none."""
-    if not errors.bars:
+    """What is known of the mesh's error and what that rests on; no section without a study."""
+    if not errors.story:
         return []
-    body = _body(results, errors.bars, errors.story)
+    body = _body(results, errors.story)
     return [Section("mesherror", "Error bars of the mesh", body, "Mesh error")]
 
 
-def _body(results: Results, bars: Mapping[str, float], story: Mapping) -> str:
-    rows = [_row(results, story, name) for name in bars]
-    heads = ["Figure", "Unit", "This mesh", "Error bar", "Limit", "Order", "Note"]
-    own = _sizes(story["levels"][story["level"]]["sizes_mm"])
-    meshes = "; ".join(_sizes(level["sizes_mm"]) for level in story["levels"])
-    advice = "No mesh of the study is within it for every figure."
-    if story["recommended_mm"]:
-        advice = f"The coarsest mesh within it for every figure: {_sizes(story['recommended_mm'])}."
-    said = (
-        f"<p>Last state, on the mesh of this run ({escape(own)}). From {len(story['levels'])} "
-        f"meshes ({escape(meshes)}) that <code>softact converge</code> computed; wanted was "
-        f"{labels.number(100 * story['tolerance'])} %. {escape(advice)}</p>"
+def _body(results: Results, story: Mapping) -> Markup:
+    rows = [_row(results, story, name) for name in story["measures"]]
+    heads = ["Figure", "Unit", "This mesh", "Error bar", "Limit", "Order", "This mesh is", "Note"]
+    levels = [str(level["mesh"]) for level in story["levels"]]
+    advice = "No mesh of the study is known to be within it for every figure."
+    if story["recommended"] is not None:
+        advice = f"The coarsest mesh within it for every figure: {levels[story['recommended']]}."
+    return macros("report/sections.html").mesh_error(
+        level=levels[story["level"]],
+        levels=levels,
+        tolerance=labels.number(100 * story["tolerance"]),
+        advice=advice,
+        table=base.table(heads, rows, file="mesh_error.csv"),
+        safety=labels.number(story["safety"]),
     )
-    return said + base.table(heads, rows, file="mesh_error.csv") + note(story["safety"])
 
 
-def note(safety: float) -> str:
+def note(safety: float) -> Markup:
     """What an error bar is, as a paragraph. safety: the factor in it."""
-    factor = labels.number(safety)
-    return (
-        f"<p class='note'>An error bar is {factor} times the distance to the limit on an "
-        "infinitely fine mesh (Richardson's, with the observed order; Celik et al. 2008, J. Fluids "
-        f"Eng. 130:078001). Where there is no order, it is {factor} times the largest distance to "
-        "a finer mesh, and the limit is the finest mesh's value. It tells of the mesh alone, not "
-        "of the material's constants or the geometry.</p>"
-    )
+    return macros("report/sections.html").error_bar(labels.number(safety))
 
 
 def _row(results: Results, story: Mapping, name: str) -> list[str | float]:
     label, told = labels.column(name), story["measures"][name]
-    value = float(results.curve[name][-1])
+    value = float(results.curve[name][-1]) * label.factor
     order = "none" if told["order"] is None else f"{told['order']:.2f}"
-    shown = [x * label.factor for x in (value, story["error_bars"][name], told["limit"])]
-    return [label.name, label.unit, *shown, order, str(told["note"])]
-
-
-def _sizes(sizes: Mapping[str, float]) -> str:
-    return ", ".join(f"{name.replace('_', ' ')} {size:.4g} mm" for name, size in sizes.items())
+    bar, limit = (
+        "not known" if x is None else x * label.factor
+        for x in (story["error_bars"].get(name), told["limit"])
+    )
+    verdict = words(told["verdict"], story["tolerance"])
+    return [label.name, label.unit, value, bar, limit, order, verdict, str(told["note"])]

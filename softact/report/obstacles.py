@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from pydantic import ValidationError
 
-from softact.results import Results
-from softact.spec.contact import OBSTACLES
+from softact.contact.obstacles import OBSTACLES
+from softact.results.folder import Results
 
 COLOUR = "#a3abb2"
 
@@ -44,7 +44,7 @@ def bodies(results: Results, low: np.ndarray, high: np.ndarray) -> list[Body]:
     return [_body(results, name, shape, low, high) for name, shape in shapes.items()]
 
 
-def _body(results, name, shape, low, high) -> Body:
+def _body(results: Results, name: str, shape, low, high) -> Body:
     points, triangles = shape.surface(float((high - low).max()), (low + high) / 2)
     rows = len(results.increments)
     columns = [results.curve.get(f"obstacle_{name}_{c}_mm", np.zeros(rows)) for c in "xyz"]

@@ -1,11 +1,10 @@
 """Where a result comes from: the spec's assumptions, versions, times, and how to cite it."""
 
 import json
-from html import escape
 
 from softact.report import labels
 from softact.report.base import download
-from softact.results import Results
+from softact.results.folder import Results
 
 _RESTS_ON = (
     ("Gmsh", "Geuzaine and Remacle 2009", "10.1002/nme.2579"),
@@ -14,35 +13,27 @@ _RESTS_ON = (
 )
 
 
-def assumptions(spec: dict) -> str:
+def assumptions(spec: dict) -> list[str]:
+    """What the spec says that it had to assume."""
     items = spec.get("assumptions") or []
-    if not isinstance(items, list) or not items:
-        return ""
-    listed = "".join(f"<li>{escape(str(item))}</li>" for item in items)
-    return (
-        "<div class='assumptions'><h3>Assumptions</h3><p>What the source leaves open and the spec "
-        f"had to fill in:</p><ul>{listed}</ul></div>"
-    )
+    return [str(item) for item in items] if isinstance(items, list) else []
 
 
-def provenance(results: Results) -> str:
+def provenance(results: Results) -> list[tuple[str, list[tuple[str, str]]]]:
+    """Tables of what run.json says of the run: their heads, and rows of a name and a value."""
     run = results.run
     plain = {k: v for k, v in run.items() if not isinstance(v, dict | list) and v is not None}
-    tables = [_table("Run", plain)]
+    tables = [("Run", _rows(plain))]
     heads = {"times_s": "Times (s)", "mesh": "Mesh", "counts": "Counts", "versions": "Versions"}
     for key, value in run.items():
-        if isinstance(value, dict) and value:
-            tables.append(_table(heads.get(key, key.replace("_", " ").capitalize()), value))
-    return f"<div class='tables'>{''.join(tables)}</div>"
+        if isinstance(value, dict) and value and key != "files":
+            head = heads.get(key, key.replace("_", " ").capitalize())
+            tables.append((head, _rows(value)))
+    return tables
 
 
-def _table(title: str, items: dict) -> str:
-    rows = "".join(
-        f"<tr><th scope='row'>{escape(str(key).replace('_', ' '))}</th>"
-        f"<td>{escape(_text(value))}</td></tr>"
-        for key, value in items.items()
-    )
-    return f"<div><h3>{escape(title)}</h3><table>{rows}</table></div>"
+def _rows(items: dict) -> list[tuple[str, str]]:
+    return [(str(key).replace("_", " "), _text(value)) for key, value in items.items()]
 
 
 def _text(value) -> str:
@@ -53,7 +44,8 @@ def _text(value) -> str:
     return value if isinstance(value, str) else json.dumps(value)
 
 
-def cite(results: Results, name: str) -> str:
+def cite(results: Results, name: str) -> dict[str, str]:
+    """The command that computes the run again, a link to its spec, and what to cite."""
     run = results.run
     version = run.get("softact") or run.get("softact_version") or run.get("version") or ""
     commit = run.get("git_commit") or run.get("commit") or ""
@@ -61,11 +53,9 @@ def cite(results: Results, name: str) -> str:
     mark = f", spec hash {run['spec_hash']}" if run.get("spec_hash") else ""
     rests = "; ".join(f"{tool}: {who}, doi:{doi}" for tool, who, doi in _RESTS_ON)
     processes = f" -n {run['processes']}" if run.get("processes") else ""
-    command = f"softact run spec.yaml{processes} -o results/{name}"
-    return (
-        f"<p>Compute it again from the spec on this page "
-        f"({download('spec.yaml', results.spec_yaml.encode(), 'text/yaml')}):</p>"
-        f"<pre class='command'>{escape(command)}</pre>"
-        f"<p>Cite as: “{escape(name)}”, computed with {escape(which)}{escape(mark)}. "
-        f"Cite also what it rests on: {escape(rests)}.</p>"
-    )
+    return {
+        "command": f"softact run spec.yaml{processes} -o results/{name}",
+        "download": download("spec.yaml", results.spec_yaml.encode(), "text/yaml"),
+        "computed_with": f"{which}{mark}",
+        "rests_on": rests,
+    }

@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from softact.fit.measured import Measured, predicted, rising
+from softact.measured.curve import Measured, predicted, rising
 from softact.report import labels
 from softact.report.base import Plot, Section, figures, lines, table, xy
-from softact.results import Results
+from softact.report.base.templates import macros
+from softact.results.folder import Results
 
 #: They part where they differ by more than this of the measured range.
 PARTING = 0.1
@@ -115,12 +116,9 @@ def section(results: Results, several: Sequence[Measured]) -> Section:
     found = [d for measured in several for d in deviations(results.curve, measured)]
     heads = ["Measured", "Figure", "Unit", "Points compared", "RMSE", "RMSE (% of range)",
              "Largest deviation", "… at", "They part at"]  # fmt: skip
-    body = (
-        "<p>The run against what was measured: deviations are run minus measured, where both are; "
-        "they part where they differ by more than 10 % of the measured range.</p>"
-        + figures(_plots(results, several))
-        + table(heads, [_row(d) for d in found], file="deviations.csv")
-    )
+    drawn = figures(_plots(results, several))
+    rows = [_row(d) for d in found]
+    body = macros("report/sections.html").measured(drawn, table(heads, rows, file="deviations.csv"))
     return Section("measured", "Against measurement", body, "Measured")
 
 

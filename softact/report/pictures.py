@@ -1,51 +1,71 @@
 """Pictures of the actuator: ``states.png`` and ``shape.png``."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from io import BytesIO
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softact.files import write_atomic
-from softact.report import frames, labels
+from softact.errors import reason
+from softact.files.text import write_atomic
+from softact.report import frames, headline, labels
 from softact.report.frames import Group, Scene
 from softact.report.surface import Skin
-from softact.report.view import STRESS_COLOURS, View, load, load_name, states
-from softact.results import Results
+from softact.report.view import STRESS_COLOURS, View, states
+from softact.results.folder import Results, load, load_name, load_text
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 INK, _GREY = "#15202b", "#8a949b"
 _DPI = 160
 _TITLE = 0.4  # inches above a panel
+MOST_STATES = 4
+MARK = "#b3261e"
 CORNER = 0, round(_TITLE * _DPI)  # pixels from the upper left corner to that of a single panel
 _SIDES = 4.2, 5.5  # inches of the longer side of one of several panels, and of a single one
 
 
 @contextmanager
-def drawing(results: Results, make_skin: Callable[[], Skin]) -> Iterator[Callable[[], str]]:
+def drawing(results: Results, make_skin: Callable[[], Skin]) -> Iterator[Callable[..., str]]:
     """Begin to draw both pictures in another process; other work can be done meanwhile.
 
     make_skin: gives the ``skin`` of the results. Gives a function that waits for them and writes
-    ``states.png`` (four loads) and ``shape.png`` (the last state); it returns why that failed, or
-    "".
+    ``states.png`` and ``shape.png``, the last of these states; it takes places (3,) mm to mark in
+    that, and returns why drawing failed, or "".
     """
     with frames.renderer() as renderer:
-        scene = frames.make_scene(results, make_skin())
-        four, last = states(results, 4), [len(results.increments) - 1]
-        groups = {
-            "states.png": scene.group(four, ghost=True, pixels=_DPI * _SIDES[0]),
-            "shape.png": scene.group(last, ghost=False, pixels=_DPI * _SIDES[1]),
-        }
-        for group in groups.values():
-            renderer.draw(scene, group)
+        groups: dict[str, frames.Group] = {}
+        failed = ""
+        try:
+            scene = frames.make_scene(results, make_skin())
+            four = states(results, MOST_STATES)
+            groups |= {
+                "states.png": scene.group(four, ghost=True, pixels=_DPI * _SIDES[0]),
+                "shape.png": scene.group(four[-1:], ghost=False, pixels=_DPI * _SIDES[1]),
+            }
+            for group in groups.values():
+                renderer.draw(scene, group)
+        except Exception as error:  # a report without pictures beats no report
+            failed = reason(error)
 
-        def write() -> str:
+        def write(marks: Sequence[np.ndarray] = ()) -> str:
             composed = {}
+            if failed:
+                return failed
             try:
                 for (name, group), panels in zip(groups.items(), renderer.drawn(), strict=True):
                     columns = min(len(group.numbers), 2)
-                    composed[name] = compose(scene, group, panels, columns)
+                    here = marks if name == "shape.png" else ()
+                    composed[name] = compose(scene, group, panels, columns, marks=here)
             except frames.DrawingError as error:
                 return str(error)
+            except Exception as error:  # as above
+                return reason(error)
             for name, picture in composed.items():
                 write_atomic(results.directory / name, picture)
             return ""
@@ -65,10 +85,12 @@ def compose(
     panels: np.ndarray,
     columns: int,
     titles: Sequence[str] | None = None,
+    marks: Sequence[np.ndarray] = (),
 ) -> bytes:
     """PNG of the panels, pixel by pixel, with titles, colour bar and axes.
 
-    titles: in place of those that say the load of each state.
+    titles: in place of those that say the load of each state. marks: places (3,) mm of the first
+    state to put a ring around.
     """
     titles = titles or [state_title(scene.results, number) for number in group.numbers]
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -81,7 +103,7 @@ def compose(
     figure = Figure(figsize=size, dpi=_DPI, facecolor="white")
     FigureCanvasAgg(figure)
 
-    def place(left, top, wide, tall):
+    def place(left: float, top: float, wide: float, tall: float):
         """Axes at inches from the upper left corner."""
         at = (left / size[0], 1 - (top + tall) / size[1], wide / size[0], tall / size[1])
         axes = figure.add_axes(at)
@@ -97,10 +119,12 @@ def compose(
             (left + width / 2) / size[0], 1 - (top - 0.06) / size[1],
             said, fontsize=11, color=INK, ha="center",
         )  # fmt: skip
+    if len(marks):
+        _ring(place(0, title, width, height), group, scene.view.project(np.array(marks)))
     bar = place(columns * width + 0.3, title, 0.16, max(size[1] - title - 1.55, 1.2))
     _colour_bar(figure, bar, scene)
     cross = place(columns * width + 0.1, size[1] - 1.3, legend - 0.2, 1.2)
-    note = "grey: undeformed" if group.ghost else ""
+    note = "ring: deepest overlap" if len(marks) else "grey: undeformed" * group.ghost
     mm_per_inch = (group.high - group.low)[0] / width
     _axes_cross(cross, scene.view, mm_per_inch, legend - 0.2, 1.2, note)
     out = BytesIO()
@@ -109,7 +133,7 @@ def compose(
 
 
 def state_title(results: Results, number: float) -> str:
-    """What the reader needs of a state: its load, and how far it bends.
+    """What the reader needs of a state: its load, and what the actuator does there.
 
     number: of the state; with a fraction, linear between two.
     """
@@ -122,13 +146,44 @@ def state_title(results: Results, number: float) -> str:
         label = labels.column(name)
         said = f"{labels.number(value(load(results)))} {label.unit}"
     else:
-        said = f"load {labels.number(value(load(results)))}"
-    if "bending_angle_deg" in results.curve:
-        said += f"   ·   {round(float(value(results.curve['bending_angle_deg'])))}° bending"
+        said = _part_of_step(results, number)
+    moved = headline.motions(results)
+    if moved:
+        shown = headline.short(results, moved[0], value(results.curve[moved[0]]))
+        said += f"   ·   {shown}"
     return said
 
 
-def _colour_bar(figure, axes, scene: Scene) -> None:
+def _part_of_step(results: Results, number: float) -> str:
+    """``load_text`` of what stands between two states, too, without a pressure."""
+    row = int(np.ceil(number))
+    if number == row or "step_fraction" not in results.curve:
+        return load_text(results, row)
+    loads = load(results)
+    begun = loads[row] - results.curve["step_fraction"][row]
+    part = np.interp(number, np.arange(len(loads)), loads) - begun
+    step = results.curve.get("step", [""] * len(loads))[row]
+    return f"{100 * part:.3g} % of step '{step}'"
+
+
+def _ring(axes: Axes, group: Group, places: np.ndarray) -> None:
+    """Rings around places (n, 2) mm of a panel that fills the axes."""
+    axes.set_zorder(1)  # above the picture
+    axes.set_xlim(group.low[0], group.high[0])
+    axes.set_ylim(group.low[1], group.high[1])
+    # A white rim lets it be seen on any colour.
+    for colour, width in (("white", 4.5), (MARK, 2.2)):
+        axes.scatter(
+            places[:, 0],
+            places[:, 1],
+            s=320,
+            facecolors="none",
+            edgecolors=colour,
+            linewidths=width,
+        )
+
+
+def _colour_bar(figure: Figure, axes: Axes, scene: Scene) -> None:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
@@ -141,20 +196,25 @@ def _colour_bar(figure, axes, scene: Scene) -> None:
     bar.set_label(str(labels.field(scene.field)), fontsize=10, color=INK)
 
 
-def _axes_cross(axes, view: View, mm_per_inch: float, wide: float, tall: float, note: str) -> None:
+def _axes_cross(
+    axes: Axes, view: View, mm_per_inch: float, wide: float, tall: float, note: str
+) -> None:
     """The three axes as arrows of a round length in mm, to the scale of the panels."""
     axes.set_xlim(0, wide * mm_per_inch)
     axes.set_ylim(0, tall * mm_per_inch)
     length = round_down(0.6 * mm_per_inch)
-    start = np.array([0.35 * wide, 0.4 * tall]) * mm_per_inch
-    for name, direction in zip("xyz", view.project(np.eye(3)), strict=True):
+    directions = view.project(np.eye(3))
+    # Above the two lines of text, whichever way the arrows point.
+    start = (np.array([0.35 * wide, 0.32 * tall]) - [0.0, 0.11]) * mm_per_inch
+    start[1] -= min(0.0, length * float(directions[:, 1].min()) - 0.22 * mm_per_inch)
+    for name, direction in zip("xyz", directions, strict=True):
         end = start + length * direction
         axes.annotate(
-            "", end, start, arrowprops={"arrowstyle": "-|>", "color": INK, "lw": 1.2,
+            "", tuple(end), tuple(start), arrowprops={"arrowstyle": "-|>", "color": INK, "lw": 1.2,
                                         "shrinkA": 0, "shrinkB": 0, "mutation_scale": 8},
         )  # fmt: skip
         beyond = end + 0.11 * mm_per_inch * direction / max(np.linalg.norm(direction), 0.3)
-        axes.text(*beyond, name, fontsize=9, color=INK, ha="center", va="center")
+        axes.text(beyond[0], beyond[1], name, fontsize=9, color=INK, ha="center", va="center")
     for height, text in ((0.15, f"arrows: {length:g} mm"), (0.0, note)):
         axes.text(
             0.5 * wide * mm_per_inch, height * tall * mm_per_inch, text,

@@ -44,7 +44,7 @@ _FINER = 2  # drawn so many times as large, then averaged
 _INK, _GREY = (0.11, 0.165, 0.2), (0.54, 0.58, 0.61)
 
 
-def render(job, window: vtkRenderWindow) -> np.ndarray:
+def render(job: dict, window: vtkRenderWindow) -> np.ndarray:
     """The pictures of a job, drawn in ``window``."""
     renderer = _renderer(job, window)
     surface, outline = _surface(job), _lines(job, _INK, 0.6)
@@ -67,7 +67,7 @@ def render(job, window: vtkRenderWindow) -> np.ndarray:
     return np.array(pictures)
 
 
-def _renderer(job, window: vtkRenderWindow) -> vtkRenderer:
+def _renderer(job: dict, window: vtkRenderWindow) -> vtkRenderer:
     window.SetSize(*(int(n) * _FINER for n in job["size"]))
     renderer = vtkRenderer()
     renderer.SetBackground(1, 1, 1)
@@ -77,14 +77,15 @@ def _renderer(job, window: vtkRenderWindow) -> vtkRenderer:
     return renderer
 
 
-def _surface(job) -> vtkActor:
+def _surface(job: dict) -> vtkActor:
     colours = job["colours"]
     table = vtkLookupTable()
     table.SetNumberOfTableValues(256)
     places = np.linspace(0, len(colours) - 1, 256)
     for number in range(256):
-        rgb = (np.interp(places[number], np.arange(len(colours)), colours[:, n]) for n in range(3))
-        table.SetTableValue(number, *rgb)
+        at = np.arange(len(colours))
+        red, green, blue = (float(np.interp(places[number], at, c)) for c in colours[:, :3].T)
+        table.SetTableValue(number, red, green, blue)
     data = vtkPolyData()
     data.SetPolys(_cells(job["triangles"]))
     normals = vtkPolyDataNormals()
@@ -108,7 +109,7 @@ def _surface(job) -> vtkActor:
     return actor
 
 
-def _bodies(job) -> vtkActor:
+def _bodies(job: dict) -> vtkActor:
     data = vtkPolyData()
     data.SetPolys(_cells(job["body_triangles"]))
     mapper = vtkPolyDataMapper()
@@ -124,7 +125,7 @@ def _bodies(job) -> vtkActor:
     return actor
 
 
-def _lines(job, colour, opacity: float) -> vtkActor:
+def _lines(job: dict, colour, opacity: float) -> vtkActor:
     data = vtkPolyData()
     data.SetLines(_cells(job["edges"]))
     mapper = vtkPolyDataMapper()
@@ -162,7 +163,7 @@ def _place(actor: vtkActor, points: np.ndarray, values: np.ndarray | None = None
     actor.surface.Modified()
 
 
-def _aim(renderer: vtkRenderer, job, points: np.ndarray) -> None:
+def _aim(renderer: vtkRenderer, job: dict, points: np.ndarray) -> None:
     """Parallel projection whose frame is the rectangle ``low`` to ``high``."""
     low, high, eye = job["low"], job["high"], job["eye"]
     middle = (low + high) / 2

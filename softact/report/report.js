@@ -184,6 +184,11 @@ class Shape {
   }
 }
 
+/* Three digits and the unit, where there is one. */
+function quantity(value, unit) {
+  return `${+value.toPrecision(3)} ${unit}`.trim();
+}
+
 async function drawView(view) {
   if (!view) return;
   const shape = new Shape(view, await unpack(view));
@@ -197,8 +202,8 @@ async function drawView(view) {
     byId("caption").textContent = view.states[shape.state];
     const item = view.fields[shape.field];
     byId("range").textContent = item && item.largest > item.high * 1.02
-      ? `Colours end at ${+item.high.toPrecision(3)} ${item.unit}; the largest ${item.name} on ` +
-        `the outside is ${+item.largest.toPrecision(3)} ${item.unit}.` : "";
+      ? `Colours end at ${quantity(item.high, item.unit)}; on the outside the ${item.name} ` +
+        `reaches ${quantity(item.largest, item.unit)}.` : "";
   };
   const show = (change) => {
     const drawn = shape.update(change);

@@ -1,16 +1,22 @@
 """Several runs beside published requirements: each figure over the load, with what is asked."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import replace
-from html import escape
+from typing import TYPE_CHECKING
 
 import numpy as np
+from markupsafe import Markup
 
 from softact.report import base, labels, targets
 from softact.report.base import Plot, Section
+from softact.report.base.templates import macros
 from softact.report.targets import Requirement
-from softact.report.view import load, load_name
-from softact.results import Results
+from softact.results.folder import Results, load, load_name
+
+if TYPE_CHECKING:
+    from softact.results.folder import Results
 
 #: Figures of an actuator that nothing stops; a run with a load cell does not tell them.
 FREE = {
@@ -39,23 +45,24 @@ def section(names: Sequence[str], runs: Sequence[Results], wanted: Sequence[str]
     names: of the runs; wanted: names of applications, see ``targets``.
     """
     runs = [settled(run) for run in runs]
-    parts = [
-        "<p>What published applications ask for, and what the runs show up to the end of each. "
-        "Runs that press on a load cell are not asked how far they move freely, and the first "
-        "inflation of sheets, a motion, is left out up to where it has come to rest.</p>"
-    ]
+    parts = []
     for name in wanted:
         asked = [r for r in targets.requirements(name) if any(tells(run, r, runs) for run in runs)]
-        parts.append(f"<h3>{escape(targets.title(name))}</h3>")
-        parts.append(base.figures(plots(names, runs, asked)))
-        parts.append(_table(name, names, runs))
-    return Section("targets", "Published requirements", "".join(parts), "Requirements")
+        drawn = base.figures(plots(names, runs, asked))
+        parts.append((targets.title(name), drawn, _table(name, names, runs)))
+    body = macros("report/sections.html").requirements(
+        "What published applications ask for, and what the runs show up to the end of each. Runs "
+        "that press on a load cell are not asked how far they move freely, and the first inflation "
+        "of sheets, a motion, is left out up to where it has come to rest.",
+        parts,
+    )
+    return Section("targets", "Published requirements", body, "Requirements")
 
 
 def settled(run: Results) -> Results:
-    """The run without the states of a motion (see ``softact.inflation``), but those at the end of a
-    step whose load no equilibrium of the run has; as it is where its history does not tell them, as
-    after a run was resumed."""
+    """The run without the states of a motion (see ``softact.solve.rungs.inflation``), but those at
+    the end of a step whose load no equilibrium of the run has; as it is where its history does not
+    tell them, as after a run was resumed."""
     accepted = [item for item in run.run.get("history") or [] if item.get("converged")]
     loads = load(run)
     rows = len(loads)
@@ -63,14 +70,14 @@ def settled(run: Results) -> Results:
         return run
     last = [n + 1 == rows or accepted[n + 1].get("step") != item.get("step")
             for n, item in enumerate(accepted)]  # fmt: skip
-    moving = np.array([item.get("control") == "dynamics" for item in accepted], dtype=bool)
+    moving = np.array([item.get("control") == "motion" for item in accepted], dtype=bool)
     found = loads[1:][~moving[1:]]  # the first row is the unloaded body
     passed = (loads >= found.min(initial=np.inf)) & (loads <= found.max(initial=-np.inf))
     keep = ~moving | (np.array(last, dtype=bool) & ~passed)
     return replace(run, curve={name: values[keep] for name, values in run.curve.items()})
 
 
-def _table(name: str, names: Sequence[str], runs: Sequence[Results]) -> str:
+def _table(name: str, names: Sequence[str], runs: Sequence[Results]) -> Markup:
     all_asked = targets.requirements(name)
     rows = [
         [asked.text, *row, asked.source]
@@ -93,19 +100,23 @@ def _cell(run: Results, asked: Requirement) -> str:
     return ": ".join(part for part in (verdict.verdict, found) if part)
 
 
-def plots(names, runs, asked: Sequence[Requirement]) -> list[Plot]:
+def plots(
+    names: Sequence[str], runs: Sequence[Results], asked: Sequence[Requirement]
+) -> list[Plot]:
     """A plot for each figure of a state that is asked for, with a line at what is asked."""
     figures = dict.fromkeys(r.figure for r in asked)
     made = [_plot(names, runs, [r for r in asked if r.figure == figure]) for figure in figures]
     return [plot for plot in made if plot]
 
 
-def _plot(names, runs, asked: Sequence[Requirement]) -> Plot | None:
+def _plot(
+    names: Sequence[str], runs: Sequence[Results], asked: Sequence[Requirement]
+) -> Plot | None:
     figure = asked[0].figure
     label, told = targets.label(figure), []
     for name, run in zip(names, runs, strict=True):
         values = targets.figure_values(run, figure)
-        if np.ndim(values) and tells(run, asked[0], runs):
+        if isinstance(values, np.ndarray) and values.ndim and tells(run, asked[0], runs):
             told.append((name, run, values))
     if not told:
         return None
@@ -128,4 +139,5 @@ def _parted(run: Results, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Load and values of a trace, with a gap where states between two rows are left out."""
     number = run.curve.get("increment", np.arange(len(values)))
     left_out = np.flatnonzero(np.diff(number) > 1) + 1
-    return tuple(np.insert(each.astype(float), left_out, np.nan) for each in (load(run), values))
+    loads, parted = (np.insert(v.astype(float), left_out, np.nan) for v in (load(run), values))
+    return loads, parted

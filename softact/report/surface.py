@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softact.results import Results
+from softact.mesh.boundary import among, exterior, flat
+from softact.mesh.components import connected
+from softact.results.folder import Results
 
-_TET_FACES = ((0, 2, 1, 6, 5, 4), (0, 1, 3, 4, 8, 7), (1, 2, 3, 5, 9, 8), (2, 0, 3, 6, 7, 9))
 _CREASE_DEG = 35.0
 _LIFT = 4e-3  # of the actuator's size
 
@@ -30,25 +31,6 @@ class Skin:
     mirrors: tuple[int, ...]
 
 
-def exterior(cells: np.ndarray) -> np.ndarray:
-    """Faces that belong to one tet only, (k, 6) or (k, 3), normals outward, VTK's order; sheets
-    are their own faces."""
-    if cells.shape[1] in (3, 6):
-        return cells
-    corners = cells.shape[1] == 4
-    faces = np.vstack([cells[:, face[:3] if corners else face] for face in _TET_FACES])
-    _, first, count = np.unique(_names(faces), return_index=True, return_counts=True)
-    return faces[first[count == 1]]
-
-
-def flat(triangles: np.ndarray) -> np.ndarray:
-    """Each quadratic triangle (k, 6) as four flat ones (4k, 3); flat ones are left alone."""
-    if triangles.shape[1] == 3:
-        return triangles
-    pieces = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))
-    return np.stack([triangles[:, piece] for piece in pieces], axis=1).reshape(-1, 3)
-
-
 def skin(results: Results, most: int | None = None) -> Skin:
     """The skin of a result's mesh.
 
@@ -56,7 +38,7 @@ def skin(results: Results, most: int | None = None) -> Skin:
     by their corners alone.
     """
     outside = np.vstack([exterior(results.cells), *_sliding(results)])
-    hidden = _same(outside, [results.surfaces[name] for name in _hidden(results)])
+    hidden = among(outside, [results.surfaces[name] for name in _hidden(results)])
     if most and 4 * np.count_nonzero(~hidden) > most:
         outside = outside[:, :3]
     outer, inner = flat(outside[~hidden]), flat(outside[hidden])
@@ -108,31 +90,8 @@ def _hidden(results: Results) -> list[str]:
     return [name for name in names if name in results.surfaces]
 
 
-def _same(triangles: np.ndarray, groups: Sequence[np.ndarray]) -> np.ndarray:
-    """(k,) whether each of ``triangles`` has its corners in one of the ``groups``."""
-    if not groups:
-        return np.zeros(len(triangles), bool)
-    names = _names(np.vstack([part[:, :3] for part in (triangles, *groups)]))
-    return np.isin(names[: len(triangles)], names[len(triangles) :])
-
-
-def _names(triangles: np.ndarray) -> np.ndarray:
-    """(k,) a number for each triangle by its corners in any order; in the order of the sorted
-    corners."""
-    low, middle, high = np.sort(triangles[:, :3], axis=1).astype(np.int64).T
-    size = 1 + int(triangles.max(initial=0))
-    sides = low * size + middle
-    if size**3 >= 2**63:
-        _, sides = np.unique(sides, return_inverse=True)
-    return sides * size + high
-
-
 def _patches(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """(k,) number of the smooth patch of each flat triangle: neighbours at less than 35 deg."""
-    # Imported here: a page of many runs reads the shapes that are kept, and makes none.
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     a, b, c = (points[triangles[:, corner]] for corner in range(3))
     normal = np.cross(b - a, c - a)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
@@ -141,9 +100,7 @@ def _patches(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     same = (sides[order[1:]] == sides[order[:-1]]).all(axis=1)
     one, other = order[:-1][same] // 3, order[1:][same] // 3
     smooth = (normal[one] * normal[other]).sum(axis=1) > np.cos(np.radians(_CREASE_DEG))
-    count = len(triangles)
-    links = coo_array((np.ones(smooth.sum()), (one[smooth], other[smooth])), shape=(count, count))
-    return connected_components(links, directed=False)[1].astype(np.int64)
+    return connected(one[smooth], other[smooth], len(triangles)).astype(np.int64)
 
 
 def _planes(results: Results, nodes: np.ndarray) -> np.ndarray:

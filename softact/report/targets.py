@@ -1,23 +1,29 @@
 """Published applications beside an actuator: which of their requirements does it meet?"""
 
+from __future__ import annotations
+
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from html import escape
 from importlib.resources import files
+from typing import TYPE_CHECKING
 
 import numpy as np
-import yaml
 
 from softact.errors import SpecError
+from softact.files import document
+from softact.nearest import nearest
 from softact.report import base, body, labels
 from softact.report.base import Plot, Section
+from softact.report.base.templates import macros
 from softact.report.curves import at_load
-from softact.report.view import load, load_name
-from softact.results import Results
-from softact.spec.choice import nearest
-from softact.units import conversion
+from softact.report.targets_file import Asked, TargetsFile, in_unit_of
+from softact.results.folder import Results, load, load_name
+from softact.spec.faults import validated
+
+if TYPE_CHECKING:
+    from softact.results.folder import Results
 
 MET, NOT_MET, UNKNOWN = "met", "not met", "not known"
 _DERIVED = {
@@ -65,14 +71,14 @@ class Verdict:
 
 
 @cache
-def _file() -> Mapping:
+def _file() -> TargetsFile:
     text = (files("softact.report") / "targets.yaml").read_text(encoding="utf-8")
-    return yaml.safe_load(text)
+    return validated(document.parse(text, "targets.yaml"), TargetsFile)
 
 
 def names() -> list[str]:
     """Names of the applications that are known."""
-    return list(_file()["targets"])
+    return list(_file().targets)
 
 
 def check(wanted: Sequence[str]) -> None:
@@ -84,34 +90,23 @@ def check(wanted: Sequence[str]) -> None:
 
 def title(name: str) -> str:
     """What an application is called."""
-    return _file()["targets"][name]["title"]
+    return _file().targets[name].title
 
 
 def requirements(name: str) -> list[Requirement]:
     """The requirements of an application."""
-    return [_requirement(entry) for entry in _file()["targets"][name]["requirements"]]
+    return [_requirement(entry) for entry in _file().targets[name].requirements]
 
 
-def _requirement(entry: Mapping) -> Requirement:
-    source = _file()["sources"][entry["source"]]["short"]
-    figure = entry.get("figure", "")
+def _requirement(asked: Asked) -> Requirement:
+    source, figure = _file().sources[asked.source].short, asked.figure
     if not figure:
-        return Requirement(entry["text"], source)
-    least = "at_least" in entry
+        return Requirement(asked.text, source)
     return Requirement(
-        entry["text"], source, figure, _value(entry["at_least" if least else "at_most"], figure),
-        least, _value(entry["at"], "_kPa") if "at" in entry else None,
-        tuple((name, _value(text, name)) for name, text in entry.get("while", {}).items()),
+        asked.text, source, figure, in_unit_of(figure, asked.bound), asked.at_least is not None,
+        in_unit_of("pressure_kPa", asked.at) if asked.at else None,
+        tuple((name, in_unit_of(name, text)) for name, text in asked.together.items()),
     )  # fmt: skip
-
-
-def _value(text: str, figure: str) -> float:
-    """A value with its unit, in the unit that the figure's name ends with."""
-    number, unit = text.split()
-    to = figure.rpartition("_")[2]
-    if unit == to:
-        return float(number)
-    return float(number) * conversion(unit, to)
 
 
 def judge(results: Results, requirement: Requirement) -> Verdict:
@@ -122,7 +117,7 @@ def judge(results: Results, requirement: Requirement) -> Verdict:
     values = figure_values(results, r.figure)
     if values is None:
         return Verdict(r, UNKNOWN, nothing, f"the run has no {label(r.figure).name.lower()}")
-    if np.ndim(values) == 0:
+    if not isinstance(values, np.ndarray) or values.ndim == 0:
         return _verdict(r, float(values), "")
     states, where = _states(results, r)
     if where and not len(states):
@@ -161,7 +156,7 @@ def _states(results: Results, r: Requirement) -> tuple[np.ndarray, str]:
     return rows, why
 
 
-def _found(results, r: Requirement, values: np.ndarray, states) -> tuple[float, str]:
+def _found(results: Results, r: Requirement, values: np.ndarray, states) -> tuple[float, str]:
     """The largest value in those states, or at the very pressure between two of them."""
     loads = load(results)
     best = states[np.argmax(values[states])]
@@ -170,7 +165,8 @@ def _found(results, r: Requirement, values: np.ndarray, states) -> tuple[float, 
         there = at_load(results, values, r.at)
         if np.isfinite(there) and there > found:
             found, at = there, r.at
-    unit = labels.column(load_name(results)).unit if load_name(results) else ""
+    name = load_name(results)
+    unit = labels.column(name).unit if name else ""
     return found, f"at {labels.number(at)} {unit}".strip()
 
 
@@ -186,7 +182,7 @@ def figure_values(results: Results, name: str) -> np.ndarray | float | None:
     if name == "whole_bending_deg":
         return body.whole_bending(results)
     if name in ("extension_percent", "contraction_percent"):
-        length = results.layout.length if results.layout else None
+        length = results.layout.length
         if not length or "elongation_mm" not in results.curve:
             return None
         sign = 1 if name.startswith("extension") else -1
@@ -220,13 +216,9 @@ def found_text(v: Verdict) -> str:
 
 def section(results: Results, wanted: Sequence[str]) -> Section:
     """The part of a report that sets the actuator among published requirements."""
-    parts = [
-        "<p>What published applications ask for, in their words, and what this run shows. “Not "
-        "known” is what the run does not tell, or not up to the pressure that is asked for.</p>"
-    ]
+    parts = []
     for name in wanted:
         verdicts = [judge(results, r) for r in requirements(name)]
-        parts.append(f"<h3>{escape(title(name))}</h3>")
         heads = ["Requirement", "Verdict", "Found", "Remark", "Source"]
         rows = [
             [v.requirement.text, v.verdict, found_text(v) if np.isfinite(v.found) else "",
@@ -236,10 +228,14 @@ def section(results: Results, wanted: Sequence[str]) -> Section:
         marks = [{MET: "good", NOT_MET: "bad"}.get(v.verdict, "") for v in verdicts]
         table = base.table(heads, rows, file=f"targets_{name}.csv", marks=marks)
         plots = [_fulfilment(name, verdicts), _space(results, name)]
-        parts += [base.figures([plot for plot in plots if plot]), table]
-    full = "; ".join(source["full"] for source in _file()["sources"].values())
-    parts.append(f"<p class='note'>Sources: {escape(full)}.</p>")
-    return Section("targets", "Published requirements", "".join(parts), "Requirements")
+        parts.append((title(name), base.figures([plot for plot in plots if plot]), table))
+    body = macros("report/sections.html").requirements(
+        "What published applications ask for, in their words, and what this run shows. “Not known” "
+        "is what the run does not tell, or not up to the pressure that is asked for.",
+        parts,
+        sources="; ".join(source.full for source in _file().sources.values()),
+    )
+    return Section("targets", "Published requirements", body, "Requirements")
 
 
 def _fulfilment(name: str, verdicts: Sequence[Verdict]) -> Plot | None:

@@ -2,10 +2,12 @@
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
-from softact.results import Results
+from softact.results.folder import Results, load, rest_state
+from softact.verdict.reached import reached
 
 #: A little off the bending plane's normal, so that the depth shows (degrees).
 _TURN_DEG, _RISE_DEG = 22.0, 20.0
@@ -79,47 +81,31 @@ def _unit(vector: np.ndarray) -> np.ndarray:
 
 
 def states(results: Results, count: int) -> list[int]:
-    """Numbers of at most ``count`` states at even parts of the load, the last one included."""
-    driver = load(results)
+    """Numbers of at most ``count`` states: the one that stands for the run (``reached``), the ends
+    of the steps before it, and states at even parts of the load of the step that changes it most.
+    """
+    main = reached(results).main
     last = len(results.increments) - 1
+    last = last if main is None else min(main, last)
     rest = max(rest_state(results), 0)
     if last <= rest:
         return [last]
-    span = np.arange(rest + 1, last + 1)
-    aims = driver[rest] + (driver[last] - driver[rest]) * np.arange(1, count + 1) / count
-    found = {int(span[np.argmin(np.abs(driver[span] - aim))]) for aim in aims} | {last}
-    return sorted(found)
+    steps = results.curve.get("step")
+    ends = [n for n in range(rest + 1, last) if steps is not None and steps[n] != steps[n + 1]]
+    ends = ends[len(ends) - count + 1 :] if len(ends) >= count else ends
+    found = {*ends, last}
+    return sorted(found | _between(results, [rest, *ends, last], count - len(found)))
 
 
-def load_name(results: Results) -> str | None:
-    """Column that the curves are drawn against: the pressure that changes most, if any does."""
-    best, span = None, 0.0
-    for name, values in results.curve.items():
-        if name.startswith("pressure_") and name.endswith("_kPa") and values.dtype == float:
-            width = np.ptp(values[np.isfinite(values)]) if np.isfinite(values).any() else 0.0
-            if width > span:
-                best, span = name, width
-    return best
-
-
-def load(results: Results) -> np.ndarray:
-    """(rows,) the load of each state: kPa of ``load_name``, else finished steps and fraction."""
-    name = load_name(results)
-    if name:
-        return results.curve[name]
-    rows = len(next(iter(results.curve.values()), ()))
-    if "step_fraction" not in results.curve:
-        return np.arange(rows, dtype=float)
-    names = results.curve.get("step", np.zeros(rows))
-    begun = np.cumsum([0, *(names[1:] != names[:-1])]) if rows else np.zeros(0)
-    return begun + results.curve["step_fraction"]
-
-
-def rest_state(results: Results) -> int:
-    """Last state before the load begins to grow, -1 where the first row is loaded already."""
-    values = load(results)
-    unloaded = np.flatnonzero(np.abs(values) > 1e-9 * np.abs(values).max(initial=0))
-    return int(unloaded[0]) - 1 if len(unloaded) else len(values) - 1
+def _between(results: Results, ends: list[int], count: int) -> set[int]:
+    """So many states within the step whose load changes most, at even parts of it."""
+    loads = load(results)
+    begin, end = max(pairwise(ends), key=lambda pair: abs(loads[pair[1]] - loads[pair[0]]))
+    inside = np.arange(begin + 1, end)
+    if not len(inside):
+        return set()
+    aims = loads[begin] + (loads[end] - loads[begin]) * np.arange(1, count + 1) / (count + 1)
+    return {int(inside[np.argmin(np.abs(loads[inside] - aim))]) for aim in aims}
 
 
 def colour_range(results: Results, name: str, nodes: np.ndarray) -> tuple[float, float, float]:

@@ -1,15 +1,22 @@
 """The data of the 3-D view: all states of the skin, small enough to stand in the page."""
 
+from __future__ import annotations
+
 import base64
 import gzip
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softact.report import labels
+from softact.report import headline, labels
 from softact.report.obstacles import COLOUR, Body, bodies
 from softact.report.surface import Skin, drawn, mirrored, skin
-from softact.report.view import STRESS_COLOURS, bending_view, colour_range, load, load_name
-from softact.results import Results
+from softact.report.view import STRESS_COLOURS, bending_view, colour_range
+from softact.results.folder import Results, load, load_name, load_text
+from softact.verdict.reached import moving_rows, unstable_rows
+
+if TYPE_CHECKING:
+    from softact.results.folder import Results
 
 _MOST_STATES = 40
 _MOST_TRIANGLES = 45_000
@@ -94,7 +101,7 @@ def _place(results: Results, number: int, nodes: np.ndarray) -> np.ndarray:
     return drawn(results, moved)[nodes]
 
 
-def _shade(results, number, name, nodes, bottom, top) -> np.ndarray:
+def _shade(results: Results, number: int, name: str, nodes, bottom, top) -> np.ndarray:
     if number < 0:
         return np.zeros(len(nodes), np.uint8)
     values = np.nan_to_num(results.field(number, name)[nodes], nan=bottom)
@@ -106,19 +113,21 @@ def _caption(results: Results, number: int) -> str:
     if number < 0:
         return "undeformed"
     name = load_name(results)
-    unit = labels.column(name).unit if name else ""
-    said = [f"{labels.number(load(results)[number])} {unit}".strip()]
-    if not name:
-        said = [f"load {said[0]}"]
-    for column in ("bending_angle_deg", "max_principal_stress_MPa"):
-        if column in results.curve:
-            label = labels.column(column)
-            value = labels.number(results.curve[column][number] * label.factor)
-            said.append(f"{label.name.lower()} {value} {label.unit}")
+    said = [load_text(results, number)]
+    if name:
+        said = [f"{labels.number(load(results)[number])} {labels.column(name).unit}".strip()]
+    moved = headline.motions(results)[:1]
+    for column in [*moved, "max_principal_stress_MPa"]:
+        if column in results.curve and np.isfinite(results.curve[column][number]):
+            said.append(headline.figure(results, column, number).text)
     steps = results.curve.get("step", ())
-    if len(set(steps)) > 1:
+    if name and len(set(steps)) > 1:
         said.insert(0, str(steps[number]))
-    return " · ".join(said).replace(" °", "°")
+    if unstable_rows(results)[number]:
+        said.append("not stable")
+    if moving_rows(results)[number]:
+        said.append("in motion, no equilibrium")
+    return " · ".join(said)
 
 
 def _box(places: np.ndarray, parts: Skin) -> np.ndarray:

@@ -1,22 +1,34 @@
 """Faults between the parts of a spec, seen on the plain data so that all are told at once."""
 
-import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from softact.geometry import Geometry, Layout
+from softact.bodies import BODIES
+from softact.fields import Fault, Place
+from softact.geometry.base import Geometry
+from softact.loads import LOADS
+from softact.loads.base import surface_fault
 from softact.materials import Law
 from softact.measures import MEASURES
-from softact.spec.choice import nearest
-from softact.spec.document import Place
+from softact.mesh.layout import Layout
+from softact.nearest import nearest
 from softact.units import show
 
-Fault = tuple[Place, str]
+RUBBER, CLOTH = "ecoflex-00-30", "{plies: [{material: woven-tpu-nylon, thickness: 0.2 mm}]}"
 
-MATERIAL = "write the material of this region"
-PLIES = "write what this sheet is made of: {plies: [{material: ..., thickness: 0.2 mm}]}"
+
+def made_of_regions(regions: Sequence[str]) -> str:
+    """An example of the section ``materials`` for the regions of a geometry, to be pasted."""
+    return f"materials: {{{', '.join(f'{name}: {RUBBER}' for name in regions)}}}"
+
+
+def made_of_sheets(sheets: Sequence[str]) -> str:
+    """An example of the section ``sheets`` for the sheets of a geometry, to be pasted."""
+    first, *others = sheets
+    cloth = f"{first}: &cloth {CLOTH}" if others else f"{first}: {CLOTH}"
+    return f"sheets: {{{', '.join([cloth, *(f'{name}: *cloth' for name in others)])}}}"
 
 
 def cross_faults(data: Any, geometry: Geometry | None) -> Iterator[Fault]:
@@ -33,19 +45,22 @@ def cross_faults(data: Any, geometry: Geometry | None) -> Iterator[Fault]:
     yield from _same_names("steps", steps)
     yield from _same_names("contact", _mappings(data.get("contact")))
     yield from _measures(data.get("measures"))
-    solid = not data.get("sheets") if geometry is None else geometry.layout().regions
-    if "materials" not in data and solid:
-        yield ("materials",), "missing; region -> card, {card:, ...} or {law:, ...}"
     if geometry is None:
+        if "materials" not in data and not data.get("sheets"):
+            yield ("materials",), "missing; region -> card, {card:, ...} or {law:, ...}"
         return
     layout = geometry.layout()
-    materials, sheets = data.get("materials"), data.get("sheets", {})
-    yield from _made_of(materials, "materials", "region", layout.regions, MATERIAL)
-    yield from _made_of(sheets, "sheets", "sheet", tuple(layout.sheets), PLIES)
+    yield from _made_of(data, "materials", "region", layout.regions, made_of_regions)
+    yield from _made_of(data, "sheets", "sheet", tuple(layout.sheets), made_of_sheets)
     for index, layer in _mappings(data.get("layers")):
-        yield from _surface(layer, ("layers", index), layout)
+        yield from surface_fault(layer.get("surface"), ("layers", index, "surface"), layout)
     if data.get("supports") is not None:
         yield from _supports(data["supports"], ("supports",), layout)
+    elif not layout.clamp and layout.regions:
+        yield from _supports([], ("supports",), layout)
+    for key, kind in BODIES.items():
+        if kind.annotation is not None and data.get(key) is not None:
+            yield from kind.faults(data[key], (key,), layout)
     yield from _obstacles(data.get("obstacles"), layout)
     for index, contact in _mappings(data.get("contact")):
         yield from _contact(contact, ("contact", index), layout)
@@ -78,14 +93,24 @@ def _measures(value: Any) -> Iterator[Fault]:
         return
     for index, name in enumerate(value):
         if isinstance(name, str) and name not in MEASURES:
-            hint = nearest(name, MEASURES)
+            titles = [(m, title) for m, entry in MEASURES.items() for title in entry.columns]
+            found = next((pair for pair in titles if pair[1].startswith(f"{name}_")), None)
+            hint = f"measure {found[0]} has {found[1]}" if found else nearest(name, MEASURES)
             yield ("measures", index), f"there is no measure {show(name)}; {hint}"
 
 
 def _made_of(
-    value: Any, part: str, kind: str, known: Sequence[str], lacking: str
+    data: dict[str, Any],
+    part: str,
+    kind: str,
+    known: Sequence[str],
+    example: Callable[[Sequence[str]], str],
 ) -> Iterator[Fault]:
     """Whether a section names each region or sheet of the geometry, and no other."""
+    if known and part not in data:
+        named = f"{kind} {known[0]}" if len(known) == 1 else f"{kind}s {', '.join(known)}"
+        yield (part,), f"missing; this geometry has the {named}; write: {example(known)}"
+    value = data.get(part)
     if not isinstance(value, dict):
         return
     for name in value:
@@ -93,7 +118,8 @@ def _made_of(
             yield (part, name), f"the geometry has no {kind} {show(name)}; {nearest(name, known)}"
     for name in known:
         if name not in value:
-            yield (part, name), f"missing; {lacking}"
+            entry = example([name]).partition("{")[2].removesuffix("}")
+            yield (part, name), f"missing; write what this {kind} is made of: {entry}"
 
 
 def fibre_faults(materials: Mapping[str, Law], layout: Layout) -> Iterator[Fault]:
@@ -175,7 +201,7 @@ def _touchable(name: str, place: Place, layout: Layout) -> Iterator[Fault]:
         known = ", ".join((*layout.surfaces, *layout.sheets))
         yield place, f"{show(name)} is a curve, which touches nothing; write one of: {known}"
     else:
-        yield from _known_surface(name, place, layout)
+        yield from surface_fault(name, place, layout)
 
 
 def _known_obstacles(step: dict, place: Place, known: Any) -> Iterator[Fault]:
@@ -186,68 +212,12 @@ def _known_obstacles(step: dict, place: Place, known: Any) -> Iterator[Fault]:
             yield (*place, "obstacles", name), f"there is no obstacle {show(name)}; {hint}"
 
 
-def _surface(part: dict, place: Place, layout: Layout) -> Iterator[Fault]:
-    if isinstance(part.get("surface"), str):
-        yield from _known_surface(part["surface"], (*place, "surface"), layout)
-
-
-def _known_surface(name: str, place: Place, layout: Layout) -> Iterator[Fault]:
-    known = (*layout.surfaces, *layout.sheets, *layout.curves)
-    if name not in known:
-        yield place, f"the geometry has no surface {show(name)}; {nearest(name, known)}"
-
-
 def _step(step: dict, place: Place, layout: Layout) -> Iterator[Fault]:
-    for key, example in (("pressure", "50 kPa"), ("inject", "2 ml")):
-        yield from _cavities(step.get(key), (*place, key), layout, example)
-    yield from _driven_twice(step, place)
-    if isinstance(step.get("traction"), dict):
-        yield from _surface(step["traction"], (*place, "traction"), layout)
-    if isinstance(step.get("payload"), dict):
-        yield from _payload(step["payload"], (*place, "payload"), layout)
-    if isinstance(step.get("surface_pressure"), dict):
-        for name in step["surface_pressure"]:
-            yield from _known_surface(name, (*place, "surface_pressure", name), layout)
+    for key, load in LOADS.items():
+        if step.get(key) is not None:
+            yield from load.faults(step[key], (*place, key), layout, step)
     if step.get("supports") is not None:
         yield from _supports(step["supports"], (*place, "supports"), layout)
-
-
-def _cavities(values: Any, place: Place, layout: Layout, example: str) -> Iterator[Fault]:
-    if isinstance(values, dict):
-        for cavity in values:
-            if cavity not in layout.cavities:
-                hint = nearest(cavity, layout.cavities)
-                yield (*place, cavity), f"the geometry has no cavity {show(cavity)}; {hint}"
-        if not values:
-            yield place, f"no cavity is named; write {{cavity: {example}}} or {example}"
-    if values is not None and not layout.cavities:
-        what = "pressure" if place[-1] == "pressure" else "volume"
-        yield place, f"the geometry has no cavity that could hold a {what}"
-
-
-def _driven_twice(step: dict, place: Place) -> Iterator[Fault]:
-    pressure, inject = step.get("pressure"), step.get("inject")
-    if pressure is None or inject is None:
-        return
-    both = isinstance(pressure, dict) and isinstance(inject, dict)
-    names = [n for n in inject if n in pressure] if both else ["all cavities"]
-    for name in names:
-        fault = f"{show(name)} has a pressure in this step too; drive a cavity by one of them"
-        yield (*place, "inject"), fault
-
-
-def _payload(payload: dict, place: Place, layout: Layout) -> Iterator[Fault]:
-    surface, force = payload.get("surface") or layout.tip, payload.get("force")
-    if isinstance(surface, str):
-        yield from _known_surface(surface, (*place, "surface"), layout)
-    if isinstance(force, list | tuple) and len(force) == 3:
-        for plane, axis in layout.symmetry.items():
-            if not re.match(r"\s*[-+]?[0.]+\s", f"{force[axis]} "):
-                yield (
-                    (*place, "force", axis),
-                    f"a force across the symmetry plane '{plane}' would pull its mirror image the "
-                    "other way; model the whole actuator or leave it out",
-                )
 
 
 def _supports(value: Any, place: Place, layout: Layout) -> Iterator[Fault]:
@@ -257,8 +227,14 @@ def _supports(value: Any, place: Place, layout: Layout) -> Iterator[Fault]:
     held = {"xyz"[index] for index in layout.symmetry.values()}
     seen: set[tuple[str, str]] = set()
     for index, support in supports:
-        yield from _surface(support, (*place, index), layout)
+        yield from surface_fault(support.get("surface"), (*place, index, "surface"), layout)
         components = _components(support)
+        yield from _turned(support.get("turn"), (*place, index, "turn", "axis"), layout)
+        if place[0] == "steps" and support.get("spring"):
+            yield (
+                (*place, index, "spring"),
+                "springs act from the start; write them under the spec's supports",
+            )
         held |= components
         for component in sorted(components):
             entry = (str(support.get("surface")), component)
@@ -267,12 +243,30 @@ def _supports(value: Any, place: Place, layout: Layout) -> Iterator[Fault]:
                 yield (*place, index), fault
             seen.add(entry)
     for component in sorted(set("xyz") - held):
-        yield place, f"nothing holds the actuator along {component}; fix it on some surface"
+        clamp = "" if layout.clamp else ", which has no clamp,"
+        yield place, f"nothing holds the actuator{clamp} along {component}; fix it on some surface"
+
+
+def _turned(turn: Any, place: Place, layout: Layout) -> Iterator[Fault]:
+    axis = turn.get("axis") if isinstance(turn, dict) else None
+    if not isinstance(axis, list | tuple) or len(axis) != 3:
+        return
+    for plane, normal in layout.symmetry.items():
+        for component in range(3):
+            if component != normal and axis[component] not in (0, 0.0):
+                yield (
+                    place,
+                    f"a rotation about an axis that is not normal to the symmetry plane '{plane}' "
+                    "would turn its mirror image the other way; model the whole actuator",
+                )
+                return
 
 
 def _components(support: dict) -> set[str]:
     names: set[str] = set()
-    for key in ("fix", "move"):
+    if isinstance(support.get("turn"), dict):
+        return set("xyz")
+    for key in ("fix", "move", "spring"):
         if isinstance(support.get(key), list | tuple | dict):
             names |= {entry for entry in support[key] if isinstance(entry, str)}
     return names & set("xyz")

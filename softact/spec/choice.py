@@ -2,40 +2,15 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from typing import Any
 
 from pydantic import BaseModel
-from pydantic_core import PydanticCustomError, ValidationError, core_schema
+from pydantic_core import core_schema
 
 from softact.errors import SpecError
+from softact.fields import fault, fault_at, given
+from softact.nearest import nearest
 from softact.units import show
-
-MOST_SHOWN = 24
-
-
-def nearest(word: Any, known: Any) -> str:
-    """Return the end of an error line: the nearest known word, else all of them."""
-    known = [str(entry) for entry in known]
-    word = str(word)
-    close = get_close_matches(word, known, n=1, cutoff=0.6)
-    if not close and len(word) > 2:
-        close = [entry for entry in known if word.lower() in entry.lower()]
-    if close:
-        return f"did you mean {' or '.join(repr(entry) for entry in close[:3])}?"
-    shown = [*known[:MOST_SHOWN], "..."] if len(known) > MOST_SHOWN else known
-    return f"known: {', '.join(shown)}" if known else "none is known here"
-
-
-def fault(message: str) -> PydanticCustomError:
-    """Return an error that pydantic reports word for word (braces in it are no template)."""
-    return PydanticCustomError("softact", "{message}", {"message": message})
-
-
-def fault_at(place: tuple[str | int, ...], message: str, value: Any = None) -> ValidationError:
-    """Return an error about ``place``, seen from the value that is validated."""
-    details = {"type": fault(message), "loc": place, "input": value}
-    return ValidationError.from_exception_data("spec", [details])
 
 
 class Choice:
@@ -58,8 +33,12 @@ class Choice:
         raise NotImplementedError
 
     def also(self) -> tuple[str, ...]:
-        """Return keys that are known beside the fields of the model."""
+        """Return keys that are known beside the fields of the model, and without one."""
         return ()
+
+    def written_out(self, data: Any) -> Any:
+        """Return a short form, such as the name of a card, as the mapping that it stands for."""
+        return data
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
         dump = core_schema.plain_serializer_function_ser_schema(self.dump, info_arg=True)
@@ -105,6 +84,10 @@ class GeometryChoice(Choice):
         """See ``Choice.options``."""
         return list(self.registry().values())
 
+    def also(self) -> tuple[str, ...]:
+        """See ``Choice.also``."""
+        return ("type",)
+
 
 @dataclass(frozen=True)
 class MaterialChoice(Choice):
@@ -119,7 +102,7 @@ class MaterialChoice(Choice):
         """Return name -> class of the laws that fit here."""
         from softact.materials import LAWS
 
-        # A thin layer's energy is that of a linear sheet, see softact.terms.Layer.
+        # A thin layer's energy is that of a linear sheet, see softact.system.term.Layer.
         return {"linear": LAWS["linear"]} if self.layer else LAWS
 
     def model_for(self, data: Any) -> type[BaseModel] | None:
@@ -143,7 +126,7 @@ class MaterialChoice(Choice):
             return data
         if not isinstance(data, str | dict):
             raise fault(f"{given(data)}; {example}")
-        data = {"card": data} if isinstance(data, str) else data
+        data = self.written_out(data)
         place: tuple[str, ...] = ()
         if "card" in data:
             card = data["card"]
@@ -182,7 +165,11 @@ class MaterialChoice(Choice):
 
     def also(self) -> tuple[str, ...]:
         """See ``Choice.also``."""
-        return ("card",)
+        return ("card", "law")
+
+    def written_out(self, data: Any) -> Any:
+        """See ``Choice.written_out``."""
+        return {"card": data} if isinstance(data, str) else data
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
         from softact.materials import CARDS, card_data
@@ -192,7 +179,7 @@ class MaterialChoice(Choice):
         file = {
             "type": "string",
             "pattern": r"\.ya?ml$",
-            "description": "a card of your own, seen from the spec's folder",
+            "description": "a card of your own, seen from the folder of the file that names it",
         }
         either = {"anyOf": [name, file]}
         overridden = {
@@ -203,14 +190,3 @@ class MaterialChoice(Choice):
         }
         options = super().__get_pydantic_json_schema__(schema, handler)
         return {"anyOf": [name, file, overridden, options]}
-
-
-def given(data: Any) -> str:
-    """Return what stands where something else is wanted, for the start of an error line."""
-    if data is None:
-        return "no value is given"
-    if isinstance(data, dict):
-        return "a mapping is given"
-    if isinstance(data, list | tuple):
-        return "a list is given"
-    return f"{show(data)} is given"

@@ -1,154 +1,31 @@
 """Rigid obstacles and contact of surfaces, as a spec writes them."""
 
-import math
 from collections.abc import Sequence
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Self
 
-import numpy as np
 from pydantic import (
-    AfterValidator,
     BaseModel,
     BeforeValidator,
-    ConfigDict,
     Field,
+    WithJsonSchema,
     model_validator,
 )
 
-from softact.geometry import Layout
-from softact.spec.choice import Choice, fault, fault_at, given, nearest
-from softact.spec.fields import Name, three
-from softact.units import Angle, Dimensionless, Length, show
-
-
-def _direction(value: tuple[float, float, float]) -> tuple[float, float, float]:
-    if math.hypot(*value) < 1e-9:
-        raise fault("all three are zero; write a direction such as [0, 0, 1]")
-    return value
-
-
-Point = Annotated[tuple[Length, Length, Length], BeforeValidator(three)]
-Direction = Annotated[
-    tuple[Dimensionless, Dimensionless, Dimensionless],
-    BeforeValidator(three),
-    AfterValidator(_direction),
-]
-Edge = Annotated[Length, Field(gt=0)]
-Edges = Annotated[tuple[Edge, Edge, Edge], BeforeValidator(three)]
-Turns = Annotated[tuple[Angle, Angle, Angle], BeforeValidator(three)]
-MOST_FRICTION = 10.0
-
-
-def _coefficient(value: Any) -> Any:
-    if isinstance(value, int | float) and not isinstance(value, bool) and value < 0:
-        raise fault(f"{value:g} is below zero; write a Coulomb coefficient such as 0.3, or 0")
-    return value
-
-
-Friction = Annotated[Dimensionless, BeforeValidator(_coefficient), Field(le=MOST_FRICTION)]
-
-
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
-
-
-class Obstacle(_Part):
-    """What all obstacles have."""
-
-    friction: Friction = Field(0.0, description="Coulomb coefficient")
-    active: bool = Field(True, description="false: a step puts it there later")
-    load_cell: bool = Field(False, description="its force is the column blocked_force_N")
-    surfaces: tuple[str, ...] | None = Field(
-        None,
-        strict=False,
-        description="surfaces and sheets that may touch it; default: the whole outside",
-    )
-
-    def shape(self):
-        """The shape of ``softact.contact.shapes``."""
-        raise NotImplementedError
-
-
-class PlaneObstacle(Obstacle):
-    """A half space: all that lies behind a plane."""
-
-    type: Literal["plane"]
-    point: Point = Field(description="a point of the plane")
-    normal: Direction = Field(description="direction of the free side: [0, 0, 1]")
-
-    def shape(self):
-        """See ``Obstacle.shape``."""
-        from softact.contact.shapes import Plane
-
-        return Plane(self.point, self.normal)
-
-
-class BlockObstacle(Obstacle):
-    """A box."""
-
-    type: Literal["block"]
-    center: Point = Field(description="its middle")
-    size: Edges = Field(description="edge lengths along its own axes")
-    rotation: Turns = Field(
-        (0.0, 0.0, 0.0), description="turned about x, then about y, then about z"
-    )
-
-    def shape(self):
-        """See ``Obstacle.shape``."""
-        from softact.contact.shapes import Block
-
-        axes = _rotation(self.rotation).T.tolist()
-        return Block(self.center, self.size, tuple(tuple(axis) for axis in axes))
-
-
-class CylinderObstacle(Obstacle):
-    """A round bar."""
-
-    type: Literal["cylinder"]
-    center: Point = Field(description="its middle")
-    axis: Direction = Field(description="direction of its axis: [0, 1, 0]")
-    radius: Length = Field(gt=0, description="its radius")
-    length: Length | None = Field(None, gt=0, description="default: endless")
-
-    def shape(self):
-        """See ``Obstacle.shape``."""
-        from softact.contact.shapes import Cylinder
-
-        return Cylinder(self.center, self.axis, self.radius, self.length)
-
-
-class SphereObstacle(Obstacle):
-    """A ball."""
-
-    type: Literal["sphere"]
-    center: Point = Field(description="its middle")
-    radius: Length = Field(gt=0, description="its radius")
-
-    def shape(self):
-        """See ``Obstacle.shape``."""
-        from softact.contact.shapes import Sphere
-
-        return Sphere(self.center, self.radius)
-
-
-OBSTACLES: dict[str, type[Obstacle]] = {
-    "plane": PlaneObstacle,
-    "block": BlockObstacle,
-    "cylinder": CylinderObstacle,
-    "sphere": SphereObstacle,
-}
-
-
-def _rotation(turns: tuple[float, float, float]) -> np.ndarray:
-    """Rotation matrix of turns (degrees) about x, then y, then z."""
-    matrix = np.eye(3)
-    for axis, turn in enumerate(turns):
-        c, s = math.cos(math.radians(turn)), math.sin(math.radians(turn))
-        i, j = (axis + 1) % 3, (axis + 2) % 3
-        one = np.eye(3)
-        one[[i, j], [i, j]] = c
-        one[i, j], one[j, i] = -s, s
-        matrix = one @ matrix
-    return matrix
+from softact.contact.obstacles import OBSTACLES, SpecObstacle
+from softact.contact.obstacles.base import Friction
+from softact.fields import (
+    NAMES_SCHEMA,
+    Name,
+    Part,
+    fault,
+    fault_at,
+    given,
+    one_or_more,
+)
+from softact.mesh.layout import Layout
+from softact.nearest import nearest
+from softact.spec.choice import Choice
+from softact.units import Length, show
 
 
 class ObstacleChoice(Choice):
@@ -162,7 +39,7 @@ class ObstacleChoice(Choice):
     def validate(self, data: Any) -> BaseModel:
         """See ``Choice.validate``."""
         names = ", ".join(OBSTACLES)
-        if isinstance(data, Obstacle):
+        if isinstance(data, SpecObstacle):
             return data
         if not isinstance(data, dict):
             raise fault(f"{given(data)}; write a mapping with 'type' (one of {names}) and its keys")
@@ -178,35 +55,23 @@ class ObstacleChoice(Choice):
         """See ``Choice.options``."""
         return list(OBSTACLES.values())
 
+    def also(self) -> tuple[str, ...]:
+        """See ``Choice.also``."""
+        return ("type",)
 
-AnyObstacle = Annotated[Obstacle, ObstacleChoice()]
 
-
-class ObstacleChange(_Part):
-    """What a step does with an obstacle."""
-
-    move: Point | None = Field(
-        None, description="where to, counted from where it was placed: [0 mm, 0 mm, 3 mm]"
-    )
-    active: bool | None = Field(
-        None, description="true puts it there, false removes it: its force fades over the step"
-    )
-
-    @model_validator(mode="after")
-    def _changes_something(self) -> Self:
-        if self.move is None and self.active is None:
-            raise fault("changes nothing; give it move or active")
-        return self
+AnyObstacle = Annotated[SpecObstacle, ObstacleChoice()]
 
 
 Surfaces = Annotated[
     tuple[str, ...],
-    BeforeValidator(lambda value: (value,) if isinstance(value, str) else value),
+    BeforeValidator(one_or_more),
     Field(strict=False, min_length=1),
+    WithJsonSchema(NAMES_SCHEMA),
 ]
 
 
-class SurfaceContact(_Part):
+class SurfaceContact(Part):
     """Surfaces of bodies that may touch: themselves, or each other."""
 
     name: Name = Field("", description="default: contact_1, contact_2, ...")

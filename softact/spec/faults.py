@@ -1,17 +1,29 @@
 """pydantic's errors as one plain line each: where, what is wrong, what would be right."""
 
-import types
-from collections.abc import Callable
-from typing import Any, Union, get_args, get_origin
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from softact.spec.choice import Choice, given, nearest
-from softact.spec.document import Document, Place, dotted
+from softact.errors import SpecError
+from softact.fields import given
+from softact.files.document import Document, Place, dotted
+from softact.nearest import nearest
+from softact.spec.slots import slot_at
 from softact.units import dimension_of, show
 
 MAX_LINES = 60
+
+Kind = TypeVar("Kind", bound=BaseModel)
+
+
+def validated(document: Document, model: type[Kind]) -> Kind:
+    """Return what a document holds as a model. Raises SpecError with a line for each fault."""
+    try:
+        return model.model_validate(document.data)
+    except ValidationError as error:
+        raise SpecError(*fault_lines(error, document, model)) from None
 
 
 def fault_lines(error: ValidationError, document: Document, model: type[BaseModel]) -> list[str]:
@@ -19,6 +31,8 @@ def fault_lines(error: ValidationError, document: Document, model: type[BaseMode
     lines = {}
     for entry in error.errors(include_url=False):
         place = _place(entry, document, model)
+        if _follows(entry, place, document):
+            continue
         for text in _text(entry, place, document, model).splitlines():
             at = f"{dotted(place)}: " if place else ""
             lines[f"{document.where(place)}: {at}{text}"] = _order(place, document)
@@ -29,6 +43,12 @@ def fault_lines(error: ValidationError, document: Document, model: type[BaseMode
     return ordered
 
 
+def _follows(entry: Mapping[str, Any], place: Place, document: Document) -> bool:
+    """Whether a list is called too short only because its entries have faults, told already."""
+    short = entry["type"] == "too_short"
+    return short and len(_given(place, document)) >= entry["ctx"]["min_length"]
+
+
 def _order(place: Place, document: Document) -> int:
     for length in range(len(place), -1, -1):
         if place[:length] in document.lines:
@@ -36,23 +56,27 @@ def _order(place: Place, document: Document) -> int:
     return 0
 
 
-def _place(entry: dict[str, Any], document: Document, model: type[BaseModel]) -> Place:
+def _place(entry: Mapping[str, Any], document: Document, model: type[BaseModel]) -> Place:
     """Return where the fault stands in the document, without what only pydantic knows of."""
-    place: list[str | int] = []
-    for position, key in enumerate(entry["loc"]):
-        last = position == len(entry["loc"]) - 1
-        # A key that is not there can be at fault: it is missing, or its default does not fit.
-        if document.has((*place, key)) or (last and _may_hold(tuple(place), key, document, model)):
-            place.append(key)
-    return tuple(place)
+    place: Place = ()
+    for key in entry["loc"]:
+        # What is not there can be at fault: it is missing, or its default does not fit.
+        if document.has((*place, key)) or _may_hold(place, key, document, model):
+            place = (*place, key)
+    return place
 
 
 def _may_hold(place: Place, key: Any, document: Document, model: type[BaseModel]) -> bool:
-    known = _known_keys(place, document, model)
-    return key in known or place in (("materials",), ("sheets",)) or key in ("type", "law")
+    """Whether a place that the document lacks is one of a spec, and no word of pydantic's."""
+    slot, there = slot_at(model, document, place), _given(place, document)
+    if slot is None or not isinstance(there, dict) or not isinstance(key, str):
+        return False
+    return slot.is_a(dict) or key in slot.keys(there)
 
 
-def _text(entry: dict[str, Any], place: Place, document: Document, model: type[BaseModel]) -> str:
+def _text(
+    entry: Mapping[str, Any], place: Place, document: Document, model: type[BaseModel]
+) -> str:
     if writer := _TEXTS.get(entry["type"]):
         return writer(entry, place, document, model)
     return entry["msg"].removeprefix("Value error, ").removeprefix("Assertion failed, ")
@@ -68,7 +92,8 @@ def _missing(entry: dict, place: Place, document: Document, model: type[BaseMode
 
 
 def _extra(entry: dict, place: Place, document: Document, model: type[BaseModel]) -> str:
-    known = _known_keys(place[:-1], document, model)
+    slot = slot_at(model, document, place[:-1])
+    known = slot.keys(_given(place[:-1], document)) if slot else []
     return f"unknown key; {nearest(place[-1], known)}"
 
 
@@ -84,7 +109,7 @@ def _bound(relation: str, limit: str) -> Callable[..., str]:
         dimension = dimension_of(field) if field is not None else None
         bound = entry["ctx"][limit]
         bound = dimension.format(float(bound)) if dimension and bound else f"{bound:g}"
-        return f"{show(_value(place, document))} must be {relation} {bound}"
+        return f"{show(_given(place, document))} must be {relation} {bound}"
 
     return text
 
@@ -94,7 +119,7 @@ def _wanted(kind: str) -> Callable[..., str]:
         field = _field(place, document, model)
         describes = field is not None and field.description and isinstance(place[-1], str)
         means = f" ({field.description})" if describes else ""
-        return f"{given(_value(place, document))}; {kind} is wanted{means}"
+        return f"{given(_given(place, document))}; {kind} is wanted{means}"
 
     return text
 
@@ -106,6 +131,13 @@ def _pattern(entry: dict, place: Place, document: Document, model: type[BaseMode
     )
 
 
+def _short(entry: dict, place: Place, document: Document, model: type[BaseModel]) -> str:
+    field, least = _field(place, document, model), entry["ctx"]["min_length"]
+    means = f" ({field.description})" if field is not None and field.description else ""
+    count = f"{len(_given(place, document))} entries" if _given(place, document) else "empty"
+    return f"{count}; {least} or more are wanted{means}"
+
+
 _TEXTS: dict[str, Callable[..., str]] = {
     "missing": _missing,
     "extra_forbidden": _extra,
@@ -115,7 +147,9 @@ _TEXTS: dict[str, Callable[..., str]] = {
     "less_than": _bound("less than", "lt"),
     "less_than_equal": _bound("at most", "le"),
     "string_type": _wanted("text"),
+    "path_type": _wanted("the name of a file"),
     "string_pattern_mismatch": _pattern,
+    "too_short": _short,
     "int_type": _wanted("a whole number"),
     "int_from_float": _wanted("a whole number"),
     "int_parsing": _wanted("a whole number"),
@@ -128,67 +162,12 @@ _TEXTS: dict[str, Callable[..., str]] = {
 }
 
 
-def _value(place: Place, document: Document) -> Any:
-    value = document.data
-    for key in place:
-        value = value[key]
-    return value
+def _given(place: Place, document: Document) -> Any:
+    """What the document has at a place; what it lacks counts as empty."""
+    return document.value(place) if document.has(place) else {}
 
 
 def _field(place: Place, document: Document, model: type[BaseModel]) -> FieldInfo | None:
     """Return the field that a place fills; for an item of a list or mapping the field of that."""
-    found: FieldInfo | None = None
-    current: type[BaseModel] | None = model
-    for position, key in enumerate(place):
-        if current is not None and key in current.model_fields:
-            found = current.model_fields[key]
-            current = None
-        elif current is not None:
-            return None
-        current = _model_of(found, place[: position + 1], document) or current
-    return found
-
-
-def _known_keys(place: Place, document: Document, model: type[BaseModel]) -> list[str]:
-    field = _field(place, document, model)
-    inner = _model_of(field, place, document) if field is not None else model
-    if inner is None:
-        return []
-    choice = _choice(field) if field is not None else None
-    return [*inner.model_fields, *(choice.also() if choice else ())]
-
-
-def _model_of(field: FieldInfo | None, place: Place, document: Document) -> type[BaseModel] | None:
-    """Return the model of the mapping at ``place``, which lies in ``field``."""
-    if field is None or not document.has(place):
-        return None
-    data = _value(place, document)
-    if choice := _choice(field):
-        return choice.model_for(data)
-    return _inner_model(field.annotation) if isinstance(data, dict) else None
-
-
-def _choice(field: FieldInfo) -> Choice | None:
-    return _find(field.annotation, Choice) or next(
-        (entry for entry in field.metadata if isinstance(entry, Choice)), None
-    )
-
-
-def _find(annotation: Any, kind: type) -> Any:
-    for entry in getattr(annotation, "__metadata__", ()):
-        if isinstance(entry, kind):
-            return entry
-    for part in get_args(annotation):
-        if found := _find(part, kind):
-            return found
-    return None
-
-
-def _inner_model(annotation: Any) -> type[BaseModel] | None:
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return annotation
-    if get_origin(annotation) in (Union, types.UnionType, tuple, dict, list):
-        for part in get_args(annotation):
-            if found := _inner_model(part):
-                return found
-    return None
+    slot = slot_at(model, document, place)
+    return slot.field if slot else None

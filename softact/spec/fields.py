@@ -1,66 +1,24 @@
 """The types of a spec's fields that are more than one value with a unit."""
 
-import math
 from typing import Annotated, Any, Literal
 
 from pydantic import (
-    BeforeValidator,
     PlainSerializer,
     PlainValidator,
-    StringConstraints,
-    TypeAdapter,
     WithJsonSchema,
 )
 
-from softact.geometry import Geometry
+from softact.fields import fault, fault_at, given
+from softact.geometry.base import Geometry
 from softact.materials import Law
-from softact.spec.choice import GeometryChoice, MaterialChoice, fault, fault_at, given
-from softact.units import ACCELERATION, Force, Pressure, Volume, show
-
-STANDARD_GRAVITY = 9810.0  # mm/s^2, as in the design: g = 9.81 m/s^2
-ALL_CAVITIES = "*"
-
-Component = Literal["x", "y", "z"]
-Name = Annotated[
-    str,
-    StringConstraints(pattern=r"^[a-z0-9][a-z0-9_-]{0,63}$"),
-]
+from softact.spec.choice import GeometryChoice, MaterialChoice
+from softact.units import show
 
 
 def _geometries() -> dict[str, type[Geometry]]:
     from softact.geometries import GEOMETRIES
 
     return GEOMETRIES
-
-
-def three(value: Any) -> tuple[Any, ...]:
-    """Return a list of three as a tuple; anything else is a fault."""
-    if not isinstance(value, list | tuple) or len(value) != 3:
-        count = f"{len(value)} values are given" if isinstance(value, list) else given(value)
-        raise fault(f"{count}; write a list of three for x, y, z")
-    return tuple(value)
-
-
-def _gravity(value: Any) -> tuple[float, float, float]:
-    values = three(value)
-    if any(isinstance(entry, str) for entry in values):
-        return tuple(_acceleration(i, entry) for i, entry in enumerate(values))
-    numbers = [isinstance(v, int | float) and not isinstance(v, bool) for v in values]
-    if not all(numbers) or not all(abs(v) < 1e300 for v in values):
-        raise fault("three finite numbers are wanted (direction times g), or three accelerations")
-    if math.hypot(*values) > 9:
-        raise fault(
-            f"{show(list(values))} without unit counts in g; for accelerations write units, "
-            "for example [0 m/s^2, 0 m/s^2, -9.81 m/s^2]"
-        )
-    return tuple(STANDARD_GRAVITY * entry for entry in values)
-
-
-def _acceleration(index: int, value: Any) -> float:
-    try:
-        return ACCELERATION.parse(value)
-    except ValueError as error:
-        raise fault_at((index,), str(error), value) from None
 
 
 def _measures(value: Any) -> Any:
@@ -74,48 +32,14 @@ def _measures(value: Any) -> Any:
     return tuple(value)
 
 
-def _for_all_cavities(value: Any) -> Any:
-    return value if isinstance(value, dict) else {ALL_CAVITIES: value}
-
-
-def _each_or_all(schema: dict[str, Any]) -> dict[str, Any]:
-    return {"anyOf": [schema, {"type": "object", "additionalProperties": schema}]}
-
-
-VECTOR = {"type": "array", "minItems": 3, "maxItems": 3}
-GRAVITY_SCHEMA = {
-    **VECTOR,
-    "items": {"type": ["number", "string"]},
-    "description": "direction times g, such as [0, 0, -1], or three accelerations with unit",
-}
-PRESSURE_SCHEMA = TypeAdapter(Pressure).json_schema()
-VOLUME_SCHEMA = TypeAdapter(Volume).json_schema()
 MEASURES_SCHEMA = {"anyOf": [{"const": "all"}, {"type": "array", "items": {"type": "string"}}]}
 
-Gravity = Annotated[
-    tuple[float, float, float],
-    PlainValidator(_gravity),
-    PlainSerializer(lambda v: [ACCELERATION.format(a) for a in v], when_used="json"),
-    WithJsonSchema(GRAVITY_SCHEMA),
-]
-Pressures = Annotated[
-    dict[str, Pressure],
-    BeforeValidator(_for_all_cavities),
-    WithJsonSchema(_each_or_all(PRESSURE_SCHEMA)),
-]
-Volumes = Annotated[
-    dict[str, Volume],
-    BeforeValidator(_for_all_cavities),
-    WithJsonSchema(_each_or_all(VOLUME_SCHEMA)),
-]
 Measures = Annotated[
     Literal["all"] | tuple[str, ...],
     PlainValidator(_measures),
     PlainSerializer(lambda v: v if v == "all" else list(v), when_used="json"),
     WithJsonSchema(MEASURES_SCHEMA),
 ]
-Forces = Annotated[tuple[Force, Force, Force], BeforeValidator(three)]
-Vector = Annotated[tuple[Pressure, Pressure, Pressure], BeforeValidator(three)]
 GEOMETRY = GeometryChoice(_geometries)
 AnyGeometry = Annotated[Geometry, GEOMETRY]
 AnyMaterial = Annotated[Law, MaterialChoice()]

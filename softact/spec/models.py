@@ -2,8 +2,8 @@
 
 import hashlib
 import json
-from collections.abc import Iterable
-from typing import Any, Literal, Self, get_args
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, get_args
 
 from pydantic import (
     BaseModel,
@@ -11,33 +11,33 @@ from pydantic import (
     Field,
     ModelWrapValidatorHandler,
     ValidationError,
+    create_model,
     model_validator,
 )
 from pydantic_core.core_schema import ErrorType
 
-from softact.geometry import Geometry
-from softact.imported import Imported
-from softact.settings import Predictor, Settings
+from softact.bodies import BODIES
+from softact.bodies.base import BodyKind
+from softact.fields import Component, Direction, Name, Point, fault
+from softact.geometry.base import Geometry
+from softact.geometry.imported import Imported
+from softact.loads import LOADS
+from softact.loads.base import Load
+from softact.mesh.layout import Layout
+from softact.solve.settings import Predictor, Settings
 from softact.spec.checks import cross_faults, fibre_faults
-from softact.spec.choice import fault
-from softact.spec.contact import AnyObstacle, Contacts, ObstacleChange, resolved_contact
-from softact.spec.fields import (
-    ALL_CAVITIES,
-    GEOMETRY,
-    AnyGeometry,
-    AnyMaterial,
-    Component,
-    Forces,
-    Gravity,
-    LayerMaterial,
-    Measures,
-    Name,
-    Pressures,
-    Vector,
-    Volumes,
-)
+from softact.spec.choice import MaterialChoice
+from softact.spec.contact import AnyObstacle, Contacts, resolved_contact
+from softact.spec.fields import GEOMETRY, AnyGeometry, AnyMaterial, LayerMaterial, Measures
+from softact.spec.slots import walk
 from softact.spec.text import to_text
-from softact.units import Angle, Dimensionless, Length, Pressure
+from softact.units import Angle, Dimensionless, Length, Stiffness
+
+#: List of a spec -> the word that, with a number, names an entry without a name.
+UNNAMED = {"steps": "step", "contact": "contact"}
+
+
+Spring = Annotated[Stiffness, Field(gt=0)]
 
 
 class Model(BaseModel):
@@ -105,6 +105,16 @@ class SheetOfLayers(Model):
     )
 
 
+class Turn(Model):
+    """A rotation of a surface as a rigid plate."""
+
+    axis: Direction = Field(description="direction of the axis: [1, 0, 0]")
+    angle: Angle = Field(description="counted from the undeformed state; whole turns count")
+    about: Point | None = Field(
+        None, description="a point of the axis; default: the middle of the surface"
+    )
+
+
 class Support(Model):
     """Components of the displacement of a surface that are held or prescribed."""
 
@@ -115,11 +125,23 @@ class Support(Model):
     move: dict[Component, Length] = Field(
         {}, description="components moved, counted from the undeformed state: {x: 2 mm}"
     )
+    turn: Turn | None = Field(None, description="a rotation, which prescribes all components")
+    spring: dict[Component, Spring] | None = Field(
+        None,
+        description="components held by springs from the undeformed state on: {x: 2 N/mm} of the "
+        "whole surface, spread over its area; not in a step's supports, which leave springs as "
+        "they are",
+    )
 
     @model_validator(mode="after")
     def _holds_something(self) -> Self:
-        if not self.fix and not self.move:
+        if not self.fix and not self.move and not self.turn and not self.spring:
             raise fault("neither fixes nor moves anything; write for example fix: [x, y, z]")
+        if self.turn and (self.fix or self.move or self.spring):
+            raise fault("turn prescribes x, y and z; leave fix, move and spring out")
+        for component in self.spring or {}:
+            if component in self.fix or component in self.move:
+                raise fault(f"'{component}' has a spring and is prescribed too; keep one")
         for component in self.fix:
             if component in self.move:
                 raise fault(f"'{component}' is both fixed and moved; keep one")
@@ -133,47 +155,19 @@ class Support(Model):
         fixed: dict[int, float | None] = {"xyz".index(component): None for component in self.fix}
         return fixed | {"xyz".index(component): value for component, value in self.move.items()}
 
-
-class Traction(Model):
-    """A dead force per undeformed area on a surface: it keeps its direction."""
-
-    surface: str = Field(description="surface of the geometry")
-    value: Vector = Field(description="force per area along x, y, z")
-
-
-class Payload(Model):
-    """A dead force on a surface, shared out over its undeformed area: a weight that hangs there."""
-
-    surface: str | None = Field(None, description="surface of the geometry; by default its tip")
-    force: Forces = Field(description="force on the whole actuator along x, y, z")
+    @property
+    def held(self) -> tuple[int, ...]:
+        """Components (0, 1, 2) that are prescribed or held by springs."""
+        springs = ("xyz".index(component) for component in self.spring or {})
+        return (0, 1, 2) if self.turn else (*self.values, *springs)
 
 
-class Step(Model):
+class StepBase(Model):
     """A change of the loads or supports; loads ramp linearly from their last value."""
 
     name: Name = Field("", description="default: step_1, step_2, ...")
-    gravity: Gravity | None = Field(
-        None, description="direction times g, such as [0, 0, -1], or three accelerations"
-    )
-    pressure: Pressures | None = Field(
-        None, description="of all cavities, or {cavity: pressure}; below zero for a vacuum"
-    )
-    inject: Volumes | None = Field(
-        None,
-        description="volume added to a cavity in this step, as by a syringe; its pressure follows, "
-        "and stays when the step has ended. Of all cavities, or {cavity: volume}; below zero to "
-        "withdraw",
-    )
-    traction: Traction | None = Field(None, description="dead load on a surface")
-    payload: Payload | None = Field(None, description="dead force on a surface, the tip by default")
-    surface_pressure: dict[str, Pressure] | None = Field(
-        None, description="on faces that enclose no cavity: {surface: pressure}, pushing inwards"
-    )
     supports: tuple[Support, ...] | None = Field(
         None, strict=False, description="replace the supports from this step on"
-    )
-    obstacles: dict[Name, ObstacleChange] | None = Field(
-        None, description="obstacles moved, put there or removed: {name: {move: ...}}"
     )
     max_increment: Dimensionless | None = Field(
         None,
@@ -185,33 +179,46 @@ class Step(Model):
 
     @model_validator(mode="after")
     def _changes_something(self) -> Self:
-        if self.gravity is None and self._changes_only_gravity:
-            raise fault(
-                "this step changes nothing; give it gravity, pressure, inject, traction, payload, "
-                "supports or obstacles"
-            )
+        if self.supports is None and not self.loads:
+            raise fault(f"this step changes nothing; give it {', '.join(LOADS)} or supports")
         return self
 
-    def for_cavities(self, cavities: Iterable[str]) -> Self:
-        """The step with one pressure or volume for all written out for each cavity."""
-        written = {
-            key: dict.fromkeys(cavities, values[ALL_CAVITIES])
-            for key in ("pressure", "inject")
-            if (values := getattr(self, key)) and ALL_CAVITIES in values
-        }
-        return self.model_copy(update=written)
+    @property
+    def loads(self) -> dict[str, Any]:
+        """What the step loads: key -> value, without what it leaves alone."""
+        written = {key: getattr(self, key) for key in LOADS}
+        return {key: value for key, value in written.items() if value is not None}
+
+    def for_layout(self, layout: Layout) -> Self:
+        """The step with all that the geometry fills in."""
+        filled = {key: LOADS[key].for_layout(value, layout) for key, value in self.loads.items()}
+        return self.model_copy(update=filled)
 
     @property
     def largest_increment(self) -> float | None:
-        """``max_increment`` with its default for gravity, which is seldom hard; None: solver's."""
-        if self.max_increment is None and self._changes_only_gravity:
-            return 1.0
-        return self.max_increment
+        """``max_increment`` with its default for loads that are seldom hard; None: solver's."""
+        easy = self.supports is None and all(LOADS[key].easy for key in self.loads)
+        return 1.0 if self.max_increment is None and easy else self.max_increment
 
-    @property
-    def _changes_only_gravity(self) -> bool:
-        driven = (self.pressure, self.inject, self.traction, self.surface_pressure)
-        return (*driven, self.payload, self.supports, self.obstacles) == (None,) * 7
+
+def step_model(loads: Mapping[str, Load]) -> type[StepBase]:
+    """A step in which a spec may change ``loads``."""
+    fields: dict[str, Any] = {
+        key: (load.annotation | None, Field(None, description=load.description))
+        for key, load in loads.items()
+    }
+    return create_model("Step", __base__=StepBase, __doc__=StepBase.__doc__, **fields)
+
+
+if TYPE_CHECKING:
+
+    class Step(StepBase):
+        """The keys of loads are known when the registry is read, not before."""
+
+        def __getattr__(self, name: str) -> Any: ...
+
+else:
+    Step = step_model(LOADS)
 
 
 USUAL = Settings()
@@ -260,7 +267,7 @@ class Solver(Model):
         return self
 
 
-class Spec(Model):
+class SpecBase(Model):
     """A soft actuator, its loads, and what to compute."""
 
     name: Name = Field("actuator", description="default: the name of the file")
@@ -292,6 +299,9 @@ class Spec(Model):
     steps: tuple[Step, ...] = Field(
         strict=False, description="in order; each starts from the last state"
     )
+    probes: dict[Name, Point] = Field(
+        {}, description="points of the undeformed actuator whose way is wanted: name -> place"
+    )
     safety_factor: Dimensionless = Field(
         2.0, ge=1, le=100, description="failure pressure over safe pressure"
     )
@@ -302,7 +312,7 @@ class Spec(Model):
     @classmethod
     def _check(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
         """Collect the faults of single values and those between the parts, all at once."""
-        if isinstance(data, Spec):
+        if isinstance(data, SpecBase):
             return data
         data = _named(data)
         faults, spec = [], None
@@ -324,7 +334,7 @@ class Spec(Model):
         if supports is None:
             clamp = Support(surface=layout.clamp, fix=("x", "y", "z")) if layout.clamp else None
             supports = (clamp,) if clamp else ()
-        steps = [step.for_cavities(layout.cavities) for step in self.steps]
+        steps = [step.for_layout(layout) for step in self.steps]
         contact = resolved_contact(self.contact, steps, layout)
         # Only here, before anybody else sees the new spec, a frozen model gets its defaults.
         self.__dict__.update(supports=supports, steps=tuple(steps), contact=contact)
@@ -338,27 +348,49 @@ class Spec(Model):
     def hash(self) -> str:
         """16 hexadecimal digits that change with whatever can change a result, not with texts."""
         data = self.model_dump(mode="json", exclude_none=True)
-        plies = [ply for sheet in data["sheets"].values() for ply in sheet["plies"]]
-        laws = [part["material"] for part in (*data["layers"], *plies)]
-        for part in (data, *data["materials"].values(), *laws):
+        places = walk(type(self), data)
+        laws = [law for _, slot, law in places if isinstance(slot.choice, MaterialChoice)]
+        for part in (data, *laws):
             for text in ("name", "description", "source", "assumptions", "test", "notes"):
                 part.pop(text, None)
         if isinstance(self.geometry, Imported):
             data["geometry"]["file"] = self.geometry.content()
-        if not data["sheets"]:
-            del data["sheets"]  # as before there were any
-        for ply in plies:
+        for part in ("sheets", "probes"):
+            if not data[part]:
+                del data[part]  # as before there were any
+        for ply in (ply for sheet in data.get("sheets", {}).values() for ply in sheet["plies"]):
             if not ply["incompressible"]:
                 del ply["incompressible"]  # as before there was a choice
         canonical = json.dumps(data, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(canonical.encode()).hexdigest()[:16]
 
 
+def spec_model(bodies: Mapping[str, BodyKind]) -> type[SpecBase]:
+    """A spec in which the kinds of body that have an annotation get their keys."""
+    fields: dict[str, Any] = {
+        key: (kind.annotation | None, Field(None, description=kind.description))
+        for key, kind in bodies.items()
+        if kind.annotation is not None
+    }
+    return create_model("Spec", __base__=SpecBase, __doc__=SpecBase.__doc__, **fields)
+
+
+if TYPE_CHECKING:
+
+    class Spec(SpecBase):
+        """The keys of bodies are known when the registry is read, not before."""
+
+        def __getattr__(self, name: str) -> Any: ...
+
+else:
+    Spec = spec_model(BODIES)
+
+
 def _named(data: Any) -> Any:
     """Return ``data`` with a name for each step and contact that has none."""
     if not isinstance(data, dict):
         return data
-    for part, word in (("steps", "step"), ("contact", "contact")):
+    for part, word in UNNAMED.items():
         if isinstance(data.get(part), list):
             named = [
                 {"name": f"{word}_{i}", **entry} if isinstance(entry, dict) else entry

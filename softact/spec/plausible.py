@@ -9,15 +9,17 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from softact.geometry import Geometry
-from softact.materials import Law
-from softact.spec.document import Document, Place, dotted
+from softact.files.document import Document, Place, dotted
+from softact.geometry.base import Geometry
+from softact.materials import Law, compressible
 from softact.units import (
     ACCELERATION,
     DENSITY,
     FORCE,
     LENGTH,
+    MOMENT,
     PRESSURE,
+    STIFFNESS,
     VOLUME,
     Dimension,
     conversion,
@@ -151,6 +153,8 @@ RANGES = {
         "forces per area on soft bodies", 1e-6, 50.0, PRESSURE, "a touch to the strength of rubber"
     ),
     "force": Range("forces on soft actuators", 1e-6, 1e4, FORCE, "a grain of sand to a tonne"),
+    "moment": Range("moments on soft actuators", 1e-6, 1e6, MOMENT, "a grain of sand to a wrench"),
+    "spring": Range("springs", 1e-6, 1e6, STIFFNESS, "a hair to a machine"),
     "volume": Range(
         "volumes that are injected", 1e-3, 1e8, VOLUME, "micro actuators of nl to cushions of 100 l"
     ),
@@ -236,6 +240,7 @@ def _materials(spec) -> Iterator[Oddity]:
             yield from _say("solid", law.youngs_modulus, (*place, "youngs_modulus"))
         else:
             yield from _say("rubber", mu, place, "an initial shear modulus of")
+        yield from ((place, text) for text in compressible.remarks(law))
         yield from _law(law, place)
     if all(law.law == "linear" for law in spec.materials.values()) and spec.materials:
         yield from _say("softest", softest, ("materials",), "a shear modulus of")
@@ -269,6 +274,8 @@ def _supports(supports, place: Place) -> Iterator[Oddity]:
     for i, support in enumerate(supports or ()):
         for component, value in support.move.items():
             yield from _size("motion", value, (*place, i, "move", component))
+        for component, value in (support.spring or {}).items():
+            yield from _size("spring", value, (*place, i, "spring", component))
 
 
 def _obstacle(obstacle, place: Place) -> Iterator[Oddity]:
@@ -296,6 +303,8 @@ def _step(step, place: Place) -> Iterator[Oddity]:
         yield from _size("traction", math.hypot(*step.traction.value), (*place, "traction"))
     if step.payload is not None:
         yield from _size("force", math.hypot(*step.payload.force), (*place, "payload"))
+    if step.torque is not None:
+        yield from _size("moment", math.hypot(*step.torque.moment), (*place, "torque"))
     yield from _supports(step.supports, (*place, "supports"))
     for name, change in (step.obstacles or {}).items():
         for i, value in enumerate(change.move or ()):

@@ -1,6 +1,8 @@
-"""The JSON schema of a spec, with which an editor completes and checks the YAML."""
+"""The JSON schemas of a spec and of other files, with which an editor completes and checks YAML."""
 
 from typing import Any
+
+from pydantic import BaseModel
 
 from softact.spec.models import Spec
 from softact.units import DIMENSIONS, SCHEMA_KEY, Dimension
@@ -14,10 +16,24 @@ _BOUNDS = {
 }
 
 
-def json_schema() -> dict[str, Any]:
-    """Return the JSON schema (draft 2020-12) of a spec: values with units are texts there."""
-    schema = _tidy(Spec.model_json_schema())
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+DRAFT = "https://json-schema.org/draft/2020-12/schema"
+
+
+def json_schema(model: type[BaseModel] = Spec, inside: str | None = None) -> dict[str, Any]:
+    """Return the JSON schema (draft 2020-12) of a file: values with units are texts there.
+
+    inside: key under which the file may hold a spec, of which a part may be set elsewhere.
+    """
+    schema = _tidy(model.model_json_schema())
+    if inside is not None:
+        spec = _tidy(Spec.model_json_schema())
+        parts = spec.pop("$defs")
+        spec.pop("required")
+        schema["$defs"] = {**schema.get("$defs", {}), **parts, "Spec": spec}
+        described = schema["properties"][inside].get("description", "")
+        either = [{"type": "string"}, {"$ref": "#/$defs/Spec"}]
+        schema["properties"][inside] = {"anyOf": either, "description": described}
+    return {"$schema": DRAFT, **schema}
 
 
 def _tidy(node: Any) -> Any:

@@ -4,7 +4,7 @@ from typing import Any
 
 import yaml
 
-from softact.spec.document import Loader
+from softact.files.document import Loader
 
 
 class _Dumper(yaml.SafeDumper):
@@ -37,6 +37,6 @@ _Dumper.add_representer(list, _sequence)
 _Dumper.add_representer(str, _string)
 
 
-def to_text(data: dict[str, Any]) -> str:
+def to_text(data: dict[str, Any] | list[Any]) -> str:
     """Return plain data as YAML text, keys in their order."""
     return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=90)

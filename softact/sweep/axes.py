@@ -9,9 +9,16 @@ from collections.abc import Sequence
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    WithJsonSchema,
+    model_validator,
+)
 
-from softact.spec.choice import fault, fault_at
+from softact.fields import NAMES_SCHEMA, fault, fault_at, one_or_more
 from softact.units import conversion, show, split
 
 MOST_STEPS = 100_000
@@ -28,6 +35,14 @@ def quantity(value: Any) -> tuple[float, str] | None:
     return (float(parts[0]), parts[1]) if parts else None
 
 
+def known_quantity(value: Any) -> tuple[float, str]:
+    """As ``quantity``, of a value that has been validated."""
+    found = quantity(value)
+    if found is None:
+        raise ValueError(f"{show(value)} is no number with its unit")
+    return found
+
+
 def written(number: float, unit: str, whole: bool) -> str | int | float:
     """The value of a spec for a number and its unit, to 9 digits."""
     if whole:
@@ -41,18 +56,16 @@ def unit_in_name(unit: str) -> str:
     return re.sub(r"[^A-Za-z0-9]+", "_", unit.replace("^", "").replace("°", "deg")).strip("_")
 
 
-def _one_or_more(value: Any) -> Any:
-    return (value,) if isinstance(value, str) else value
-
-
 class Axis(BaseModel):
     """Values for one path of the spec, or for several paths that go together."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
-    path: Annotated[tuple[str, ...], BeforeValidator(_one_or_more)] = Field(
-        strict=False,
-        description="dotted path of the spec as for --set, or a list of paths with one value",
+    path: Annotated[tuple[str, ...], BeforeValidator(one_or_more), WithJsonSchema(NAMES_SCHEMA)] = (
+        Field(
+            strict=False,
+            description="dotted path of the spec as for --set, or a list of paths with one value",
+        )
     )
     name: str | None = Field(None, description="heading of the column; default: the first path")
     values: tuple[Any, ...] | None = Field(
@@ -90,14 +103,13 @@ class Axis(BaseModel):
             seen.add(name)
 
     def _check_range(self) -> None:
-        ends = {"from": quantity(self.from_), "to": quantity(self.to)}
-        for key, end in ends.items():
-            given = self.from_ if key == "from" else self.to
+        for key, given in (("from", self.from_), ("to", self.to)):
+            end = quantity(given)
             if end is None or not math.isfinite(end[0]):
                 raise fault_at((key,), f"{show(given)} is no number with its unit")
             if self._whole and abs(given) > LARGEST_WHOLE:
                 raise fault_at((key,), f"{show(given)}: whole numbers go to {LARGEST_WHOLE} here")
-        (low, unit), (high, other) = ends["from"], ends["to"]
+        (low, unit), (high, other) = known_quantity(self.from_), known_quantity(self.to)
         if unit != other:
             raise fault_at(("to",), f"{show(self.to)} has another unit than 'from': {show(unit)}")
         if low == high:
@@ -114,7 +126,7 @@ class Axis(BaseModel):
     def unit(self) -> str:
         """The unit that all numbers of the axis are written in, "" where there is none."""
         if self.values is None:
-            return quantity(self.from_)[1]
+            return known_quantity(self.from_)[1]
         found = {parts[1] for value in self.values if (parts := quantity(value))}
         same = len(found) == 1 and all(quantity(value) for value in self.values)
         return found.pop() if same else ""
@@ -130,7 +142,7 @@ class Axis(BaseModel):
         if self.values is None:
             return True
         parts = [quantity(value) for value in self.values]
-        return all(parts) and len({unit for _, unit in parts}) == 1
+        return None not in parts and len({part[1] for part in parts if part}) == 1
 
     @property
     def continuous(self) -> bool:
@@ -141,11 +153,16 @@ class Axis(BaseModel):
     def _whole(self) -> bool:
         return isinstance(self.from_, int) and isinstance(self.to, int)
 
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Its first and its last value, in its unit, where it is no list."""
+        return known_quantity(self.from_)[0], known_quantity(self.to)[0]
+
     def steps(self) -> list[Any]:
         """The values in order, for a grid or one at a time."""
         if self.values is not None:
             return list(self.values)
-        low, high = quantity(self.from_)[0], quantity(self.to)[0]
+        low, high = self.ends
         space = np.geomspace if self.scale == "log" else np.linspace
         numbers = space(low, high, self.count)
         values = [written(number, self.unit, self._whole) for number in numbers]
@@ -161,11 +178,11 @@ class Axis(BaseModel):
         if self.values is not None or self._whole:
             steps = self._all_whole() if self.values is None else self.values
             return [steps[min(int(f * len(steps)), len(steps) - 1)] for f in fractions]
-        low, high = quantity(self.from_)[0], quantity(self.to)[0]
+        low, high = self.ends
         if self.scale == "log":
             low, high = math.log(low), math.log(high)
-        numbers = [low + f * (high - low) for f in fractions]
-        numbers = map(math.exp, numbers) if self.scale == "log" else numbers
+        straight = math.exp if self.scale == "log" else float
+        numbers = (straight(low + f * (high - low)) for f in fractions)
         return [written(number, self.unit, False) for number in numbers]
 
     def _all_whole(self) -> range:

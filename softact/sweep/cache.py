@@ -17,16 +17,15 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from softact.errors import SpecError
-from softact.run import CannotWriteError
+from softact.errors import CannotWriteError, SpecError
+from softact.files.text import why_unwritable
 from softact.sweep import record
 from softact.sweep.record import DamagedError, Record
 
 DEFAULT = Path("results") / ".runs"
 
-#: What no further try mends: the disk is full or broken, the folder is no longer writable.
-UNWRITABLE = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.EIO)
-_FULL = (errno.ENOSPC, errno.EDQUOT)
+_FULL = (os.strerror(errno.ENOSPC), os.strerror(errno.EDQUOT))
+_PARTS = ("locks", "tmp")  # the first is there from the first moment
 
 
 class BusyError(Exception):
@@ -34,22 +33,41 @@ class BusyError(Exception):
 
 
 class Cache:
-    """The folder of the runs.
+    """The folder of the runs; it is made when the first is computed.
 
     warn: called with one line for each damaged run that was thrown away.
-    Raises SpecError where the folder cannot be made or may not be written.
+    Raises SpecError where the folder cannot be made or written, or holds other things.
     """
 
     def __init__(self, directory: Path, warn: Callable[[str], None] = lambda line: None):
         self.directory, self.warn = Path(directory), warn
         try:
-            for name in ("tmp", "locks"):
-                (self.directory / name).mkdir(parents=True, exist_ok=True)
-            probe = self.directory / "tmp" / f"probe.{os.getpid()}.{time.monotonic_ns()}"
-            probe.write_bytes(b"softact")
-            probe.unlink()
+            self._check()
         except OSError as error:
             raise SpecError(self._cannot(error, "")) from None
+
+    def _check(self) -> None:
+        """Raise OSError, or SpecError, where this is no place for a cache."""
+        parts = (self.directory, *self.directory.absolute().parents)
+        there = next(path for path in parts if path.exists())
+        if not there.is_dir():
+            raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR))
+        if not os.access(there, os.W_OK | os.X_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+        if there != self.directory or (there / _PARTS[0]).is_dir():
+            return
+        others = [path.name for path in there.iterdir() if not path.name.startswith(".")]
+        if others and others != ["lost+found"]:
+            raise SpecError(
+                f"{self.directory}: the folder holds other files than runs of softact; name "
+                "another with --cache"
+            )
+
+    def make(self) -> None:
+        """Make the folder. Raises CannotWriteError."""
+        with self._writing():
+            for name in _PARTS:
+                (self.directory / name).mkdir(parents=True, exist_ok=True)
 
     def folder(self, key: str) -> Path:
         """Where the result folder of a run is, or would be."""
@@ -66,6 +84,7 @@ class Cache:
     def lock(self, key: str, wait: bool = True) -> Iterator[None]:
         """Hold the right to compute a run. Raises BusyError where ``wait`` is false, and
         CannotWriteError."""
+        self.make()
         with self._writing():
             file = open(self.directory / "locks" / key, "ab")
         with file:
@@ -111,7 +130,7 @@ class Cache:
             for path in results.iterdir():
                 _sync(path)
             target = self.folder(found.key)
-            target.parent.mkdir(exist_ok=True)
+            target.parent.mkdir(parents=True, exist_ok=True)
             _sync(results)
             results.rename(target)
             _sync(target.parent)
@@ -129,12 +148,10 @@ class Cache:
         return CannotWriteError(self._cannot(error, "; what was finished is kept"))
 
     def _cannot(self, error: OSError | CannotWriteError, kept: str) -> str:
-        # HDF5 gives no number, but always the system's words.
-        words = " ".join(str(error).split())
-        known = [number for number in UNWRITABLE if os.strerror(number) in words]
-        if known and known[0] in _FULL:
+        why = why_unwritable(error) or getattr(error, "strerror", None)
+        if why in _FULL:
             return f"{self.directory}: the disk is full; what was finished is kept"
-        why = os.strerror(known[0]) if known else getattr(error, "strerror", None) or words
+        why = why or " ".join(str(error).split())
         return (
             f"{self.directory}: cannot be written ({why}){kept}; name another folder with --cache"
         )

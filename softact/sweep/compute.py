@@ -2,36 +2,58 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from softact.errors import GmshKilledError, SoftactError
-from softact.results import read
-from softact.run import CannotWriteError, Progress, run
+from softact.errors import CannotWriteError, GmshKilledError, SoftactError, SpecError
+from softact.files.text import why_unwritable
+from softact.results.folder import read
+from softact.run.start import Progress, SolverCrashError, run
 from softact.spec import Spec
 from softact.sweep import record, shape
-from softact.sweep.cache import UNWRITABLE, Cache
+from softact.sweep.cache import Cache
 from softact.sweep.record import Record
+from softact.sweep.version import run_key
 
 FAILED, INVALID = "failed", "invalid_spec"
+
+_CHANGED = (
+    "a file that the spec names, or that its script reads, has changed since the run was planned, "
+    "or its script makes another mesh each time"
+)
+
+
+class ChangedError(SpecError):
+    """The run that was computed is not the one that was asked for."""
 
 
 @dataclass(frozen=True)
 class Answer:
     """How a point ended.
 
-    record: of its run, None where there is none. status: the record's, "failed" or
-    "invalid_spec". cause: why it is not complete, "" where it is. cached: whether the run was
-    there before. transient: whether another try could end better (a solver that was killed).
+    key: of the run, "" where the spec is wrong. record: of its run, None where there is none.
+    status: the record's, "failed" or "invalid_spec". cause: why it is not complete, "" where it
+    is. cached: whether the run was there before. transient: whether another try could end better
+    (a solver that was killed). exit_code: of a command that can do without this run no further.
     """
 
-    key: str | None
+    key: str
     record: Record | None
     status: str
     cause: str
     cached: bool = False
     transient: bool = False
+    exit_code: int = SpecError.exit_code
+
+    def error(self) -> SoftactError:
+        """What a command that needs this run ends with."""
+        error = SoftactError(self.cause)
+        error.exit_code = self.exit_code
+        return error
 
 
 def of_record(found: Record, cached: bool) -> Answer:
@@ -40,43 +62,69 @@ def of_record(found: Record, cached: bool) -> Answer:
 
 
 def compute(
-    spec: Spec, key: str, cache: Cache, wait: bool = True, progress: Progress | None = None
+    spec: Spec,
+    key: str,
+    cache: Cache,
+    wait: bool = True,
+    progress: Progress | None = None,
+    processes: int = 1,
+    threads: int | None = 1,
 ) -> Answer:
-    """Solve ``spec`` on one thread unless its run is in the cache; keep the run there.
+    """Solve ``spec`` unless its run is in the cache; keep the run there.
 
     wait: for somebody else who computes it; else BusyError is raised. progress: hears of each
-    increment of a run that is computed. Raises CannotWriteError where the disk is full or
-    read-only: there is no sense in going on. Whatever else goes wrong is told in the answer.
+    increment of a run that is computed. processes, threads: see ``run``; one thread each, unless
+    the key says otherwise. Raises CannotWriteError where the disk is full or read-only: there is no
+    sense in going on. Whatever else goes wrong is told in the answer.
     """
+    given: dict[str, Any] = {"processes": processes, "threads": threads}
     with cache.lock(key, wait):
         found = cache.find(key)
         if found is not None:
             return of_record(found, cached=True)
         try:
             with cache.workspace(key) as folder:
-                return of_record(_solve(spec, key, folder, cache, progress), cached=False)
+                found = _solve(spec, key, folder, cache, progress, given)
+                return of_record(found, cached=False)
         except CannotWriteError:
             raise
         except SoftactError as error:
-            transient = isinstance(error, GmshKilledError) or error.exit_code == 70
-            return Answer(key, None, FAILED, "; ".join(error.lines), transient=transient)
+            again = GmshKilledError, ChangedError
+            transient = isinstance(error, again) or error.exit_code == 70
+            cause, code = "; ".join(error.lines), error.exit_code
+            return Answer(key, None, FAILED, cause, transient=transient, exit_code=code)
         except OSError as error:
             return Answer(key, None, FAILED, str(error), transient=True)
 
 
-def _solve(spec: Spec, key: str, folder: Path, cache: Cache, progress: Progress | None) -> Record:
+def _solve(
+    spec: Spec,
+    key: str,
+    folder: Path,
+    cache: Cache,
+    progress: Progress | None,
+    given: dict[str, Any],
+) -> Record:
     started = time.perf_counter()
     results = folder / "results"
     try:
-        run(spec, results, progress=progress, report=False, threads=1, scratch=folder)
+        run(spec, results, progress=progress, report=False, scratch=folder, **given)
         finished = read(results)
         shape.store(finished)
     except CannotWriteError as error:
         raise cache.cannot_write(error) from None
+    except SolverCrashError:
+        # MPI dies without a reason where it may not write into the solver's folder.
+        if os.access(folder, os.W_OK | os.X_OK):
+            raise
+        raise cache.cannot_write(PermissionError(errno.EACCES, os.strerror(errno.EACCES))) from None
     except OSError as error:
-        if error.errno in UNWRITABLE:
+        if why_unwritable(error):
             raise cache.cannot_write(error) from None
         raise
+    # What is kept under a key is what the key says, whatever was edited meanwhile.
+    if run_key(spec, mesh=finished.run.get("mesh_hash", ""), **given) != key:
+        raise ChangedError(_CHANGED)
     found = record.from_results(key, finished, time.perf_counter() - started)
     cache.keep(found, results)
     return found

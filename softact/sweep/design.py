@@ -63,7 +63,9 @@ class Design(BaseModel):
 
 def sampled(axes: Sequence[Axis], fractions: np.ndarray) -> list[Coordinates]:
     """Points at (n, axes) fractions of the axes."""
-    columns = [axis.at(fractions[:, number]) for number, axis in enumerate(axes)]
+    columns = [
+        axis.at([float(f) for f in fractions[:, number]]) for number, axis in enumerate(axes)
+    ]
     return [_named(axes, values) for values in zip(*columns, strict=True)]
 
 

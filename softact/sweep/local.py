@@ -23,14 +23,16 @@ def run_all(jobs: Jobs, cache: Cache, count: int) -> Iterator[Answer]:
 
     A run that another sweep computes at the moment is waited for, the others first. Raises
     CannotWriteError where the disk is full; the runs under way then end with this process, and so
-    they do at a KeyboardInterrupt: the threads that wait for them are daemons.
+    they do at a KeyboardInterrupt: the threads that wait for them are daemons. The next run begins
+    when the caller asks for the next answer: none begins after one that the caller stops at.
     """
     waiting = deque(jobs)
     answers: SimpleQueue[Answer | BaseException] = SimpleQueue()
     stop = threading.Event()
+    turns = threading.Semaphore(count)
 
     def work() -> None:
-        while not stop.is_set():
+        while turns.acquire() and not stop.is_set():
             try:
                 key = waiting.popleft()
             except IndexError:
@@ -40,6 +42,7 @@ def run_all(jobs: Jobs, cache: Cache, count: int) -> Iterator[Answer]:
             except BusyError:
                 waiting.append(key)
                 time.sleep(_WAIT_S)
+                turns.release()
             except BaseException as error:
                 answers.put(error)
                 return
@@ -49,8 +52,10 @@ def run_all(jobs: Jobs, cache: Cache, count: int) -> Iterator[Answer]:
     try:
         for _ in range(len(jobs)):
             yield _next(answers)
+            turns.release()
     finally:
         stop.set()
+        turns.release(count)
 
 
 def _next(answers: SimpleQueue[Answer | BaseException]) -> Answer:

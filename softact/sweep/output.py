@@ -1,31 +1,30 @@
-"""The folder of a sweep: its own files, written by one sweep at a time."""
+"""The files of a sweep's folder."""
 
 from __future__ import annotations
 
-import fcntl
-from collections.abc import Iterator
-from contextlib import contextmanager
-from pathlib import Path
+from softact.files.text import csv_text, write_atomic
+from softact.results.own_folder import Output
+from softact.sweep import sensitivity, sweep_page, table
+from softact.sweep.sensitivity import Sample
+from softact.sweep.study import Study
+from softact.sweep.table import Row
+from softact.sweep.trends import Verdict, verdicts
 
-from softact.errors import SpecError
+PLAN, INDICES, PAGE = ".plan.json", "sensitivity.csv", "sweep.html"
+FILES = (PLAN, *table.FILES, INDICES, PAGE)
 
 
-@contextmanager
-def written_alone(directory: Path) -> Iterator[None]:
-    """Make the folder and hold it; another sweep that writes into it waits for its turn.
-
-    Raises SpecError where it cannot be made or written.
-    """
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-        with open(directory / ".lock", "ab") as file:
-            fcntl.flock(file, fcntl.LOCK_EX)
-            yield
-    except (PermissionError, FileExistsError, NotADirectoryError) as error:
-        raise SpecError(
-            f"{directory}: cannot be written ({error.strerror}); name another folder with -o DIR"
-        ) from None
-    except OSError as error:
-        if error.filename is None and error.errno is None:
-            raise
-        raise SpecError(f"{directory}: {error.strerror}; the runs are kept in the cache") from None
+def write(
+    study: Study, sample: Sample | None, output: Output
+) -> tuple[list[Row], list[Verdict], list[str]]:
+    """Write table, curves, indices and page; returns the rows, what became of the trends, and lines
+    on what was left out of the indices. sample: of the indices, None for none."""
+    rows = table.write(study, output)
+    seen, sections, notes = verdicts(study, rows), [], []
+    if sample is not None:
+        found = sensitivity.indices(sample, study, rows)
+        write_atomic(output.file(INDICES), csv_text(found.rows))
+        sections, notes = sensitivity.section(found), found.notes
+    csv = (output.directory / table.TABLE).read_bytes()
+    write_atomic(output.file(PAGE), sweep_page.html(study, rows, csv, seen, sections))
+    return rows, seen, notes

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import copy
 import hashlib
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from softact.errors import SpecError
-from softact.spec import Spec, document, overrides
-from softact.spec.faults import fault_lines
+from softact.files import document
+from softact.files.text import digest, write_atomic
+from softact.geometry.imported import Imported
+from softact.spec import Spec, spec_at
 from softact.sweep.axes import Axis
 from softact.sweep.design import Coordinates
 from softact.sweep.version import run_key, version
@@ -41,36 +40,40 @@ class Point:
         return [f"--set {path}='{value}'" for path, value in self.changes]
 
 
-def changes_of(axes: Sequence[Axis], coordinates: Coordinates) -> tuple[tuple[str, Any], ...]:
+def changes_of(axes: Sequence[Axis], coordinates: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:
     """(path, value) of each path that differs from the base."""
     titles = {axis.title: axis for axis in axes}
     return tuple((path, v) for title, v in coordinates.items() for path in titles[title].path)
 
 
-def spec_at(base: document.Document, changes: Sequence[tuple[str, Any]]) -> Spec:
-    """The spec of a point. Raises SpecError."""
-    here = document.Document(
-        base.name, copy.deepcopy(base.data), dict(base.lines), dict(base.overridden)
-    )
-    for path, value in changes:
-        overrides.assign(here, path, copy.deepcopy(value), f"{path}={value}")
-    try:
-        return Spec.model_validate(here.data)
-    except ValidationError as error:
-        raise SpecError(*fault_lines(error, here, Spec)) from None
+def first_right(
+    base: document.Document, axes: Sequence[Axis], designs: Iterable[Coordinates]
+) -> Spec:
+    """The first right spec of some designs. Raises SpecError with the faults of the first where
+    there is none."""
+    faults: list[str] = []
+    for coordinates in designs:
+        try:
+            return spec_at(base, changes_of(axes, coordinates))
+        except SpecError as error:
+            faults = faults or error.lines
+    raise SpecError(*faults)
 
 
 class Plan:
     """Keys of points, remembered in a file: to make 10,000 specs takes a minute, to read their
-    keys a moment. What is remembered counts for one base spec and one version of softact only.
+    keys a moment. What is remembered counts for one base spec, one content of the files that it
+    names, and one version of softact. The key of a geometry that a script makes is never
+    remembered: nobody knows what the script reads.
 
-    path: the file, None to remember nothing.
+    path: the file, None where nothing is remembered.
     """
 
     def __init__(self, base: document.Document, path: Path | None = None):
-        self.base, self.path = base, path
-        text = json.dumps(base.data, sort_keys=True, default=str) + version()
-        self.fingerprint = hashlib.sha256(text.encode()).hexdigest()
+        self.base = base
+        self.folders = (base.folder, Path())
+        text = json.dumps([base.data, self._contents(base.data)], sort_keys=True, default=str)
+        self.fingerprint = hashlib.sha256((text + version()).encode()).hexdigest()
         self.known: dict[str, Any] = {}
         try:
             stored = json.loads(path.read_text(encoding="utf-8")) if path else {}
@@ -81,27 +84,51 @@ class Plan:
 
     def points(self, axes: Sequence[Axis], design: Sequence[Coordinates]) -> list[Point]:
         """The points of a design. Raises SpecError where no point at all has a right spec."""
-        points = list(self._points(axes, design))
+        points = [self._point(axes, coordinates) for coordinates in design]
         if all(point.key is None for point in points):
             raise SpecError(*points[0].faults)
-        if self.path is not None:
-            from softact.files import write_atomic
-
-            data = {"fingerprint": self.fingerprint, "points": self.known}
-            write_atomic(self.path, json.dumps(data))
         return points
 
-    def _points(self, axes, design) -> Iterator[Point]:
-        for coordinates in design:
-            changes = changes_of(axes, coordinates)
-            name = json.dumps(changes, default=str)
-            if name not in self.known:
-                try:
-                    self.known[name] = run_key(spec_at(self.base, changes))
-                except SpecError as error:
-                    self.known[name] = error.lines
-            found = self.known[name]
-            if isinstance(found, str):
-                yield Point(coordinates, changes, found)
-            else:
-                yield Point(coordinates, changes, None, tuple(found))
+    def remember(self, path: Path) -> None:
+        """Write the file, for the next call."""
+        data = {"fingerprint": self.fingerprint, "points": self.known}
+        write_atomic(path, json.dumps(data))
+
+    def _point(self, axes: Sequence[Axis], coordinates: Coordinates) -> Point:
+        changes = changes_of(axes, coordinates)
+        name = json.dumps([changes, self._contents(changes)], sort_keys=True, default=str)
+        found = self.known.get(name)
+        if found is None:
+            found, lasting = self._key(changes)
+            if lasting:
+                self.known[name] = found
+        if isinstance(found, str):
+            return Point(coordinates, changes, found)
+        return Point(coordinates, changes, None, tuple(found))
+
+    def _key(self, changes: Sequence[tuple[str, Any]]) -> tuple[str | list[str], bool]:
+        """The key of a point, or the faults of its spec, and whether it may be remembered."""
+        try:
+            spec = spec_at(self.base, changes)
+        except SpecError as error:
+            return error.lines, True
+        geometry = spec.geometry
+        return run_key(spec), not isinstance(geometry, Imported) or geometry.self_contained
+
+    def _contents(self, value: Any) -> list[tuple[str, str]]:
+        """Every text in plain data that is the name of a file, and the digest of the file."""
+        if isinstance(value, str):
+            paths = [folder / value for folder in self.folders]
+            return [(value, digest(path)) for path in paths if _is_file(path)]
+        if isinstance(value, dict):
+            value = list(value.values())
+        if isinstance(value, list | tuple):
+            return [pair for item in value for pair in self._contents(item)]
+        return []
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # a text that is too long for a name, or holds a null
+        return False

@@ -13,9 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from softact.files import write_atomic
-from softact.report.labels import BOOKKEEPING
-from softact.results import NO_EQUILIBRIUM, Results
+from softact.files.lock import LOCK
+from softact.files.text import write_atomic
+from softact.results.folder import BOOKKEEPING, NO_EQUILIBRIUM, Results
+from softact.verdict.judge import from_data, judge
 
 RECORD = "record.json"
 
@@ -31,7 +32,7 @@ class Record:
     status: "complete" or "no_equilibrium". cause: why it stopped early, "" otherwise. seconds:
     wall time of the run. measures: column of the last state -> value. columns, steps, table: the
     curve: names of its (c,) columns of numbers, (n,) step of each row, (n, c) float64.
-    cells, unknowns: size of the mesh.
+    cells, unknowns: size of the mesh. verdict: ``Verdict.cell`` of the run.
     """
 
     key: str
@@ -44,6 +45,7 @@ class Record:
     table: np.ndarray
     cells: int
     unknowns: int
+    verdict: str = ""
 
     def curve(self, column: str) -> np.ndarray:
         """(n,) the values of a column over the states."""
@@ -68,6 +70,7 @@ def from_results(key: str, results: Results, seconds: float) -> Record:
         table=table,
         cells=int(mesh.get("cells", 0)),
         unknowns=int(mesh.get("unknowns", 0)),
+        verdict=(from_data(results.run.get("verdict")) or judge(results)).cell,
     )
 
 
@@ -93,7 +96,8 @@ def refresh(directory: Path) -> None:
 
 
 def _write(data: dict, directory: Path) -> None:
-    files = (p for p in sorted(directory.iterdir()) if p.is_file() and p.name != RECORD)
+    own = RECORD, LOCK
+    files = (p for p in sorted(directory.iterdir()) if p.is_file() and p.name not in own)
     data["files"] = {path.name: path.stat().st_size for path in files}
     text = json.dumps(data, separators=(",", ":"))
     write_atomic(directory / RECORD, f"{hashlib.sha256(text.encode()).hexdigest()}\n{text}\n")

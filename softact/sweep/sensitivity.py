@@ -8,15 +8,15 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
-from html import escape
 from typing import Literal
 
 import numpy as np
+from markupsafe import Markup
 
 from softact.errors import SpecError
 from softact.report import base, labels
 from softact.report.base import Section
-from softact.results import COMPLETE
+from softact.results.folder import COMPLETE
 from softact.sweep.design import MOST_POINTS, Coordinates, sampled
 from softact.sweep.spec import Sweep
 from softact.sweep.study import Study
@@ -64,8 +64,8 @@ def sample_of(kind: Literal["sobol", "morris"], sweep: Sweep) -> Sample:
             f"has at most {MOST_POINTS}, so take fewer samples"
         )
     # Sobol: an array, since SALib hands the names to pandas, which takes no list any more.
-    names = [axis.title for axis in sweep.axes]
-    names = np.array(names) if kind == "sobol" else names
+    titles = [axis.title for axis in sweep.axes]
+    names = np.array(titles) if kind == "sobol" else titles
     problem = {"num_vars": size, "names": names, "bounds": [[0.0, 1.0]] * size}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # about numbers that are no powers of two
@@ -86,7 +86,7 @@ def sample_of(kind: Literal["sobol", "morris"], sweep: Sweep) -> Sample:
 def indices(sample: Sample, study: Study, table: Sequence[Row]) -> Indices:
     """Indices of every measure that varies. Blocks with a point that is not complete are left
     out, and the notes say how many."""
-    from softact.sweep.page import shown_measures
+    from softact.sweep.sweep_page import shown_measures
 
     good = np.array([row["status"] == COMPLETE for row in table])
     whole = np.repeat(good.reshape(-1, sample.block).all(axis=1), sample.block)
@@ -153,6 +153,7 @@ def section(found: Indices) -> list[Section]:
         for row in found.rows
     ]
     heads = ["measure", *(name.replace("_", " ") for name in names)]
-    notes = "".join(f"<p class='note'>{escape(note)}</p>" for note in found.notes)
-    body = f"<p class='note'>{_MEANING[found.kind]}</p>{base.table(heads, rows)}{notes}"
+    meaning = base.note(_MEANING[found.kind])
+    notes = Markup("").join(base.note(text) for text in found.notes)
+    body = meaning + base.table(heads, rows) + notes
     return [Section("sensitivity", f"Sensitivity ({found.kind.capitalize()})", body)]

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from softact.files import write_atomic
+from softact.files.text import write_atomic
 from softact.report import labels
 from softact.report.surface import mirrored, skin
 from softact.report.view import bending_view, colour_range
-from softact.results import Results
+from softact.results.folder import Results
 
 SHAPE = "shape.json"
 _MOST_TRIANGLES = 6000
@@ -34,7 +34,7 @@ def pack(results: Results) -> dict:
     places = results.points[nodes] + results.field(last, "displacement")[nodes]
     name = next((n for n in labels.FIELDS if n in results.field_names(last)), None)
     low, high = 0.0, 1.0
-    shade = np.zeros(len(nodes))
+    shade: np.ndarray = np.zeros(len(nodes))
     if name:
         low, high, _ = colour_range(results, name, nodes)
         shade = np.clip((results.scalar(last, name)[nodes] - low) / (high - low), 0, 1)

@@ -2,19 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    WithJsonSchema,
+    model_validator,
+)
 
 from softact.errors import SpecError
-from softact.spec import document, overrides
-from softact.spec.choice import fault_at, nearest
-from softact.spec.faults import fault_lines
-from softact.spec.fields import Name
+from softact.fields import Name, fault_at
+from softact.files import document
+from softact.nearest import nearest
+from softact.spec import loading
+from softact.spec.faults import validated
+from softact.spec.kinds import read_as
+from softact.spec.path import assign, check, dotted
 from softact.sweep.axes import Axis
-from softact.sweep.design import MOST_POINTS, Design
+from softact.sweep.design import MOST_POINTS, Coordinates, Design
+from softact.sweep.points import first_right
 from softact.units import show
 
 
@@ -35,10 +46,20 @@ def _design(value: Any) -> Any:
     return {"kind": value} if isinstance(value, str) else value
 
 
+_DESIGN = Design.model_json_schema()
+_DESIGN_SCHEMA = {"anyOf": [_DESIGN["properties"]["kind"], _DESIGN]}
+
+
 class Model(BaseModel):
-    """Base of a sweep and of an optimisation: a base spec and changes to it."""
+    """Base of a sweep and of an optimisation: a base spec and changes to it.
+
+    kind: of the file. of_axes: the field that holds what is varied.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+    kind: ClassVar[str]
+    of_axes: ClassVar[str]
 
     name: Name = Field("study", description="default: the name of the file")
     description: str = Field("", description="free text")
@@ -48,12 +69,28 @@ class Model(BaseModel):
     )
     set: dict[str, Any] = Field({}, description="path: value, replaced in the base")
 
+    @property
+    def varied(self) -> tuple[Axis, ...]:
+        """The axes."""
+        return getattr(self, self.of_axes)
+
+    def tried(self) -> list[Coordinates]:
+        """Designs of which one at least has to be right before anything is computed; of none where
+        all points are looked at anyway."""
+        return []
+
+
+Kind = TypeVar("Kind", bound=Model)
+
 
 class Sweep(Model):
     """A sweep over the values of a spec."""
 
+    kind: ClassVar[str] = "sweep"
+    of_axes: ClassVar[str] = "axes"
+
     axes: tuple[Axis, ...] = Field(strict=False, description="paths and their values")
-    design: Annotated[Design, BeforeValidator(_design)] = Field(
+    design: Annotated[Design, BeforeValidator(_design), WithJsonSchema(_DESIGN_SCHEMA)] = Field(
         Design(), description="grid, one_at_a_time, latin_hypercube, sobol, or {kind:, samples:}"
     )
     trends: tuple[Trend, ...] = Field((), strict=False, description="what to look for in the end")
@@ -91,40 +128,39 @@ def check_axes(axes: Sequence[Axis]) -> None:
             paths.append(path)
 
 
-def read(path: Path, model: type[Model]) -> tuple[Any, document.Document]:
+def read(file: Path, model: type[Kind]) -> tuple[Kind, document.Document]:
     """Return a study file as ``model``, and its base spec as plain data with the ``set`` applied.
 
-    Raises SpecError with one line per fault of either.
+    Raises SpecError with one line per fault of either, also where a path of an axis is none of a
+    spec, and where no design of an optimisation can be right.
     """
-    source = document.read(Path(path))
-    source.data.setdefault("name", _name(path))
-    try:
-        study = model.model_validate(source.data)
-    except ValidationError as error:
-        raise SpecError(*fault_lines(error, source, model)) from None
-    base = _base(study, source, Path(path).parent)
+    source = read_as(Path(file), model.kind)
+    source.data.setdefault("name", loading.name_of(source.name))
+    study = validated(source, model)
+    base = loading.part(source, "base", study.name)
     faults = []
-    for place, value in study.set.items():
+    for path, value in study.set.items():
+        where = source.where(("set", path))
         try:
-            overrides.assign(base, place, value, f"{place}={value}")
+            check(base, assign(base, path, value, where))
         except SpecError as error:
-            faults += [f"{source.where(('set', place))}: set.{place}: {e}" for e in error.lines]
+            faults += [f"{where}: set.{path}: {line}" for line in error.lines]
+    faults += _lost(study, source, base)
     if faults:
         raise SpecError(*faults)
+    if designs := study.tried():
+        first_right(base, study.varied, designs)
     return study, base
 
 
-def _name(path: Path) -> str:
-    from softact.spec import _name as name
-
-    return name(str(path))
-
-
-def _base(study: Model, source: document.Document, folder: Path) -> document.Document:
-    if isinstance(study.base, str):
-        base = document.read(folder / study.base)
-    else:
-        lines = {place[1:]: n for place, n in source.lines.items() if place[:1] == ("base",)}
-        base = document.Document(source.name, study.base, lines)
-    base.data.setdefault("name", study.name)
-    return base
+def _lost(study: Model, source: document.Document, base: document.Document) -> Iterator[str]:
+    """A line for each path of an axis that leads nowhere in the base, all others being set."""
+    here = base.copy()
+    for number, axis in enumerate(study.varied):
+        for one in axis.path:
+            try:
+                check(here, assign(here, one, axis.steps()[0], ""))
+            except SpecError as error:
+                place = (study.of_axes, number, "path")
+                start = f"{source.where(place)}: {dotted(place)}: {show(one)}"
+                yield from (f"{start}: {line}" for line in error.lines)

@@ -9,7 +9,7 @@ from functools import cached_property, partial
 from pathlib import Path
 
 from softact.errors import SpecError
-from softact.spec import document
+from softact.files import document
 from softact.sweep.cache import Cache
 from softact.sweep.compute import INVALID, Answer, of_record
 from softact.sweep.local import Jobs, run_all
@@ -24,14 +24,16 @@ Runner = Callable[[Jobs, Cache], Iterator[Answer]]
 class Study:
     """A sweep and what became of its points.
 
-    points: of the design; two may have one key. answers: key -> how its run ended. computed,
-    waited: number of runs computed here, and seconds of wall time spent on that.
+    points: of the design; two may have one key. plan: what made their keys. answers: key -> how
+    its run ended. computed, waited: number of runs computed here, and seconds of wall time spent
+    on that.
     """
 
     sweep: Sweep
     base: document.Document
     points: list[Point]
     cache: Cache
+    plan: Plan
     answers: dict[str, Answer] = field(default_factory=dict)
     computed: int = 0
     waited: float = 0.0
@@ -47,7 +49,7 @@ class Study:
     def answer(self, point: Point) -> Answer | None:
         """How a point ended, None where it has not been computed yet."""
         if point.key is None:
-            return Answer(None, None, INVALID, "; ".join(point.faults))
+            return Answer("", None, INVALID, "; ".join(point.faults))
         return self.answers.get(point.key)
 
     def read_kept(self) -> None:
@@ -95,6 +97,6 @@ def open_study(
     """A study of a sweep, with what is kept of it already; ``design`` replaces the sweep's."""
     plan = Plan(base, plan_file)
     points = plan.points(sweep.axes, design or sweep.design.points(sweep.axes))
-    study = Study(sweep, base, points, cache)
+    study = Study(sweep, base, points, cache, plan)
     study.read_kept()
     return study

@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import io
 import math
-import os
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from softact.files import csv_text, write_atomic
+from softact.errors import SpecError
+from softact.files.text import csv_text, replacing, write_atomic
+from softact.results.own_folder import Output
+from softact.spec.path import single
 from softact.sweep.axes import Axis
 from softact.sweep.study import Study
 
+TABLE, PARQUET, CURVES = FILES = ("sweep.csv", "sweep.parquet", "curves.h5")
 Row = dict[str, float | str]
-FIRST = ("point", "run", "status", "cause", "seconds")
+FIRST = ("point", "run", "status", "cause", "verdict", "seconds")
 
 
 def rows(study: Study) -> list[Row]:
-    """A row for each point: its number, run, status, cause, parameters and measures.
+    """A row for each point: its number, run, status, cause, verdict, parameters and measures.
 
     Measures are those of the last state; where a run stopped early, of the last that was reached.
     A parameter that the point leaves at the base's value is empty.
@@ -32,6 +34,7 @@ def rows(study: Study) -> list[Row]:
             "run": point.key or "",
             "status": answer.status if answer else "missing",
             "cause": answer.cause if answer else "",
+            "verdict": answer.record.verdict if answer and answer.record else "",
         }
         for axis in study.sweep.axes:
             value = point.coordinates.get(axis.title)
@@ -46,24 +49,13 @@ def rows(study: Study) -> list[Row]:
 def base_cell(study: Study, axis: Axis) -> float | str:
     """What the base has on an axis, as its cells are written; "" where that is nothing."""
     for data in (study.base.data, study.resolved):
-        value = value_at(data, axis.path[0])
-        if isinstance(value, dict) and len(value) == 1:
-            value = next(iter(value.values()))
+        try:
+            _, value = single(data, axis.path[0])
+        except SpecError:
+            continue
         if value is not None and not isinstance(value, dict | list):
             return axis.number(value) if axis.is_number else str(value)
     return ""
-
-
-def value_at(data: Any, path: str) -> Any:
-    """The value at a dotted path of plain data, None where there is none."""
-    for key in path.split("."):
-        if isinstance(data, list):
-            names = [entry.get("name") for entry in data if isinstance(entry, dict)]
-            place = int(key) if key.isdecimal() else names.index(key) if key in names else -1
-            data = data[place] if 0 <= place < len(data) else None
-        else:
-            data = data.get(key) if isinstance(data, dict) else None
-    return data
 
 
 def measure_columns(table: list[Row], study: Study) -> list[str]:
@@ -72,12 +64,12 @@ def measure_columns(table: list[Row], study: Study) -> list[str]:
     return list(dict.fromkeys(name for row in table for name in row if name not in known))
 
 
-def write(study: Study, directory: Path) -> list[Row]:
+def write(study: Study, output: Output) -> list[Row]:
     """Write all files of the table; returns the rows."""
     table = rows(study)
-    write_atomic(directory / "sweep.csv", csv_text(table))
-    write_atomic(directory / "sweep.parquet", parquet(table))
-    curves(study, directory / "curves.h5")
+    write_atomic(output.file(TABLE), csv_text(table))
+    write_atomic(output.file(PARQUET), parquet(table))
+    curves(study, output.file(CURVES))
     return table
 
 
@@ -108,7 +100,7 @@ def _numbers(kind, cells: list, dtype: type):
     import pyarrow
 
     there = np.array([cell != "" for cell in cells], bool)
-    values = np.array([0 if cell == "" else cell for cell in cells], dtype)
+    values: np.ndarray = np.array([0 if cell == "" else cell for cell in cells], dtype)
     valid = np.packbits(there, bitorder="little")
     buffers = [pyarrow.py_buffer(part.tobytes()) for part in (valid, values)]
     return pyarrow.Array.from_buffers(kind, len(cells), buffers)
@@ -139,16 +131,11 @@ def curves(study: Study, path: Path) -> None:
     places = {r.columns: [names.index(name) for name in r.columns] for r in records}
     for record, start, count in zip(records, first, counts, strict=True):
         stacked[start : start + count, places[record.columns]] = record.table
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        with h5py.File(temporary, "w") as file:
-            text = h5py.string_dtype()
-            file.create_dataset("run", data=[r.key for r in records], dtype=text)
-            file["first"], file["count"] = first, counts
-            steps = [step for record in records for step in record.steps]
-            file.create_dataset("step", data=steps, dtype=text)
-            for name, values in zip(names, stacked.T, strict=True):
-                file.create_dataset(f"columns/{name}", data=values, compression="gzip")
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with replacing(path) as temporary, h5py.File(temporary, "w") as file:
+        text = h5py.string_dtype()
+        file.create_dataset("run", data=[r.key for r in records], dtype=text)
+        file["first"], file["count"] = first, counts
+        steps = [step for record in records for step in record.steps]
+        file.create_dataset("step", data=steps, dtype=text)
+        for name, values in zip(names, stacked.T, strict=True):
+            file.create_dataset(f"columns/{name}", data=values, compression="gzip")

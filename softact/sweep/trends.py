@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass
+from pathlib import Path
 
-from softact.results import COMPLETE
+from softact.errors import SpecError
+from softact.files import document
+from softact.results.folder import COMPLETE
+from softact.sweep.points import spec_at
 from softact.sweep.spec import Trend
 from softact.sweep.study import Study
 from softact.sweep.table import Row
+from softact.units import show
 
 
 @dataclass(frozen=True)
@@ -18,6 +24,28 @@ class Verdict:
     trend: Trend
     holds: bool | None
     text: str
+
+
+def check(file: Path, study: Study) -> None:
+    """Raise SpecError for a trend of a measure that the runs cannot have, before any is computed.
+
+    The first and the last point that can be built stand for all.
+    """
+    if not study.sweep.trends:
+        return
+    from softact.measured.columns import column_fault  # scipy, which takes its time
+
+    points = [point for point in study.points if point.key]
+    ends = points[:1] + points[-1:]
+    specs = [spec_at(study.base, point.changes) for point in ends]
+    source, faults = document.read(file), []
+    for number, trend in enumerate(study.sweep.trends):
+        found = [column_fault(trend.measure, spec) for spec in specs]
+        if all(found):
+            where = source.where(("trends", number, "measure"))
+            faults.append(f"{where}: trends.{number}.measure: {show(trend.measure)}: {found[0]}")
+    if faults:
+        raise SpecError(*faults)
 
 
 def verdicts(study: Study, table: list[Row]) -> list[Verdict]:
@@ -47,8 +75,9 @@ def _lines(study: Study, table: list[Row], axis, measure: str):
     found: dict[tuple, list[tuple[float, float]]] = {}
     for row in table:
         x, y = row.get(axis.column), row.get(measure)
-        usable = row["status"] == COMPLETE and isinstance(x, float) and isinstance(y, float)
-        if usable and y == y:
+        if row["status"] != COMPLETE or not isinstance(x, float) or not isinstance(y, float):
+            continue
+        if not math.isnan(y):
             found.setdefault(tuple(row.get(name, "") for name in others), []).append((x, y))
     # The base of one_at_a_time stands in every axis once more: the same run, the same point.
     return [sorted(set(line)) for line in found.values()]

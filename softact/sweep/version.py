@@ -1,18 +1,30 @@
-"""What a result depends on beside its spec: the sources of softact, and the platform."""
+"""What a result depends on beside its spec: the sources of softact, the platform, and what a script
+of the user's makes."""
 
 from __future__ import annotations
 
 import hashlib
+import os
 import platform
 from functools import cache
 from importlib import metadata
 from pathlib import Path
 
-from softact.provenance import gmsh_version
+from softact.geometry.imported import Imported, mesh_digest
+from softact.run.provenance import gmsh_version
+from softact.spec import Spec
 
 #: What makes no number of a run: how it is shown, fitted, swept, or called.
 WITHOUT_EFFECT = ("report", "sweep", "fit", "cards", "cli", "optimise", "converge", "check")
-_PACKAGES = ("fenics-dolfinx", "fenics-basix", "petsc4py", "numpy", "scipy")
+_PACKAGES = (
+    "fenics-dolfinx",
+    "fenics-basix",
+    "fenics-ffcx",
+    "fenics-ufl",
+    "petsc4py",
+    "numpy",
+    "scipy",
+)
 
 
 @cache
@@ -47,10 +59,25 @@ def machine() -> str:
 
 
 def version() -> str:
-    """Code and platform, in one line."""
-    return f"softact {code()}, {machine()}"
+    """Code, platform and the options that PETSc takes from the environment, in one line."""
+    options = " ".join(os.environ.get("PETSC_OPTIONS", "").split())
+    given = f", PETSC_OPTIONS {options}" if options else ""
+    return f"softact {code()}, {machine()}{given}"
 
 
-def run_key(spec) -> str:
-    """32 hexadecimal digits under which the run of a spec is kept."""
-    return hashlib.sha256(f"{spec.hash}, {version()}".encode()).hexdigest()[:32]
+def run_key(
+    spec: Spec, mesh: str | None = None, processes: int = 1, threads: int | None = 1
+) -> str:
+    """32 hexadecimal digits under which the run of a spec is kept.
+
+    A script may read whatever it likes: modules, files, the environment, the time. All of it comes
+    to bear in the mesh only, so its digest is in the key. mesh: the digest where it is known; None:
+    the script is run, once in this process for each geometry. processes, threads: as for ``run``;
+    sums in another order differ in their last digits.
+    """
+    parts = [spec.hash, version()]
+    if isinstance(spec.geometry, Imported) and not spec.geometry.self_contained:
+        parts.append(mesh_digest(spec.geometry) if mesh is None else mesh)
+    if (processes, threads) != (1, 1):
+        parts.append(f"{processes} processes, {threads or len(os.sched_getaffinity(0))} threads")
+    return hashlib.sha256(", ".join(parts).encode()).hexdigest()[:32]

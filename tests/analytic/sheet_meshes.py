@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from mpi4py import MPI
 
-from softact.geometry import Layout
-from softact.mesh import of_sheets
+from softact.mesh.layout import Layout
+from softact.mesh.sheets import SheetMesh
+from softact.mesh.tetrahedra import of_sheets
 from softact.model import Model
-from softact.sheets.mesh import SheetMesh
 
 
 def grid(counts, place, wrap=False, crossed=True):

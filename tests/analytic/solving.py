@@ -8,11 +8,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from mpi4py import MPI
 
-from softact.geometry import Layout
-from softact.mesh import Tetrahedra, distribute
+from softact.loads.load_step import LoadStep
+from softact.mesh.layout import Layout
+from softact.mesh.tetrahedra import Tetrahedra, distribute
 from softact.model import Model, Support
-from softact.stepping import LoadStep, Settings, Stepper
-from softact.terms import State
+from softact.solve.progress import Trying
+from softact.solve.settings import Settings
+from softact.solve.stepping import Stepper
+from softact.system.term import State
 
 CLAMP = Support("x_min", {0: 0.0, 1: 0.0, 2: 0.0})
 ROLLERS = [Support(f"{axis}_min", {number: 0.0}) for number, axis in enumerate("xyz")]
@@ -48,13 +51,15 @@ def build(
 class Solution:
     """An equilibrium at the end of the steps, and the accepted states on the way.
 
-    path: all accepted states, the unloaded one first. ends: those at the end of each step.
+    path: all accepted states, the unloaded one first. ends: those at the end of each step. tried:
+    what was told at each iteration.
     """
 
     model: Model
     stepper: Stepper
     path: list[State] = field(default_factory=list)
     ends: list[State] = field(default_factory=list)
+    tried: list[Trying] = field(default_factory=list)
 
     @property
     def state(self) -> State:
@@ -83,7 +88,7 @@ def solve(
     model: Model, steps, supports, increment: float = 1.0, stops: bool = False, **settings
 ) -> Solution:
     """Run the steps (one or a list); fails where no equilibrium is found, unless it is to stop."""
-    path, ends = [], []
+    path, ends, tried = [], [], []
 
     def keep(state, attempt, number):
         path.append(State(**{name: copy(value) for name, value in vars(state).items()}))
@@ -92,8 +97,8 @@ def solve(
 
     increments = {"initial_increment": increment, "max_increment": increment}
     settings = Settings(**increments | settings)
-    stepper = Stepper(model, settings, keep)
+    stepper = Stepper(model, settings, keep, on_iteration=tried.append)
     steps = [steps] if isinstance(steps, LoadStep) else steps
     progress = stepper.run(steps, supports)
     assert stops == bool(progress.stopped), progress.stopped
-    return Solution(model, stepper, path, ends)
+    return Solution(model, stepper, path, ends, tried)

@@ -6,10 +6,10 @@ import scipy.optimize
 from meshes import block, disc
 from solving import ROLLERS, build, solve
 
+from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
 from softact.model import Support
-from softact.newton import Newton
-from softact.stepping import LoadStep
+from softact.solve.newton import Newton
 
 RADIUS, LENGTH = 12.7, 25.4  # mm
 
@@ -57,7 +57,7 @@ def twisted(model, angle):
         np.zeros_like(z),
     ]
     state.x[model.displacement_dofs] = np.column_stack(twist)
-    outcome = newton.solve(state, newton.held(state)[0])
+    outcome = newton.solve(state, newton.held(state).start)
     assert outcome.converged, outcome.reason
     return state
 

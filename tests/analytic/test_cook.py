@@ -5,9 +5,9 @@ import pytest
 from meshes import block
 from solving import CLAMP, build, solve
 
+from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
 from softact.model import Support
-from softact.stepping import LoadStep
 
 PLANE_STRAIN = [Support("z_min", {2: 0.0}), Support("z_max", {2: 0.0})]
 CORNER = (48.0, 60.0, 0.0)

@@ -8,13 +8,13 @@ from mpi4py import MPI
 from solving import solve
 from test_tangents import force, slope, tangent, to_global, to_local
 
+from softact.bodies.sheet import Ply, Sheet
 from softact.contact.surfaces import Touching
-from softact.geometry import Layout
+from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
-from softact.mesh import distribute
+from softact.mesh.layout import Layout
+from softact.mesh.tetrahedra import distribute
 from softact.model import Model, Support
-from softact.sheets.body import Ply, Sheet
-from softact.stepping import LoadStep
 
 C10 = 0.05
 RUBBER = LAWS["neo_hookean"].of(c10=C10, bulk_modulus=50.0)

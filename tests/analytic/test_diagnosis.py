@@ -7,10 +7,10 @@ import pytest
 from meshes import block
 from solving import ROLLERS, build, solve
 
-from softact.bonded import BondedLayer
-from softact.diagnosis import causes
+from softact.bodies.layer import BondedLayer
+from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
-from softact.stepping import LoadStep
+from softact.solve.diagnosis import causes
 
 SOFT = LAWS["neo_hookean"].of(c10=0.1, bulk_modulus=100.0)
 FOIL = SimpleNamespace(youngs_modulus=100.0, poissons_ratio=0.3, density=1e-9)

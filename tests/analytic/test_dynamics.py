@@ -18,15 +18,17 @@ from solving import build, solve
 from test_tangents import force, slope, tangent
 from test_thick_walls import pressure_at
 
-from softact.dynamics import QUASI_STATIC
 from softact.geometries.thick_sphere import ThickSphere
-from softact.geometry import make_mesh
+from softact.geometry.base import make_mesh
+from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
-from softact.mesh import distribute, read_msh
+from softact.mesh.tetrahedra import distribute, read_msh
 from softact.model import Model
-from softact.newton import Newton
-from softact.passed import Passed
-from softact.stepping import LoadStep, Stepper
+from softact.solve.newton import Newton
+from softact.solve.passed import Passed
+from softact.solve.rungs.motion import PACE
+from softact.solve.walk import Walk
+from softact.system.term import EVERYTHING, TimeStep
 
 GENT = {"mu": 0.28, "jm": 30.0}
 WANTED = 0.04  # MPa
@@ -72,37 +74,43 @@ def test_volume_leads_past_a_snap(mesh_of, caught):
     assert sum(a.control == "volume" and a.unstable_modes == 1 for a in attempts) > 3
     assert attempts[-1].unstable_modes == 0
     assert attempts[-1].control == "load"
+    # What is tried is told at each iteration, under load and beyond the limit.
+    assert {"load", "volume"} <= {told.control for told in solution.tried}
+    assert {told.step for told in solution.tried} == {"inflate"}
+    beyond = [told.fraction for told in solution.tried if told.control == "volume"]
+    assert min(beyond) > 0.3 and all(told.residual > 0 for told in solution.tried)
 
 
 def test_the_branch_that_was_left_is_not_the_way_on(mesh_of, caught, monkeypatch):
     """Newton's method falls back to the stable branch under a load that is higher than the last:
     such a state is no "stable again", and the run goes on to where the sphere holds its load."""
-    attempt, fallen = Stepper.attempt, []
+    attempt, fallen = Walk.attempt, []
 
-    def falls_back(stepper, drive, path, s, at_most=None):
-        outcome = attempt(stepper, drive, path, s, at_most)
-        seen = [a for a in stepper.progress.attempts if a.converged]
+    def falls_back(walk, drive, path, s, options=None):
+        outcome = attempt(walk, drive, path, s, options)
+        seen = [a for a in walk.progress.attempts if a.converged]
         beyond = sum(a.unstable_modes > 0 for a in seen)
         if drive.control == "volume" and beyond == 3 and not fallen and outcome.converged:
             ends = [(p, q) for p, q in zip(states, seen, strict=True) if q.control == "load"]
             state, known = max(
                 (e for e in ends if e[1].fraction > path[-1].q[0]), key=lambda e: e[1].fraction
             )
-            stepper.state.x, stepper.state.pressure = state.x.copy(), dict(state.pressure)
+            walk.state.x = state.x.copy()
+            walk.state.put("pressure", state["pressure"])
             fallen.append(known.fraction)
             return replace(outcome, unstable_modes=0)
         return outcome
 
     states = []
-    monkeypatch.setattr(Stepper, "attempt", falls_back)
-    record = Stepper.record
+    monkeypatch.setattr(Walk, "attempt", falls_back)
+    record = Walk.record
 
-    def keep(stepper, tried):
+    def keep(walk, tried):
         if tried.converged:
-            states.append(replace(stepper.state, x=stepper.state.x.copy()))
-        record(stepper, tried)
+            states.append(replace(walk.state, x=walk.state.x.copy()))
+        record(walk, tried)
 
-    monkeypatch.setattr(Stepper, "record", keep)
+    monkeypatch.setattr(Walk, "record", keep)
     solution, stretch = inflate(mesh_of())
     assert fallen
     assert stretch == pytest.approx(caught, rel=0.005)
@@ -135,8 +143,10 @@ def test_motion_leads_past_a_snap(mesh_of, caught):
     moved = [a for a in solution.stepper.progress.attempts if a.control == "dynamics"]
     assert moved
     assert all(a.converged and a.unstable_modes == 0 for a in moved)
-    assert all(0 < a.kinetic_ratio < QUASI_STATIC for a in moved)
+    assert all(0 < a.kinetic_ratio < PACE.quasi_static for a in moved)
     assert "damped time steps (kinetic energy at most" in solution.stepper.progress.remarks[0]
+    # Each time step is told too, long before the state at its end is accepted.
+    assert sum(told.control == "dynamics" and told.iteration == 0 for told in solution.tried) > 10
 
 
 def test_motion_may_be_forbidden(mesh_of):
@@ -162,11 +172,10 @@ def test_free_fall(free_block):
     model, state, step = free_block, free_block.initial_state(), 1e-3
     newton = Newton(model, 1e-8, 15)
     newton.set_supports([], state)
-    state.gravity = np.array([0.0, 0.0, -9810.0])
+    state.put("gravity", {EVERYTHING: np.array([0.0, 0.0, -9810.0])})
     before, velocity = state.x.copy(), np.zeros_like(state.x)
     for fallen in (1, 3):
-        for inertia in model.inertia:
-            inertia.time_step, inertia.away_from = step, before + step * velocity
+        state.motion = TimeStep(1 / step**2, before + step * velocity, before)
         assert newton.solve(state, np.empty(0)).converged
         velocity, before = (state.x - before) / step, state.x.copy()
         wanted = [0.0, 0.0, -9810.0 * step**2 * fallen]
@@ -190,17 +199,16 @@ def test_tangent_of_inertia(free_block):
     """Force by energy, tangent by force: both are exact, the energy being quadratic."""
     (inertia,) = free_block.inertia
     draw = np.random.default_rng(3)
-    inertia.time_step = 1e-3
-    inertia.away_from = draw.standard_normal(free_block.unknowns.local)
     state = free_block.initial_state()
+    away_from = draw.standard_normal(free_block.unknowns.local)
+    state.motion = TimeStep(1e6, away_from, away_from)
     state.x = draw.standard_normal(free_block.unknowns.local)
     change = draw.standard_normal(free_block.unknowns.local)
     force = np.zeros_like(change)
     inertia.add_force(state, force)
     energies = []
     for sign in (1, -1):
-        moved = free_block.initial_state()
-        moved.x = state.x + sign * 1e-3 * change
+        moved = replace(state, x=state.x + sign * 1e-3 * change)
         energies.append(inertia.energy(moved))
     assert (energies[0] - energies[1]) / 2e-3 == pytest.approx(force @ change, rel=1e-8)
 
@@ -210,8 +218,8 @@ def test_viscous_tangent(free_block):
     (solid,) = free_block.solids.values()
     draw = np.random.default_rng(5)
     before, x, change = (0.02 * draw.standard_normal(free_block.unknowns.local) for _ in range(3))
-    solid.resist(before, 3.0)
-    state = replace(free_block.initial_state(), x=x)
+    motion = TimeStep(0.0, before, before, 3.0)
+    state = replace(free_block.initial_state(), x=x, motion=motion)
     numeric = slope(lambda moved: force(free_block, solid, moved), state, change, step=1e-6)
     found = tangent(free_block, [solid], state) @ change
     np.testing.assert_allclose(found, numeric, atol=1e-7 * np.abs(numeric).max())
@@ -221,7 +229,6 @@ def test_viscous_tangent(free_block):
 def test_viscosity_resists_shear_and_no_rotation(free_block, angle):
     """One time step of a slow shear: viscosity by time step beside the shear modulus."""
     resistance, shear = 4.0, 1e-5
-    (solid,) = free_block.solids.values()
     dofs = free_block.displacement_dofs
     x = free_block.unknowns.spaces[0].tabulate_dof_coordinates()
     turned = np.array(
@@ -235,8 +242,9 @@ def test_viscosity_resists_shear_and_no_rotation(free_block, angle):
 
     sheared = x + shear * np.column_stack([x[:, 2], 0 * x[:, 0], 0 * x[:, 0]])
     elastic = force_at(sheared)
-    solid.resist(np.zeros(free_block.unknowns.local), resistance)
+    rest = np.zeros(free_block.unknowns.local)
+    state.motion = TimeStep(0.0, rest, rest, resistance)
     assert force_at(x) < 1e-7 * elastic
     assert force_at(sheared) == pytest.approx((1 + resistance) * elastic, rel=1e-4)
-    solid.resist(None)
+    state.motion = None
     assert force_at(sheared) == pytest.approx(elastic, rel=1e-9)

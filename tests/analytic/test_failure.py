@@ -7,14 +7,14 @@ from mpi4py import MPI
 from solving import solve
 
 from softact.geometries.thick_sphere import ThickSphere
-from softact.geometry import make_mesh
+from softact.geometry.base import make_mesh
+from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
 from softact.measures import MEASURES
 from softact.measures.failure import percentile, reached
-from softact.mesh import distribute, read_msh
+from softact.measures.snapshot import Snapshot
+from softact.mesh.tetrahedra import distribute, read_msh
 from softact.model import Model
-from softact.snapshot import Snapshot
-from softact.stepping import LoadStep
 
 INNER, OUTER = 10.0, 14.0  # mm
 C10, C20 = 0.11, 0.02  # MPa

@@ -10,14 +10,14 @@ from mpi4py import MPI
 from solving import ROLLERS, build, solve
 
 from softact.geometries.tube import Tube
-from softact.geometry import make_mesh
+from softact.geometry.base import make_mesh
+from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
 from softact.measures import MEASURES
-from softact.mesh import distribute, read_msh
+from softact.measures.snapshot import Snapshot
+from softact.mesh.tetrahedra import distribute, read_msh
 from softact.model import Model, Support
-from softact.snapshot import Snapshot
-from softact.stepping import LoadStep
-from softact.terms import State
+from softact.system.term import State
 
 MATRIX = dict(c10=0.14)
 FIBRES = MATRIX | dict(k1=0.5, k2=0.4, kappa=0.1)

@@ -1,10 +1,12 @@
 """The return mapping of Coulomb friction at one point, and Newton's way out of a cycle."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from softact.contact.friction import friction, slide
-from softact.newton import Newton
+from softact.solve.newton import Newton
 
 NORMAL = np.array([[0.0, 0.0, 1.0]])
 LIMIT = np.array([0.02])
@@ -42,5 +44,5 @@ def test_nothing_is_kept_where_nothing_touches():
 )
 def test_steps_are_halved_where_they_undo_each_other(residuals, cycles):
     newton = Newton.__new__(Newton)
-    newton._residuals = residuals
+    newton._now = SimpleNamespace(residuals=residuals)
     assert newton._to_and_fro() is cycles

@@ -13,9 +13,9 @@ from by_hand import INVARIANT_LAWS, STRETCH_LAWS, principal_slopes
 from meshes import block
 from solving import ROLLERS, build, solve
 
+from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
 from softact.model import Support
-from softact.stepping import LoadStep
 
 BULK = 1e8  # MPa: J differs from 1 by less than 1e-7
 LOW_BULK = 30.0  # MPa, for the test of the compressible answer

@@ -7,11 +7,11 @@ from scipy.optimize import brentq
 from sheet_meshes import build, edges_of, grid, quarter_disc
 from solving import solve
 
+from softact.bodies.sheet import Ply, Sheet
+from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
+from softact.mesh.sheets import SheetMesh
 from softact.model import Support
-from softact.sheets.body import Ply, Sheet
-from softact.sheets.mesh import SheetMesh
-from softact.stepping import LoadStep
 
 E, T, R, LENGTH, PRESSURE = 498.0, 0.2, 10.0, 80.0, 0.05
 FABRIC = LAWS["linear"].of(youngs_modulus=E, poissons_ratio=0.0)

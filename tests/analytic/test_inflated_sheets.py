@@ -11,14 +11,12 @@ from scipy.optimize import brentq
 from sheet_meshes import build, edges_of, grid, quarter_disc
 from solving import solve
 
-from softact.drive import LoadDrive, Point
-from softact.inflation import TIGHT, TIGHTER, _Inflation, inflate
+from softact.bodies.sheet import Ply, Sheet
+from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
+from softact.mesh.sheets import SheetMesh
 from softact.model import Support
-from softact.ramp import Ramp
-from softact.sheets.body import Ply, Sheet
-from softact.sheets.mesh import SheetMesh
-from softact.stepping import LoadStep
+from softact.solve.rungs.inflation import PACE, _Inflation
 
 E, NU, T = 498.0, 0.35, 0.2
 NYLON = LAWS["linear"].of(youngs_modulus=E, poissons_ratio=NU)
@@ -97,7 +95,7 @@ def check_energies(solution, remark):
     assert unexplained < 1.0 and min(stored, damped, lost) > 0
     model, copies = solution.model, solution.model.mesh.layout.copies
     assert "to 100.00%" in remark  # so that all states belong to it
-    p = np.array([state.pressure.get("air", 0.0) for state in solution.path])
+    p = np.array([state["pressure"].get("air", 0.0) for state in solution.path])
     v = np.array([model.cavity_volume(state, "air") for state in solution.path])
     through = copies * float((p[1:] + p[:-1]) @ np.diff(v)) / 2
     assert work == pytest.approx(through, rel=0.02)
@@ -169,16 +167,16 @@ def test_a_balloon_falls_back(part):
     fill = LoadStep("fill", pressure={"air": 3e-3}), LoadStep("blow", inject={"air": 12e3})
     solution = solve(model, fill, clamped, increment=0.1)
     stepper, state = solution.stepper, solution.state
-    pressure, first = float(state.pressure["air"]), len(solution.path)
-    assert max(s.pressure.get("air", 0.0) for s in solution.path) > 1.1 * pressure
+    pressure, first = float(state["pressure"]["air"]), len(solution.path)
+    assert max(s["pressure"].get("air", 0.0) for s in solution.path) > 1.1 * pressure
 
     begun = part * state.x
     state.x = begun.copy()
     step = LoadStep("let go")
-    ramp = Ramp(state, step, stepper.newton.held(state), model.cavity_volume)
-    path = [Point(0.0, begun, np.empty(0))]
-    _, fault = inflate(stepper, step, LoadDrive(ramp), path, pressure, 0.25)
-    assert fault is None
+    walk = stepper.walk
+    walk.begin(2, step)
+    walk.largest = 0.25
+    assert _Inflation(walk, pressure).run() is None
     straight = inflated(build(mesh, sheet, cavities=walls, symmetry=DISC), pressure, clamped)
     np.testing.assert_allclose(state.x, straight.state.x, atol=1e-4)
     moved = [np.abs(b.x - a.x).max() for a, b in pairwise(solution.path[first:])]
@@ -189,18 +187,18 @@ def test_a_balloon_falls_back(part):
 def test_a_time_step_that_leaves_the_sheets_where_they_are_is_solved_further(found):
     """In balance to TIGHT they would stay at any time step, though a long limb has far to go."""
     inflation = object.__new__(_Inflation)
-    inflation.stepper = SimpleNamespace(state=SimpleNamespace(x=np.zeros(2)))
+    inflation.walk = SimpleNamespace(state=SimpleNamespace(x=np.zeros(2)))
     asked = []
 
-    def solved(s, q, tolerance, search):
+    def solved(x, s, q, tolerance):
         asked.append(tolerance)
-        finer = tolerance == TIGHTER
-        inflation.stepper.state.x = np.full(2, 7.0 if finer else 1e-7)
+        finer = tolerance == PACE.tighter
+        inflation.walk.state.x = np.full(2, 7.0 if finer else 1e-7)
         return SimpleNamespace(converged=not finer or found, iterations=3 * finer)
 
     inflation._solve = solved
     outcome = inflation._next(np.zeros(2), 1.0, None)
-    assert asked == [TIGHT, TIGHTER]
+    assert asked == [PACE.tight, PACE.tighter]
     assert inflation.tight
     assert outcome.converged
-    assert (outcome.iterations, inflation.stepper.state.x[0]) == ((3, 7.0) if found else (0, 0.0))
+    assert (outcome.iterations, inflation.walk.state.x[0]) == ((3, 7.0) if found else (0, 0.0))

@@ -8,11 +8,11 @@ import scipy.sparse.linalg
 from meshes import block
 from solving import build
 
-from softact.bending import bending_matrices
-from softact.bonded import BondedLayer
+from softact.bodies.layer import BondedLayer
+from softact.bodies.plate import bending_matrices
 from softact.materials import LAWS
-from softact.measures.base import rotation_about
-from softact.terms import State
+from softact.system.rotation import rotation_about
+from softact.system.term import State
 
 RIGIDITY = 3.0  # N·mm
 
@@ -180,7 +180,7 @@ def test_rigid_rotation_costs_nothing(degrees):
     places = model.unknowns.spaces[0].tabulate_dof_coordinates()
     turn = rotation_about(AXIS, degrees)
     state.x[model.displacement_dofs] = places @ (turn - np.eye(3)).T + [1.0, 2.0, 3.0]
-    assert len(model.layers.bending) == 1
+    assert model.layers[0].bending is not None
     assert abs(model.energy(state)) < 1e-11
     assert np.abs(model.force(state)[0]).max() < 1e-9
 
@@ -199,7 +199,7 @@ def test_energy_of_a_rolled_layer():
     for way in (np.eye(3), turn):
         state = State(np.zeros(model.unknowns.local))
         state.x[model.displacement_dofs] = rolled @ way.T - places
-        energy = model.energy(state, model.layers.bending)
+        energy = model.energy(state, [model.layers[0].bending])
         assert energy == pytest.approx(rigidity * 8.0 / radius**2 / 2, rel=0.001)
 
 
@@ -209,4 +209,4 @@ def test_curved_layer_has_no_bending_term():
     def bulge(points):
         return points + np.column_stack([*np.zeros((2, len(points))), 0.1 * points[:, 0] ** 2])
 
-    assert layered_block(bulge).layers.bending == []
+    assert layered_block(bulge).layers[0].bending is None

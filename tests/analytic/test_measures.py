@@ -5,17 +5,19 @@ import pytest
 from meshes import block
 from solving import CLAMP, build, solve
 
+from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
 from softact.measures import MEASURES
-from softact.measures.base import rotation_about
-from softact.mesh import Tetrahedra
+from softact.measures.snapshot import Snapshot
+from softact.mesh.tetrahedra import Tetrahedra
 from softact.model import Support
-from softact.snapshot import Snapshot
-from softact.stepping import LoadStep
-from softact.terms import State
+from softact.system.rotation import rotation_about
+from softact.system.term import State
 
 LENGTH = 8.0  # mm
 GRAVITY = 9810.0  # mm/s²
+# Of values that a whole has in two places, one on each side of its plane of symmetry.
+PLACES = ("max_principal", "volume_change_max", "jacobian_min")
 SOFT = LAWS["neo_hookean"].of(c10=0.03, bulk_modulus=30.0, density=1.07e-9)
 
 
@@ -134,6 +136,43 @@ def test_tip_elongation_and_strain():
     np.testing.assert_allclose(tip, [10.0, 1.25**-0.5, 1.25**-0.5], rtol=1e-12)
     assert row["max_principal_stretch"] == pytest.approx(1.25, rel=1e-9)
     assert row["volume_change_max"] < 1e-12
+
+
+def test_volume_change_by_parts_of_the_volume():
+    """x -> x + a x²/(2 L): J − 1 = a x/L, so above 20 % in the part 1 − 0.2/a of the volume, above
+    0.99 a in one percent of it, a/2 on average, and largest at the end. A material that may change
+    its volume does not count."""
+    a = 0.5
+
+    def swell(points):
+        x, y, z = points.T
+        return np.column_stack([x + a * x**2 / (2 * LENGTH), y, z])
+
+    fine = block((40, 1, 1), (LENGTH, 2.0, 2.0))
+    (row,) = rows_of(build(fine, SOFT), [swell], ["strain"])
+    assert row["volume_change_beyond_percent"] == pytest.approx(100 * (1 - 0.2 / a), abs=0.5)
+    assert row["volume_change_p99"] == pytest.approx(0.99 * a, abs=a / 160)
+    assert row["volume_change_mean"] == pytest.approx(a / 2, rel=1e-6)
+    assert row["volume_change_max"] == pytest.approx(a, abs=a / 80)
+    assert row["volume_change_max_x_mm"] == pytest.approx(LENGTH, abs=LENGTH / 80)
+    foam = LAWS["neo_hookean"].of(c10=0.03, bulk_modulus=0.1, density=1.07e-9)
+    (row,) = rows_of(build(fine, foam), [swell], ["strain"])
+    assert "volume_change_p99" not in row and "volume_change_beyond_percent" not in row
+    assert row["volume_change_mean"] == pytest.approx(a / 2, rel=1e-6)
+
+
+def test_the_smallest_jacobian_is_that_of_a_corner():
+    """x -> x − a x²/(2 L): J = 1 − a x/L, smallest at the end, where no quadrature point is."""
+    a = 1.02
+
+    def fold(points):
+        x, y, z = points.T
+        return np.column_stack([x - a * x**2 / (2 * LENGTH), y, z])
+
+    (row,) = rows_of(bar(), [fold], ["strain"])
+    assert row["jacobian_min"] == pytest.approx(1 - a, abs=1e-9)
+    assert row["jacobian_min_x_mm"] == pytest.approx(LENGTH)
+    assert row["volume_change_max"] < 1.0  # J is above 0 in all quadrature points
 
 
 def test_stress_of_a_stretched_bar():
@@ -268,7 +307,7 @@ def test_half_gives_the_figures_of_the_whole():
     rows = [rows_along(solve(model, steps, [CLAMP], 0.5), MEASURES)[-1] for model in models]
     assert set(rows[0]) == set(rows[1])
     for title in rows[0]:
-        if title.startswith("max_principal") and title.endswith("y_mm"):
+        if title.startswith(PLACES) and title.endswith("y_mm"):
             assert abs(rows[0][title]) == pytest.approx(abs(rows[1][title]))
         else:
             scale = max(abs(rows[1][title]), 1e-6)

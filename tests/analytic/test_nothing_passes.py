@@ -7,15 +7,18 @@ from solving import CLAMP, build, solve
 from test_soundness import cubic_pouch
 
 from softact.contact.crossing import crossed
+from softact.contact.obstacles.block import Block
+from softact.contact.obstacles.cylinder import Cylinder
+from softact.contact.obstacles.plane import Plane
+from softact.contact.obstacles.sphere import Sphere
 from softact.contact.rigid import Obstacle
-from softact.contact.shapes import Block, Cylinder, Plane, Sphere
 from softact.contact.sight import LITTLE, spheres, strayed
 from softact.contact.surfaces import Touching
 from softact.contact.way import goes_deeper
+from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
 from softact.model import Support
 from softact.spec import loads
-from softact.stepping import LoadStep
 
 SOFT = LAWS["neo_hookean"].of(c10=0.05, bulk_modulus=50.0)
 SHAPES = [
@@ -101,7 +104,7 @@ def test_an_arch_does_not_jump_to_the_other_side_of_what_pushes_it():
     middle = np.abs(model.nodes.places[:, 0] - 20) < 1e-6
     lowest = min(
         7.3
-        + s.shift["bar"][2]
+        + s["shift"]["bar"][2]
         - (model.nodes.places + s.x[model.displacement_dofs])[middle, 2].max()
         for s in solution.path
     )
@@ -181,7 +184,7 @@ def test_walls_that_are_sucked_flat_carry_the_pressure():
         assert 0 < model.cavity_volume(state, "cavity") <= first
         assert all(model.contacts.smallest_gap(c, state)[1] > -0.02 for c in model.contacts)
     touching = [s for s in solution.path if model.contacts.touch(s)]
-    assert len(touching) >= 2 and touching[0].pressure["cavity"] > -0.04
+    assert len(touching) >= 2 and touching[0]["pressure"]["cavity"] > -0.04
     # What touches is carried by contact: work of the volume that is left is small.
     assert model.cavity_volume(solution.state, "cavity") < 0.2 * first
     bare = cubic_pouch(SOFT, touching=False)

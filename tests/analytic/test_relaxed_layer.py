@@ -5,12 +5,12 @@ import pytest
 from meshes import block
 from solving import ROLLERS, build, solve
 
-from softact.bonded import BondedLayer
+from softact.bodies.layer import BondedLayer
+from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
+from softact.materials.plane_stress import GreenLaw
+from softact.materials.tension_field import KEPT_BONDED, GreenTensionField, TensionField
 from softact.model import Support
-from softact.sheets.plane_stress import GreenLaw
-from softact.sheets.tension_field import KEPT_BONDED, GreenTensionField, TensionField
-from softact.stepping import LoadStep
 
 RUBBER = LAWS["neo_hookean"].of(c10=0.2, bulk_modulus=400.0)
 FILM = LAWS["linear"].of(youngs_modulus=50.0, poissons_ratio=0.1)

@@ -6,13 +6,20 @@ from meshes import block
 from solving import ROLLERS, build, solve
 from test_tangents import force, slope, tangent, to_global, to_local
 
+from softact.contact.obstacles.block import Block
+from softact.contact.obstacles.cylinder import Cylinder
+from softact.contact.obstacles.plane import Plane
+from softact.contact.obstacles.sphere import Sphere
 from softact.contact.pressure import pressure
 from softact.contact.rigid import Obstacle
-from softact.contact.shapes import Block, Cylinder, Plane, Sphere
 from softact.errors import SpecError
+from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
+from softact.measures import MEASURES
+from softact.measures.snapshot import Snapshot
 from softact.model import Support
-from softact.stepping import LoadStep, Settings, Stepper
+from softact.solve.settings import Settings
+from softact.solve.stepping import Stepper
 
 SOFT = LAWS["neo_hookean"].of(c10=0.05, bulk_modulus=50.0)
 GROUND = Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
@@ -77,7 +84,7 @@ def pressed(shape, friction):
     rng = np.random.default_rng(5)
     state = model.initial_state()
     state.x = 0.02 * rng.standard_normal(model.unknowns.local)
-    state.shift = {"thing": np.array([0.01, -0.02, 0.03])}
+    state.put("shift", {"thing": np.array([0.01, -0.02, 0.03])})
     model.contacts.remember(state)
     state.x = state.x + 0.003 * rng.standard_normal(model.unknowns.local)
     return model, state
@@ -136,6 +143,8 @@ def test_patch(element):
     push = model.contacts.force(term, solution.state)
     assert push[2] == pytest.approx(-20.0 * (gaps.mean() + 0.001) * 4, rel=1e-6)
     np.testing.assert_allclose(push + solution.reaction("z_max"), 0, atol=1e-8)
+    found = MEASURES["contact"].evaluate(Snapshot(model, solution.state))
+    assert found["contact_area_floor_mm2"] == pytest.approx(4.0, rel=1e-12)
 
 
 LINES = np.array([0, 0.3, 0.6, 0.9, 1.25, 2.2, 5, 11, 25.0])  # mm
@@ -183,11 +192,11 @@ def test_energy_of_closing_and_opening():
     ]
     solution = solve(model, steps, [Support("z_min", dict.fromkeys(range(3), 0.0))], 0.1)
     (term,) = model.contacts
-    closing = next(n for n, s in enumerate(solution.path) if s.shift["ball"][2] < -0.2999)
+    closing = next(n for n, s in enumerate(solution.path) if s["shift"]["ball"][2] < -0.2999)
     energy = np.array([model.energy(state) for state in solution.path])
     # The ball's force on the body works through the ball's own motion.
     force = np.array([model.contacts.force(term, state)[2] for state in solution.path])
-    place = np.array([state.shift["ball"][2] for state in solution.path])
+    place = np.array([state["shift"]["ball"][2] for state in solution.path])
     work = np.cumsum((force[1:] + force[:-1]) / 2 * np.diff(place))
     assert energy[closing] == pytest.approx(work[closing - 1], rel=0.02)
     assert abs(work[-1]) < 0.02 * energy[closing]

@@ -6,14 +6,14 @@ from sheet_meshes import build, edges_of, grid
 from solving import solve
 from test_tangents import force, slope, tangent, to_global, to_local
 
+from softact.bodies.sheet import Ply, Sheet
+from softact.contact.obstacles.plane import Plane
 from softact.contact.rigid import Obstacle
-from softact.contact.shapes import Plane
 from softact.contact.surfaces import Touching
+from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
+from softact.mesh.sheets import SheetMesh
 from softact.model import Support
-from softact.sheets.body import Ply, Sheet
-from softact.sheets.mesh import SheetMesh
-from softact.stepping import LoadStep
 
 E, NU, T = 498.0, 0.35, 0.2
 NYLON = LAWS["linear"].of(youngs_modulus=E, poissons_ratio=NU)
@@ -99,8 +99,8 @@ def test_a_pouch_between_plates():
     inflated, pressed, released = map(model.energy, solution.ends)
     assert released == pytest.approx(inflated, rel=1e-6)
     work = np.trapezoid if hasattr(np, "trapezoid") else np.trapz
-    way = [s for s in solution.path if s.pressure.get("air") == PRESSURE]
-    place = [s.shift["plate"][2] for s in way]
+    way = [s for s in solution.path if s["pressure"].get("air") == PRESSURE]
+    place = [s["shift"]["plate"][2] for s in way]
     push = [model.contacts.force(plate, s)[2] for s in way]
     lowest = int(np.argmin(place)) + 1
     done = float(work(push[:lowest], place[:lowest]))

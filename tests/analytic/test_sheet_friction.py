@@ -10,15 +10,16 @@ from sheet_meshes import build, edges_of, grid, rectangle
 from solving import build as build_solid
 from solving import solve
 
+from softact.bodies.sheet import Ply, Sheet
+from softact.contact.obstacles.cylinder import Cylinder
+from softact.contact.obstacles.plane import Plane
 from softact.contact.rigid import Obstacle
-from softact.contact.shapes import Cylinder, Plane
 from softact.contact.surfaces import Touching
+from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
-from softact.mesh import distribute
+from softact.mesh.sheets import SheetMesh
+from softact.mesh.tetrahedra import distribute
 from softact.model import Model, Support
-from softact.sheets.body import Ply, Sheet
-from softact.sheets.mesh import SheetMesh
-from softact.stepping import LoadStep
 
 NYLON = LAWS["linear"].of(youngs_modulus=498.0, poissons_ratio=0.35)
 SOFT = LAWS["neo_hookean"].of(c10=0.05, bulk_modulus=50.0)

@@ -1,20 +1,22 @@
 """The terms of sheets: force against energy and tangent against force, by finite differences."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from petsc4py import PETSc
 from sheet_meshes import build, rectangle
 
-from softact import checkpoint
-from softact.drive import Point
+from softact.bodies.sheet import Ply, Sheet
 from softact.errors import MeshError, SpecError
 from softact.materials import LAWS
-from softact.results import RESTART
-from softact.sheets.body import Ply, Sheet
-from softact.sheets.mesh import SheetMesh
-from softact.sheets.plane_stress import sheet_law
-from softact.sheets.tension_field import SLACK, TAUT, WRINKLED, TensionField
-from softact.terms import State
+from softact.materials.plane_stress import sheet_law
+from softact.materials.tension_field import SLACK, TAUT, WRINKLED, TensionField
+from softact.mesh.sheets import SheetMesh
+from softact.results.folder import RESTART
+from softact.solve import checkpoint
+from softact.solve.path import Point
+from softact.system.term import EVERYTHING, State, TimeStep
 
 STEP = 1e-5
 NYLON = LAWS["linear"].of(youngs_modulus=498.0, poissons_ratio=0.35)
@@ -167,10 +169,10 @@ def test_tangent(name, element):
     rng = np.random.default_rng(5)
     size = model.unknowns.local
     state = State(0.05 * rng.standard_normal(size))
-    state.pressure, state.gravity = {"air": 0.05}, np.array([1e3, -2e3, 9810.0])
+    state.put("pressure", {"air": 0.05})
+    state.put("gravity", {EVERYTHING: np.array([1e3, -2e3, 9810.0])})
     model.add_inertia()
-    for inertia in model.inertia:
-        inertia.time_step, inertia.away_from = 1e-4, 0.01 * rng.standard_normal(size)
+    state.motion = TimeStep(1e8, 0.01 * rng.standard_normal(size), state.x)
     assert len(model.sheets) == len(model.inertia) == 2
     assert (element == "P2") == bool(model.sheets["top"].bend)
     direction = rng.standard_normal(size)
@@ -179,7 +181,7 @@ def test_tangent(name, element):
         term.add_force(state, force)
         energies, forces = [], []
         for sign in (1, -1):
-            moved = State(state.x + sign * STEP * direction, state.pressure, state.gravity)
+            moved = replace(state, x=state.x + sign * STEP * direction)
             energies.append(term.energy(moved))
             out = np.zeros(size)
             term.add_force(moved, out)

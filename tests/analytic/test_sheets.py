@@ -10,14 +10,14 @@ from sheet_meshes import build, edges_of, grid, quarter_disc, rectangle
 from solving import build as build_solid
 from solving import solve
 
-from softact.bonded import BondedLayer
+from softact.bodies.layer import BondedLayer
+from softact.bodies.sheet import Ply, Sheet
+from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
-from softact.mesh import distribute
+from softact.mesh.sheets import SheetMesh
+from softact.mesh.tetrahedra import distribute
 from softact.model import Model, Support
-from softact.newton import Newton
-from softact.sheets.body import Ply, Sheet
-from softact.sheets.mesh import SheetMesh
-from softact.stepping import LoadStep
+from softact.solve.newton import Newton
 
 E, NU, T = 498.0, 0.35, 0.2
 NYLON = LAWS["linear"].of(youngs_modulus=E, poissons_ratio=NU)
@@ -69,7 +69,7 @@ def test_wrinkled_strip_in_shear():
         newton.set_supports(supports, state)
         places = model.nodes.places
         state.x[model.nodes.dofs[:, 0]] = gamma * places[:, 1]
-        assert newton.solve(state, newton.held(state)[1]).converged
+        assert newton.solve(state, newton.held(state).end).converged
         part = model.sheets["sheet"]
         x = part.triangles.places.mean(axis=1)[:, 0]
         middle = np.abs(x - length / 2) < 5.0

@@ -5,18 +5,18 @@ import pytest
 from meshes import block
 from solving import CLAMP, build, solve
 
-from softact import acceptance
-from softact.contact.surfaces import Touching
-from softact.errors import SpecError
-from softact.materials import LAWS
-from softact.soundness import (
+from softact.bodies.soundness import (
     _pieces,
     _to_bernstein,
     lattice,
     smallest_in_the_middle,
     smallest_jacobian,
 )
-from softact.stepping import LoadStep
+from softact.contact.surfaces import Touching
+from softact.errors import SpecError
+from softact.loads.load_step import LoadStep
+from softact.materials import LAWS
+from softact.solve import acceptance
 
 SOFT = LAWS["neo_hookean"].of(c10=0.05, bulk_modulus=50.0)
 

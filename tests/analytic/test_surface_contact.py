@@ -7,9 +7,11 @@ from solving import build, solve
 from test_tangents import force, slope, tangent, to_global, to_local
 
 from softact.contact.surfaces import Touching
+from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
+from softact.measures import MEASURES
+from softact.measures.snapshot import Snapshot
 from softact.model import Support
-from softact.stepping import LoadStep
 
 SOFT = LAWS["neo_hookean"].of(c10=0.05, bulk_modulus=50.0)
 GAP = 0.02
@@ -126,6 +128,9 @@ def test_two_blocks(shear, exact):
     assert -0.02 * term.facets.size.min() < inside.min() and inside.max() < 0
     expected = (2 + GAP - 0.4 - inside.mean()) / 2
     np.testing.assert_allclose(f[..., 2, 2], expected, rtol=exact)
+    found = MEASURES["contact"].evaluate(Snapshot(model, solution.state))
+    area = model.surfaces.area("z_max")  # as large as each of the two faces that touch
+    assert found[f"contact_area_{term.name}_mm2"] == pytest.approx(area, rel=max(exact, 1e-6))
 
 
 def test_energy_of_closing_and_opening():

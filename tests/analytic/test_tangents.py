@@ -4,6 +4,7 @@ The state is random and admissible, so that no symmetry hides a fault. Central d
 step h are wrong by h² times a third derivative: 1e-6 is asked for.
 """
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,21 +13,24 @@ from meshes import block
 from petsc4py import PETSc
 from solving import build
 
-from softact.bonded import BondedLayer
+from softact.bodies.layer import BondedLayer
+from softact.bodies.solid import Solid
+from softact.bodies.weight import Weight
+from softact.loads.surface_pressure import FacePressure
 from softact.materials import LAWS
 from softact.model import ELEMENTS
-from softact.solid import Solid
-from softact.terms import (
-    InvertedElementError,
-    Origin,
-    State,
-    SurfaceForce,
-    SurfacePressure,
-    Weight,
-)
+from softact.system.term import EVERYTHING, InvertedElementError, Origin, State
 
 STEP = 1e-5
 PAPER = SimpleNamespace(youngs_modulus=65.0, poissons_ratio=0.2, density=7.5e-10)
+
+
+LOADS = {
+    "pressure": {"cavity": 0.05},
+    "gravity": {EVERYTHING: np.array([1e3, -2e3, 9810.0])},
+    "traction": {"x_max": np.array([0.01, 0.02, -0.03])},
+    "surface_pressure": {"y_max": 0.04, "inside": 0.03},
+}
 
 
 def hollow_block(law, element="P2/P1"):
@@ -34,9 +38,7 @@ def hollow_block(law, element="P2/P1"):
     tets = block((3, 3, 3), (3.0, 3.0, 3.0), keep=lambda c: (np.abs(c - 1.5) > 0.6).any(axis=1))
     layers = [BondedLayer("z_min", PAPER, 0.1)]
     model = build(tets, law, element, layers, cavities={"cavity": ("inside",)})
-    model.add_surface_load(SurfaceForce, "x_max")
-    model.add_surface_load(SurfacePressure, "y_max")
-    model.add_surface_load(SurfacePressure, "inside")
+    model.make_room(LOADS)
     return model
 
 
@@ -47,11 +49,7 @@ def model():
 
 def random_state(model, seed=1, size=0.04):
     rng = np.random.default_rng(seed)
-    state = State(size * rng.standard_normal(model.unknowns.local))
-    state.pressure = {"cavity": 0.05}
-    state.gravity = np.array([1e3, -2e3, 9810.0])
-    state.traction = {"x_max": np.array([0.01, 0.02, -0.03])}
-    state.surface_pressure = {"y_max": 0.04, "inside": 0.03}
+    state = State(size * rng.standard_normal(model.unknowns.local), LOADS)
     assert model.smallest_jacobian(state.x) > 0.1
     return state
 
@@ -97,14 +95,14 @@ def potential(model, term, state):
 
 
 def terms_of(model):
-    kinds = {type(t).__name__: t for t in model.terms if not isinstance(t, SurfacePressure)}
-    named = {f"SurfacePressure {t.name}": t for t in model.terms if isinstance(t, SurfacePressure)}
+    kinds = {type(t).__name__: t for t in model.terms if not isinstance(t, FacePressure)}
+    named = {f"FacePressure {t.name}": t for t in model.terms if isinstance(t, FacePressure)}
     return kinds | named
 
 
 DEAD = ("Weight", "SurfaceForce")
-CONSERVATIVE = ("Solid", "CavityPressure", "Layer", "LayerBending", *DEAD)
-FOLLOWING = ("SurfacePressure inside", "SurfacePressure y_max")
+CONSERVATIVE = ("Solid", "CavityPressure", "LayerMembrane", "LayerBending", *DEAD)
+FOLLOWING = ("FacePressure inside", "FacePressure y_max")
 
 
 def test_every_term_is_here(model):
@@ -121,7 +119,7 @@ def test_force_is_slope_of_energy(model, name):
     assert abs(found) > 0
 
 
-@pytest.mark.parametrize("name", [*CONSERVATIVE, "SurfacePressure inside"])
+@pytest.mark.parametrize("name", [*CONSERVATIVE, "FacePressure inside"])
 def test_tangent_is_slope_of_force(model, name):
     """On the closed surface the symmetric part is all that there is."""
     term, state = terms_of(model)[name], random_state(model)
@@ -146,7 +144,7 @@ def to_local(model, values):
 
 def test_tangent_of_pressure_on_open_surface(model):
     """It is the symmetric part: the same quadratic form, but not the same matrix."""
-    term, state = terms_of(model)["SurfacePressure y_max"], random_state(model)
+    term, state = terms_of(model)["FacePressure y_max"], random_state(model)
     direction = np.random.default_rng(2).standard_normal(model.unknowns.local)
     matrix = tangent(model, [term], state)
     np.testing.assert_allclose(matrix, matrix.T, atol=1e-14)
@@ -176,7 +174,7 @@ def test_all_terms_together(element, law):
     }
     model = hollow_block(laws[law], element)
     state = random_state(model)
-    state.surface_pressure = {"inside": 0.03}
+    state.put("surface_pressure", {"inside": 0.03})
     direction = np.random.default_rng(2).standard_normal(model.unknowns.local)
     matrix = dense(model.tangent(state))
     found = to_local(model, matrix @ to_global(model, direction))
@@ -187,7 +185,7 @@ def test_all_terms_together(element, law):
 
 OFF = {
     "pressure": {"cavity": 0.0},
-    "gravity": np.zeros(3),
+    "gravity": {EVERYTHING: np.zeros(3)},
     "traction": {},
     "surface_pressure": {"y_max": 0.0, "inside": 0.0},
 }
@@ -197,13 +195,14 @@ OFF = {
 def test_load_switched_off(model, load):
     """The whole force changes with each load, and the tangent with those that follow."""
     state = random_state(model)
-    without = State(**{**vars(state), load: OFF[load]})
+    without = replace(state)
+    without.put(load, OFF[load])
     assert np.linalg.norm(model.force(state)[0] - model.force(without)[0]) > 1e-6
     changed = np.abs(dense(model.tangent(state)) - dense(model.tangent(without))).max()
     assert (changed > 1e-6) == (load in ("pressure", "surface_pressure"))
 
 
-@pytest.mark.parametrize("name", ["Layer", "LayerBending"])
+@pytest.mark.parametrize("name", ["LayerMembrane", "LayerBending"])
 def test_layer_left_out(model, name):
     """Without the layer the body is softer along the random direction."""
     state = random_state(model)
@@ -220,22 +219,22 @@ def test_dead_loads_add_up(model):
     weights = [t for t in model.terms if isinstance(t, Weight)]
     assert len(weights) == 2
     total = sum(force(model, t, state)[model.displacement_dofs].sum(axis=0) for t in weights)
-    np.testing.assert_allclose(total, -mass * state.gravity, rtol=1e-12)
+    np.testing.assert_allclose(total, -mass * state["gravity"][EVERYTHING], rtol=1e-12)
     load = terms_of(model)["SurfaceForce"]
     total = force(model, load, state)[model.displacement_dofs].sum(axis=0)
-    np.testing.assert_allclose(total, -9 * state.traction["x_max"], rtol=1e-12)
+    np.testing.assert_allclose(total, -9 * state["traction"]["x_max"], rtol=1e-12)
 
 
 def test_pressure_on_closed_surface_has_no_resultant(model):
     """∮ cof(F) N dA = 0 (Piola's identity), of force and of moment, in any state."""
     state = random_state(model)
-    for name in ("CavityPressure", "SurfacePressure inside"):
+    for name in ("CavityPressure", "FacePressure inside"):
         forces = force(model, terms_of(model)[name], state)[model.displacement_dofs]
         places = model.unknowns.spaces[0].tabulate_dof_coordinates()
         places = places + state.x[model.displacement_dofs]
         np.testing.assert_allclose(forces.sum(axis=0), 0, atol=1e-14)
         np.testing.assert_allclose(np.cross(places, forces).sum(axis=0), 0, atol=1e-14)
-    both = (terms_of(model)[n] for n in ("CavityPressure", "SurfacePressure inside"))
+    both = (terms_of(model)[n] for n in ("CavityPressure", "FacePressure inside"))
     cavity, surface = (force(model, t, state) for t in both)
     np.testing.assert_allclose(cavity / 0.05, surface / 0.03, atol=1e-13)
 
@@ -256,7 +255,7 @@ def test_no_term_is_left_out_where_an_element_is_inverted(monkeypatch):
     model = hollow_block(LAWS["neo_hookean"].of(c10=0.1, bulk_modulus=10.0))
     state = model.initial_state()
     state.x[model.displacement_dofs] -= 2.0 * model.unknowns.spaces[0].tabulate_dof_coordinates()
-    (bending,) = model.layers.bending
+    bending = model.layers[0].bending
     asked = []
     monkeypatch.setattr(bending, "add_force", lambda state, out: asked.append(state))
     assert np.isnan(model.force(state)[0]).all()
@@ -268,7 +267,7 @@ def test_stress_that_is_carried_on(part):
     """The tangent with the stress of the states before is the tangent itself, but for what the
     stress does not carry: nothing at the same state, and the second order of the way to it."""
     model = hollow_block(LAWS["yeoh"].of(c10=0.1, c20=0.03, bulk_modulus=10.0))
-    term = model.solids["body"] if part == "solid" else model.layers.membranes[0]
+    term = model.solids["body"] if part == "solid" else model.layers[0].membrane
     draw = np.random.default_rng(5)
     state, way = model.initial_state(), np.zeros(model.unknowns.local)
     places = model.unknowns.spaces[0].tabulate_dof_coordinates()

@@ -11,11 +11,11 @@ from mpi4py import MPI
 from solving import build, solve
 
 from softact.geometries.thick_sphere import ThickSphere
-from softact.geometry import make_mesh
+from softact.geometry.base import make_mesh
+from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
-from softact.mesh import distribute, read_msh
+from softact.mesh.tetrahedra import distribute, read_msh
 from softact.model import Model, Support
-from softact.stepping import LoadStep
 
 INNER, OUTER = 10.0, 11.0  # mm
 # law, its constants in MPa, and REFERENCE's table: stretch of the inner surface, pressure in kPa.

@@ -32,6 +32,7 @@ values:
     source: "softact"
     at: {column: pressure_kPa, value: 18.75}
 """
+OLD = CASE.replace("value: 15.0", "value: 16.5")
 
 
 @pytest.fixture
@@ -43,7 +44,7 @@ def case(tmp_path, monkeypatch):
         return compare_outcome(directory)
 
     def compare_outcome(directory):
-        from softact.run import Outcome
+        from softact.run.start import Outcome
 
         return Outcome("complete", directory, None)
 
@@ -78,7 +79,7 @@ def test_a_deviation_is_told_in_words(case, tmp_path):
 
 
 def test_update_stores_computed_values_with_the_reason(case):
-    case.write_text(CASE.replace("value: 15.0", "value: 16.5"))
+    case.write_text(OLD)
     code, said = call(case, "--update", "--reason", "another mesh")
     assert code == 0
     assert "stored  beam: bending_angle_deg at pressure_kPa 18.75: 16.5 -> 15" in said
@@ -87,6 +88,44 @@ def test_update_stores_computed_values_with_the_reason(case):
     again = read(case)
     assert again.content.history[0].reason == "another mesh"
     assert call(case)[0] == 0
+
+
+@pytest.mark.parametrize("kind", ["edited", "edited elsewhere"])
+def test_an_edit_while_the_case_runs_is_not_written_over(case, monkeypatch, kind):
+    """The numbers of lines are those of the file as it was read."""
+    made_up, edited = compare.run, OLD.replace("made-up", "my own")
+    if kind == "edited elsewhere":
+        edited = "# a line more\n" + OLD
+    case.write_text(OLD)
+
+    def run(spec, directory, **options):
+        case.write_text(edited)
+        return made_up(spec, directory, **options)
+
+    monkeypatch.setattr(compare, "run", run)
+    with pytest.raises(SpecError, match="was edited while the case ran; nothing is stored"):
+        call(case, "--update", "--reason", "a test")
+    assert case.read_text() == edited
+
+
+def test_update_writes_through_a_link_and_keeps_line_ends_and_permissions(case, tmp_path):
+    case.write_bytes(OLD.replace("\n", "\r\n").encode())
+    case.chmod(0o600)
+    (tmp_path / "link.yaml").symlink_to(case)
+    call(tmp_path / "link.yaml", "--update", "--reason", "a test")
+    assert (tmp_path / "link.yaml").is_symlink()
+    raw = case.read_bytes()
+    assert raw.count(b"\r\n") == raw.count(b"\n") and b"a test" in raw
+    assert case.stat().st_mode & 0o777 == 0o600
+    assert call(case)[0] == 0
+
+
+def test_a_text_that_would_be_no_case_is_not_written(case, monkeypatch):
+    case.write_text(OLD)
+    monkeypatch.setattr("softact.check.update.to_text", lambda entry: "- {date: 5}")
+    with pytest.raises(SpecError, match="history"):
+        call(case, "--update", "--reason", "a test")
+    assert case.read_text() == OLD
 
 
 def test_update_leaves_exact_values(case):
@@ -140,10 +179,10 @@ def test_stored_cases_cover_what_they_should(monkeypatch):
 PLANTED = {
     "wrong constant": ("softact/cards/ecoflex-00-30.yaml", "2.225e-2", "2.252e-2",
                        "equibiaxial_ogden"),
-    "wrong sign of pressure": ("softact/terms.py", "self._u(state.x), [pressure])",
+    "wrong sign of pressure": ("softact/loads/cavity_pressure.py", "self._u(state.x), [pressure])",
                                "self._u(state.x), [-pressure])", "thick_sphere_yeoh"),
-    "lost layer": ("softact/bonded.py", "self._membrane(layer) for layer in layers]",
-                   "self._membrane(layer) for layer in layers[:0]]", "layer_in_tension"),
+    "lost layer": ("softact/bodies/layer.py", "Layer(model, layer) for layer in parts]",
+                   "Layer(model, layer) for layer in parts[:0]]", "layer_in_tension"),
 }  # fmt: skip
 
 

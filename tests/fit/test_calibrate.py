@@ -12,12 +12,12 @@ import pytest
 from matplotlib.image import imread
 
 from softact.cli import main as cli
-from softact.files import csv_text, json_text
-from softact.fit import calibrate as calibration
+from softact.files.text import csv_text, json_text
 from softact.fit.knobs import read_knobs
-from softact.fit.measured import Measured, meaning, predicted
-from softact.run import run
+from softact.measured.curve import Measured, meaning, predicted
+from softact.run.start import run
 from softact.spec import load
+from softact.sweep import compute as computing
 
 SPEC = """\
 name: finger
@@ -65,7 +65,7 @@ def formula(monkeypatch):
     """Replaces the solver by the formula; returns the list of solved (c10, c20)."""
     solved, ends = [], {"at": 30.0}
 
-    def run(spec, directory, processes, report):
+    def run(spec, directory, **options):
         body = spec.materials["body"]
         solved.append((body.c10, body.c20))
         directory.mkdir(parents=True)
@@ -76,11 +76,12 @@ def formula(monkeypatch):
             for p in pressures[pressures <= ends["at"]]
         ]
         (directory / "curve.csv").write_text(csv_text(rows))
-        (directory / "run.json").write_text(json_text({"status": "complete"}))
-        stopped = ends["at"] < 30
-        return SimpleNamespace(exit_code=4 * stopped, message="no equilibrium" * stopped)
+        ended = {"status": "complete"}
+        if ends["at"] < 30:
+            ended = {"status": "no_equilibrium", "messages": ["no equilibrium"]}
+        (directory / "run.json").write_text(json_text(ended))
 
-    monkeypatch.setattr(calibration, "run", run)
+    monkeypatch.setattr(computing, "run", run)
     return SimpleNamespace(solved=solved, ends=ends)
 
 
@@ -157,7 +158,7 @@ def test_a_run_that_ends_early_is_told(folder, formula, capsys):
         "no equilibrium" in err
         and "pressure_kPa goes from 3 to 30, the run only from 0 to 12" in err
     )
-    assert not (folder / "results").exists()
+    assert not (folder / "results/finger-calibrated").exists()
 
 
 WRONG_DATA = {
@@ -203,7 +204,9 @@ WRONG_KNOBS = {
     "materials.body.c10=200 kPa..300 kPa": "110 kPa is not between the bounds",
     "materials.body.c10=200 kPa..100 kPa": "is not below the upper one",
     "geometry.outer_wall=-1 mm..2 mm": "at the bound --set geometry.outer_wall=-1 mm",
-    "steps.deflate.pressure": "steps has 2 entries, counted from 0, no 'deflate'",
+    "geometry.mesh_size": "says how fine the mesh is",
+    "geometry.through_wall": "says how fine the mesh is",
+    "steps.deflate.pressure": "'steps' has no entry 'deflate' (it has 2 entries, counted from 0)",
 }
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from softact.errors import SpecError
-from softact.fit.measured import read_measured
+from softact.measured.curve import read_measured
 
 COLUMNS = ["pressure_kPa", "bending_angle_deg", "tip_x_mm", "cavity_volume_mm3", "reaction_x_N"]
 PRESSURE = np.array([1.0, 5.0, 12.5, 20.25, 30.0])  # kPa

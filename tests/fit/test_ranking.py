@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from html import unescape
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +12,9 @@ from softact.fit import candidates
 from softact.fit.candidates import CANDIDATES
 from softact.fit.data import Test, read_tests
 from softact.fit.fit import Options, fit, ranked
+from softact.fit.fit_page import html
 from softact.fit.merit import LEAST, WORST, _folds, independent, merits, prediction
 from softact.fit.modes import nominal_stress
-from softact.fit.page import html
 from softact.fit.problem import make_problem
 from softact.fit.reason import reason
 from softact.fit.run import Request, run
@@ -159,7 +160,7 @@ def test_page_console_and_numbers_say_why(tmp_path, monkeypatch):
     (tmp_path / "u.csv").write_text("\n".join(["stretch,nominal stress MPa", *rows]))
     sheet = make_sheet({"file": tmp_path / "u.csv"}, "u")
     lines = []
-    request = Request([sheet], "all", tmp_path, "mine", options=Options(starts=1))
+    request = Request([sheet], "all", tmp_path / "out", "mine", options=Options(starts=1))
     laws = ("neo_hookean", "yeoh", "mooney_rivlin_2", "gent")
     monkeypatch.setattr(candidates, "ALL_ISOTROPIC", laws)
     found = run(request, lines.append)
@@ -167,9 +168,9 @@ def test_page_console_and_numbers_say_why(tmp_path, monkeypatch):
     assert said.count(". ") == 0 and said.endswith(".") and "is first: " in said
     assert said in lines
     assert any("held out" in line for line in lines)
-    page = (tmp_path / "mine.html").read_text(encoding="utf-8")
-    assert said.replace("'", "&#x27;") in page and "Held out" in page
-    numbers = json.loads((tmp_path / "mine.json").read_text())
+    page = (tmp_path / "out/mine.html").read_text(encoding="utf-8")
+    assert said in unescape(page) and "Held out" in page
+    numbers = json.loads((tmp_path / "out/mine.json").read_text())
     assert numbers[0]["reason"] == said and "reason" not in numbers[1]
     assert numbers[0]["merit"]["constants"] == len(found[0].vector)
 

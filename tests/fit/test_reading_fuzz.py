@@ -6,12 +6,12 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from softact.errors import SpecError
-from softact.fit.cells import cell_kind, decimal_mark, value
-from softact.fit.columns import read_heading
 from softact.fit.data import read_tests
-from softact.fit.measured import read_measured
 from softact.fit.sheet import make_sheet
 from softact.fit.trimming import MIN_POINTS
+from softact.measured.cells import cell_kind, decimal_mark, value
+from softact.measured.curve import read_measured
+from softact.measured.headings import read_heading
 
 HEADS = st.sampled_from(
     ["stretch", "strain %", "Strain 1 (%)", "Tensile strain", "λ", "Extension (in)", "Weg", "Zeit",

@@ -9,7 +9,8 @@ import meshio
 import numpy as np
 import pytest
 
-from softact.geometry import Geometry, Layout, make_mesh
+from softact.geometry.base import Geometry, make_mesh
+from softact.mesh.layout import Layout
 
 
 @dataclass

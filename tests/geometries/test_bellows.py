@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from softact import run as runs
-from softact import spec as specs
 from softact.geometries.bellows import Bellows
+from softact.run.start import run
+from softact.spec import loads
 
 BELLOWS = """
 geometry: {{type: bellows, convolutions: {convolutions}, part: {part}, mesh_size: 6 mm}}
@@ -25,7 +25,7 @@ def last(tmp_path):
     """Function from the text of a spec to the last row of its curve."""
 
     def solve(text):
-        outcome = runs.run(specs.loads(text), tmp_path / "result", report=False)
+        outcome = run(loads(text), tmp_path / "result", report=False)
         assert outcome.status == "complete", outcome.message
         with (tmp_path / "result" / "curve.csv").open() as file:
             return {

@@ -7,9 +7,9 @@ import pytest
 import scipy.integrate
 from pydantic import ValidationError
 
-from softact import run as runs
-from softact import spec as specs
 from softact.geometries.braided_muscle import BraidedMuscle
+from softact.run.start import run
+from softact.spec import loads
 
 # Threads so stiff that they keep their length. The hydrostatic stress jumps between tube and braid,
 # which a continuous pressure cannot follow: with P2/P1 the muscle pulls 2 % too hard.
@@ -45,7 +45,7 @@ def pull(tmp_path):
     """Function from the text of a spec to the pull of the muscle on its tip's support, by step."""
 
     def solve(text):
-        outcome = runs.run(specs.loads(text), tmp_path / "result", report=False)
+        outcome = run(loads(text), tmp_path / "result", report=False)
         assert outcome.status == "complete", outcome.message
         with (tmp_path / "result" / "curve.csv").open() as file:
             return {row["step"]: -float(row["tip_force_x_N"]) for row in csv.DictReader(file)}

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softact.geometry import GEOMETRIES
+from softact.geometries import GEOMETRIES
 
 
 def mm(value: float) -> str:
@@ -69,14 +69,20 @@ CASES = [
     ("bellows", {"convolutions": 3}),
     ("bellows", {"convolutions": 2, "fold_radius": "1.2 mm", "part": "half", "mesh_size": "2 mm"}),
     ("bellows", {"convolutions": 1, "pitch": "20 mm", "part": "whole", "wall": "2 mm"}),
-    ("bending_tube", {"length": "40 mm"}),
-    ("bending_tube", {"chambers": 1, "length": "30 mm", "symmetry": True, "mesh_size": "3 mm"}),
-    ("bending_tube", {"chambers": 2, "length": "30 mm", "sleeve": "1 mm", "symmetry": True}),
-    ("bending_tube", {"length": "30 mm", "lining": "1 mm", "bore": "2 mm"}),
-    ("bending_tube", {"length": "30 mm", "lining": "1 mm", "sleeve": "1 mm", "symmetry": True}),
     ("braided_muscle", {}),
     ("braided_muscle", {"part": "half", "length": "30 mm", "mesh_size": "2 mm"}),
     ("braided_muscle", {"part": "whole", "length": "20 mm", "wall": "3 mm", "braid": "2 mm"}),
+    ("block", {"through_wall": 3}),
+    ("thick_sphere", {"through_wall": 3}),
+    ("tube", {"inner_radius": "5 mm", "outer_radius": "5.5 mm", "through_wall": 3}),
+    ("pneunet", {"chambers": 2, "mesh_size": "4 mm", "through_wall": 2}),
+    ("slow_pneunet", {"chambers": 2, "film_thickness": "2 mm", "through_wall": 3}),
+    ("omnidirectional", {"modules": 1, "mesh_size": "8 mm", "through_wall": 2}),
+    ("antagonistic", {"chambers": 1, "symmetry": True, "mesh_size": "2.5 mm", "through_wall": 2}),
+    ("shell_reinforced", {"cuts": 1, "end": "8 mm", "mesh_size": "3 mm", "through_wall": 2}),
+    ("fiber_reinforced", {"length": "30 mm", "mesh_size": "3 mm", "through_wall": 2}),
+    ("bellows", {"convolutions": 1, "part": "half", "through_wall": 3}),
+    ("braided_muscle", {"wall": "2 mm", "braid": "2 mm", "part": "whole", "through_wall": 5}),
 ]  # fmt: skip
 
 

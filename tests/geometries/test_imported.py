@@ -11,7 +11,8 @@ from softact import spec as specs
 from softact.errors import MeshError, SpecError
 from softact.geometries.from_script import FromScript
 from softact.geometries.from_step import FromStep
-from softact.step_names import StepFile
+from softact.geometry.base import make_mesh
+from softact.geometry.step_names import StepFile
 
 # A block 30 x 12 x 10 mm with a room of 24 x 6 x 4 mm, its named parts found by where they are.
 POUCH = """
@@ -148,13 +149,14 @@ def test_faults_of_a_script(change, given, words, script, meshed):
     assert words in refused(FromScript.model_validate({"file": file, **given}), meshed)
 
 
-def test_a_step_file_without_names_or_not_watertight(step, meshed):
-    assert "no face has a name" in refused(
-        FromStep.model_validate({"file": step(named=False)}), meshed
-    )
-    assert "not watertight" in refused(
-        FromStep.model_validate({"file": step(named=False, shell_only=True)}), meshed
-    )
+def test_a_step_file_that_is_not_watertight(step, meshed):
+    file = step(named=False, shell_only=True)
+    assert "not watertight" in refused(FromStep.model_validate({"file": file}), meshed)
+
+
+def test_a_script_is_run_whatever_the_case_of_its_suffix(script, meshed):
+    geometry = {"file": script(suffix=".PY"), "surfaces": ["outer"], "mesh_size": "4 mm"}
+    assert meshed(FromScript.model_validate(geometry)).volumes.sum() == pytest.approx(VOLUME)
 
 
 def test_the_file_is_looked_for_beside_the_spec(script, tmp_path):
@@ -214,3 +216,59 @@ def test_other_names_are_meshed(tmp_path, meshed, name):
     (tmp_path / "pouch.py").write_text(text, encoding="utf-8")
     given = {"file": str(tmp_path / "pouch.py"), "surfaces": [name], "mesh_size": "6 mm"}
     assert len(meshed(FromScript.model_validate(given)).surfaces[name])
+
+
+# What a script may do beside naming its parts: leave gmsh to mesh, say sizes itself, mesh itself.
+WAYS = {
+    "sizes by mesh_size": [],
+    "a callback for sizes": [
+        ("solids = [", "gmsh.model.mesh.setSizeCallback(lambda *a: 5.0)\n    solids = [")
+    ],
+    "a mesh of its own": [
+        ('solids), "body")\n', 'solids), "body")\n    gmsh.model.mesh.generate(3)\n')
+    ],
+}
+
+
+@pytest.mark.parametrize("way", [*WAYS, "step"])
+def test_an_imported_solid_is_refined_through_its_walls(way, script, step, meshed):
+    """The walls of 3 mm have one element in a mesh of 5 mm; refined by two there are eight of
+    each, whoever says how long its edges are, and the named parts are the same."""
+    kind = FromStep if way == "step" else FromScript
+    given = {"file": step() if way == "step" else script(*WAYS[way]), "surfaces": ["outer"]}
+    counts = []
+    for times in range(2):
+        mesh = {"mesh_size": f"{5 / 2**times} mm", "through_wall": 2**times}
+        solid = meshed(kind.model_validate(given | mesh))
+        assert solid.volumes.min() > 0
+        assert areas(solid) == pytest.approx(WANTED, rel=1e-9)
+        assert solid.volumes.sum() == pytest.approx(VOLUME, rel=1e-9)
+        counts.append(len(solid.cells))
+    assert counts[1] == 8 * counts[0]
+
+
+def test_a_mesh_of_the_users_is_refined_too(script, tmp_path, meshed):
+    """A finished mesh has its elements cut; its mesh_size changes nothing."""
+    file = script(*WAYS["a mesh of its own"])
+    make_mesh(FromScript.model_validate({"file": file, "mesh_size": "5 mm"}), tmp_path / "own.msh")
+    given = {"file": str(tmp_path / "own.msh")}
+    counts = [
+        len(meshed(FromScript.model_validate(given | mesh)).cells)
+        for mesh in ({}, {"mesh_size": "1 mm"}, {"through_wall": 3})
+    ]
+    assert counts == [counts[0], counts[0], 27 * counts[0]]
+
+
+def walls_in(notes):
+    """Those of the notes on a mesh that are about walls."""
+    return [note for note in notes if "walls" in note]
+
+
+def test_a_thin_wall_of_an_imported_solid_is_told(step, tmp_path):
+    """All walls are 3 mm thick. Nobody knows before there is a mesh."""
+    geometry = FromStep.model_validate({"file": step(), "mesh_size": "5 mm"})
+    assert geometry.walls() is None
+    (said,) = walls_in(make_mesh(geometry, tmp_path / "solid.msh"))
+    assert re.match(r"one element through \d+% of the walls of 'cavity' \(3 mm thick\): ", said)
+    finer = geometry.model_copy(update={"through_wall": 2})
+    assert walls_in(make_mesh(finer, tmp_path / "solid.msh")) == []

@@ -8,13 +8,14 @@ import pytest
 from scipy.optimize import fsolve
 
 from softact.errors import SoftactError
-from softact.geometry import GEOMETRIES, export
+from softact.geometries import GEOMETRIES
+from softact.geometry.base import export
+from softact.geometry.oblique import Oblique
+from softact.materials.plane_stress import sheet_law
 from softact.measures.bending import BENDING
-from softact.results import read
-from softact.run import run
-from softact.sheets.oblique import Oblique
-from softact.sheets.plane_stress import sheet_law
-from softact.snapshot import Motion, Snapshot
+from softact.measures.snapshot import Motion, Snapshot
+from softact.results.folder import read
+from softact.run.start import run
 from softact.spec import load
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"

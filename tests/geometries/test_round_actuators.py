@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from softact.geometry import GEOMETRIES
+from softact.geometries import GEOMETRIES
 
 
 def make(geometry, **given):

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from softact.report.body import mass
-from softact.results import read
-from softact.run import run
+from softact.results.folder import read
+from softact.run.start import run
 from softact.spec import load
 
 SPEC = """

@@ -10,7 +10,7 @@ import pytest
 from pydantic import ValidationError
 
 from softact.geometries.slow_pneunet import SlowPneunet
-from softact.run import run
+from softact.run.start import run
 from softact.spec import load
 
 REPOSITORY = Path(__file__).parents[2]

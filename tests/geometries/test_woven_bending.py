@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from softact.geometry import GEOMETRIES, export
-from softact.results import read
-from softact.run import run
+from softact.geometries import GEOMETRIES
+from softact.geometry.base import export
+from softact.results.folder import read
+from softact.run.start import run
 from softact.spec import load
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"

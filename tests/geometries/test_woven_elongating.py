@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from softact.errors import SoftactError
-from softact.geometry import GEOMETRIES, export
-from softact.results import read
-from softact.run import run
+from softact.geometries import GEOMETRIES
+from softact.geometry.base import export
+from softact.results.folder import read
+from softact.run.start import run
 from softact.spec import load
 
 CONFIG = Path(__file__).resolve().parents[2] / "configs" / "woven_elongating.yaml"

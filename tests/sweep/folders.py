@@ -17,5 +17,5 @@ def angle(spec):
 
 
 def instead_of_run(spec, directory, status="complete", **options):
-    """Stands in for ``softact.run.run``: a result folder without a solver."""
+    """Stands in for ``softact.run.start.run``: a result folder without a solver."""
     bent_beam.write(directory, angle(spec), 4, status, {"nx": 6, "ny": 2, "nz": 7})

@@ -12,8 +12,8 @@ import pytest
 
 from softact import spec as specs
 from softact.errors import MeshError, SpecError
-from softact.results import read
-from softact.run import CannotWriteError, SolverCrashError
+from softact.results.folder import read
+from softact.run.start import CannotWriteError, SolverCrashError
 from softact.sweep import compute as computing
 from softact.sweep.cache import BusyError, Cache
 from softact.sweep.compute import compute
@@ -148,6 +148,26 @@ def test_failures_are_answers_and_not_kept(cache, monkeypatch, error, status, tr
     assert (answer.transient, answer.record) == (transient, None)
     monkeypatch.setattr(computing, "run", instead_of_run)
     assert compute(SPEC, KEY, cache).status == "complete"
+
+
+def test_no_run_begins_after_one_that_the_caller_stops_at(cache, monkeypatch):
+    """Else what a study had planned would go on unseen in the process that has left it."""
+    begun = []
+
+    def fails(*arguments, **options):
+        begun.append(arguments)
+        raise MeshError("block: gmsh crashed")
+
+    monkeypatch.setattr(computing, "run", fails)
+    answers = run_all({KEY[:-1] + end: lambda: SPEC for end in "0123"}, cache, 1)
+    assert next(answers).status == "failed"
+    threads = threading.active_count()
+    time.sleep(0.2)
+    assert len(begun) == 1
+    answers.close()
+    while threads <= threading.active_count():
+        time.sleep(0.01)
+    assert len(begun) == 1
 
 
 @pytest.mark.parametrize("at_the_end", [False, True])

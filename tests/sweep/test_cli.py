@@ -97,7 +97,7 @@ def test_list_computes_nothing(folder):
         (["--scheduler", "tcp://127.0.0.1:1"], "no Dask scheduler answers there"),
         (["--slurm", "--slurm-option", "queue"], "write name=value"),
         (["--cache", "cube.yaml"], "cube.yaml: cannot be written"),
-        (["-o", "cube.yaml"], "cube.yaml: cannot be written"),
+        (["-o", "cube.yaml"], "cube.yaml: is a file; name another folder with -o DIR"),
     ],
 )
 def test_wrong_options_are_one_line(folder, options, said, tmp_path):
@@ -105,6 +105,7 @@ def test_wrong_options_are_one_line(folder, options, said, tmp_path):
     code, _, err = call(tmp_path, *options)
     assert (code, len(err.splitlines())) == (2, 1)
     assert said in err
+    assert [path.name for path in tmp_path.iterdir()] == ["cube.yaml"]
 
 
 @pytest.fixture(params=[PHONE, DESK])

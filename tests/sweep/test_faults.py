@@ -74,7 +74,7 @@ def solver(folder):
             words = (entry / "cmdline").read_text().split("\0")
         except (OSError, ValueError):
             continue
-        if "softact.worker" in words[:3] and words[3].startswith(f"{folder}/runs/"):
+        if "softact.run.worker" in words[:4] and words[4].startswith(f"{folder}/runs/"):
             return int(entry.name)
     return None
 

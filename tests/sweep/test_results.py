@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from pyarrow import parquet
 
+from softact.results.own_folder import Output
 from softact.sweep import compute as computing
-from softact.sweep import sensitivity, table
+from softact.sweep import sensitivity, sweep_page, table
 from softact.sweep.cache import Cache
 from softact.sweep.spec import Sweep, read
 from softact.sweep.study import locally, open_study
@@ -42,17 +43,18 @@ def without_solver(monkeypatch):
 
 def test_a_row_for_each_point_with_its_parameters_measures_and_cause(tmp_path):
     study = study_of(tmp_path, AXES)
-    table.write(study, tmp_path)
+    table.write(study, Output(tmp_path, "sweep"))
     with open(tmp_path / "sweep.csv") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 8
     for row in rows:
         length = float(row["geometry.length_mm"])
         if length:
-            assert row["status"] == "complete"
+            assert (row["status"], row["verdict"]) == ("complete", "green")
             assert float(row["bending_angle_deg"]) == 10.0 * length
         else:
-            assert (row["status"], row["bending_angle_deg"]) == ("invalid_spec", "")
+            assert (row["status"], row["verdict"]) == ("invalid_spec", "")
+            assert row["bending_angle_deg"] == ""
             assert "would vanish" in row["cause"]
     read_back = parquet.read_table(tmp_path / "sweep.parquet").to_pylist()
     assert [r["bending_angle_deg"] for r in read_back] == [
@@ -80,7 +82,7 @@ def test_parquet_has_numbers_texts_and_gaps():
 
 def test_a_table_does_not_wait_for_heavy_modules():
     program = (
-        "import sys; from softact.sweep import page, study, table\n"
+        "import sys; from softact.sweep import study, sweep_page, table\n"
         "table.parquet([{'point': 0, 'wall_mm': 1.5, 'law': 'yeoh'}])\n"
         "sys.exit(repr({'pandas', 'scipy', 'pint', 'matplotlib'} & set(sys.modules)))"
     )
@@ -90,7 +92,7 @@ def test_a_table_does_not_wait_for_heavy_modules():
 
 def test_curves_of_all_runs_in_one_file(tmp_path):
     study = study_of(tmp_path, AXES)
-    table.write(study, tmp_path)
+    table.write(study, Output(tmp_path, "sweep"))
     with h5py.File(tmp_path / "curves.h5") as file:
         keys = file["run"].asstr()[()]
         for key, first, count in zip(keys, file["first"], file["count"], strict=True):
@@ -163,3 +165,13 @@ def test_indices_of_a_measure_that_one_axis_makes_alone(tmp_path, kind):
         assert angle["geometry.length"]["mean_effect"] == pytest.approx(40.0)
         assert angle["geometry.width"]["mean_effect"] == pytest.approx(0.0, abs=1e-9)
     assert found.notes == []
+
+
+def test_points_that_are_not_simply_trusted_are_told(tmp_path, monkeypatch):
+    """A made-up beam of 42 mm is bent to 420°, through itself."""
+    study = study_of(tmp_path, "axes:\n  - {path: geometry.length, values: [4 mm, 42 mm]}\n")
+    green, amber = table.rows(study)
+    assert (green["verdict"], amber["verdict"]) == ("green", "amber: overlap")
+    banner = sweep_page.points_banner([green, amber])
+    assert "1 of them are solved, but not simply to be trusted (overlap: 1)" in banner
+    assert "banner warn" in banner

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from softact import spec as specs
-from softact.fit.measured import run_columns
+from softact.files import document
+from softact.measured.curve import run_columns
 from softact.optimise.spec import Optimisation
-from softact.spec import document
 from softact.sweep.points import Plan, changes_of, spec_at
 from softact.sweep.spec import Sweep, read
 

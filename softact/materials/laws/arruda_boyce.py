@@ -1,10 +1,11 @@
 """Arruda-Boyce law (eight-chain network), in its series form."""
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
 from softact.materials.invariants import InvariantLaw
+from softact.materials.jets import Number
 from softact.units import Dimensionless, Pressure
 
 # Of the inverse Langevin function (Arruda and Boyce 1993, eq. 12).
@@ -30,7 +31,7 @@ class ArrudaBoyce(InvariantLaw):
     lambda_m: Dimensionless = Field(gt=1, description="locking stretch of the chains")
 
     @staticmethod
-    def strain_energy(k, i1, i2):
+    def strain_energy(k: Any, i1: Number, i2: Number):
         """See ``InvariantLaw.strain_energy``."""
         energy = 0.0
         for factor in reversed(SERIES):

@@ -1,11 +1,12 @@
 """Fung's exponential law in its isotropic form."""
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from softact.materials.invariants import InvariantLaw
+from softact.materials.jets import Number
 from softact.units import Dimensionless, Pressure
 
 
@@ -27,7 +28,7 @@ class Fung(InvariantLaw):
     b: Dimensionless = Field(gt=0, description="rate of the stiffening")
 
     @staticmethod
-    def strain_energy(k, i1, i2):
+    def strain_energy(k: Any, i1: Number, i2: Number):
         """See ``InvariantLaw.strain_energy``."""
         # expm1 keeps the digits where b (Ī1 − 3) is small.
         return (0.5 * k.mu / k.b) * np.expm1(k.b * (i1 - 3.0))

@@ -1,11 +1,12 @@
 """Gent law."""
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from softact.materials.invariants import InvariantLaw
+from softact.materials.jets import Number
 from softact.units import Dimensionless, Pressure
 
 
@@ -24,6 +25,6 @@ class Gent(InvariantLaw):
     jm: Dimensionless = Field(gt=0, description="largest value of Ī1 − 3")
 
     @staticmethod
-    def strain_energy(k, i1, i2):
+    def strain_energy(k: Any, i1: Number, i2: Number):
         """See ``InvariantLaw.strain_energy``."""
         return (-0.5 * k.mu * k.jm) * np.log(1.0 - (i1 - 3.0) / k.jm)

@@ -7,7 +7,7 @@ from pydantic import Field, field_validator, model_validator
 
 from softact.materials.base import DEFAULT_POISSONS_RATIO, VOLUMETRIC, bulk_modulus
 from softact.materials.invariants import InvariantLaw
-from softact.materials.jets import positive
+from softact.materials.jets import Number, positive
 from softact.units import Angle, Dimensionless, Pressure
 
 # Default K by k1, see ``Holzapfel._fill_bulk_modulus``.
@@ -81,7 +81,7 @@ class Holzapfel(InvariantLaw):
         return value
 
     @staticmethod
-    def strain_energy(k, i1, i2, *fibre_invariants):
+    def strain_energy(k: Any, i1: Number, i2: Number, *fibre_invariants):
         """See ``InvariantLaw.strain_energy``."""
         energy = k.c10 * (i1 - 3.0)
         for i4 in fibre_invariants:

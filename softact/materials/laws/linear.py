@@ -1,10 +1,11 @@
 """Linear elasticity for stiff parts, made safe under large rotation."""
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
+from softact.materials.jets import Number
 from softact.materials.stretches import StretchLaw
 from softact.units import Dimensionless, Pressure
 
@@ -26,7 +27,7 @@ class Linear(StretchLaw):
     poissons_ratio: Dimensionless = Field(gt=-1, lt=0.5, description="ν; sets K together with E")
 
     @staticmethod
-    def stretch_energy(k, stretch):
+    def stretch_energy(k: Any, stretch: Number):
         """See ``StretchLaw.stretch_energy``."""
         return k.shear_modulus * np.log(stretch) ** 2
 

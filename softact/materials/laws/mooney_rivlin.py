@@ -1,10 +1,11 @@
 """Mooney-Rivlin law: the polynomial form with 2, 3, 5 or 9 constants."""
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
 from softact.materials.invariants import InvariantLaw
+from softact.materials.jets import Number
 from softact.units import Pressure
 
 POWERS = {
@@ -37,7 +38,7 @@ class MooneyRivlin(InvariantLaw):
     c03: Pressure = Field(default=0.0, description="factor of (Ī2 − 3)³")
 
     @staticmethod
-    def strain_energy(k, i1, i2):
+    def strain_energy(k: Any, i1: Number, i2: Number):
         """See ``InvariantLaw.strain_energy``."""
         x, y = i1 - 3.0, i2 - 3.0
         energy = k.c10 * x

@@ -1,10 +1,11 @@
 """Neo-Hookean law."""
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
 from softact.materials.invariants import InvariantLaw
+from softact.materials.jets import Number
 from softact.units import Pressure
 
 
@@ -22,6 +23,6 @@ class NeoHookean(InvariantLaw):
     c10: Pressure = Field(description="half the shear modulus")
 
     @staticmethod
-    def strain_energy(k, i1, i2):
+    def strain_energy(k: Any, i1: Number, i2: Number):
         """See ``InvariantLaw.strain_energy``."""
         return k.c10 * (i1 - 3.0)

@@ -4,6 +4,7 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
+from softact.materials.jets import Number
 from softact.materials.stretches import StretchLaw
 from softact.units import Dimensionless, Pressure
 
@@ -66,7 +67,7 @@ class Ogden(StretchLaw):
         return data
 
     @staticmethod
-    def stretch_energy(k, stretch):
+    def stretch_energy(k: Any, stretch: Number):
         """See ``StretchLaw.stretch_energy``."""
         classic = k.convention == "classic"
         energy = 0.0

@@ -1,10 +1,11 @@
 """Reduced polynomial law of order 1 to 6."""
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
 from softact.materials.invariants import InvariantLaw
+from softact.materials.jets import Number
 from softact.units import Pressure
 
 ORDER = 6
@@ -29,7 +30,7 @@ class ReducedPolynomial(InvariantLaw):
     c60: Pressure = Field(default=0.0, description="factor of (Ī1 − 3)⁶")
 
     @staticmethod
-    def strain_energy(k, i1, i2):
+    def strain_energy(k: Any, i1: Number, i2: Number):
         """See ``InvariantLaw.strain_energy``."""
         x = i1 - 3.0
         factors = [getattr(k, f"c{i}0") for i in range(1, ORDER + 1)]

@@ -1,12 +1,12 @@
 """Van der Waals (Kilian) law."""
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from softact.materials.invariants import InvariantLaw
-from softact.materials.jets import at_least
+from softact.materials.jets import Number, at_least
 from softact.units import Dimensionless, Pressure
 
 # The second derivative grows like 1/sqrt(Ĩ − 3) while the stress stays finite: evaluate the
@@ -39,7 +39,7 @@ class VanDerWaals(InvariantLaw):
     beta: Dimensionless = Field(default=0.0, ge=0, le=1, description="share of Ī2 in Ĩ")
 
     @staticmethod
-    def strain_energy(k, i1, i2):
+    def strain_energy(k: Any, i1: Number, i2: Number):
         """See ``InvariantLaw.strain_energy``."""
         mixed = i1 if k.beta == 0.0 else (1.0 - k.beta) * i1 + k.beta * i2
         x = at_least(mixed - 3.0, LOWEST)

@@ -1,10 +1,11 @@
 """Yeoh law."""
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
 from softact.materials.invariants import InvariantLaw
+from softact.materials.jets import Number
 from softact.units import Pressure
 
 
@@ -24,7 +25,7 @@ class Yeoh(InvariantLaw):
     c30: Pressure = Field(default=0.0, description="factor of (Ī1 − 3)³; positive: stiffening")
 
     @staticmethod
-    def strain_energy(k, i1, i2):
+    def strain_energy(k: Any, i1: Number, i2: Number):
         """See ``InvariantLaw.strain_energy``."""
         x = i1 - 3.0
         return x * (k.c10 + x * (k.c20 + x * k.c30))

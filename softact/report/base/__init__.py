@@ -21,11 +21,12 @@ A page is a list of sections; a section's body is HTML, put together from the pi
   once all figures stand; ``byId(plot_id)`` is the element to listen at
   (``.on("plotly_click", ...)``); ``themed(x)`` replaces colour tokens; ``onTheme(f)`` calls ``f``
   when light turns to dark. ``document.body.dataset.ready`` is then "yes" (or "failed").
-- What comes from a user has to go through ``html.escape`` before it goes into a body.
+- A section's body is ``Markup``, as all pieces are; a plain text is escaped, and so is whatever
+  goes into a piece. HTML of one's own stands in a template (``templates.render``).
 """
 
-from softact.report.base.page import Section, page, plotly
-from softact.report.base.parts import banner, card, download, image, table
+from softact.report.base.layout import Section, page, plotly
+from softact.report.base.parts import banner, card, download, image, note, table
 from softact.report.base.plots import Plot, bars, figures, frame, lines, xy
 
 __all__ = [
@@ -39,6 +40,7 @@ __all__ = [
     "frame",
     "image",
     "lines",
+    "note",
     "page",
     "plotly",
     "table",

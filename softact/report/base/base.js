@@ -90,21 +90,26 @@ function layoutOf(plot) {
     hoverlabel: HOVERLABEL,
     ...own,
     xaxis: { ...AXIS, title: { text: plot.x }, ...xaxis },
-    yaxis: { ...AXIS, title: { text: plot.y }, ...yaxis, ...namesOfBars(plot) },
+    yaxis: { ...AXIS, title: { text: broken(plot.y ?? "", TITLE_LETTERS) }, ...yaxis, ...namesOfBars(plot) },
   };
 }
 
-const LETTERS = 16;
+const LETTERS = 16, TITLE_LETTERS = 30, LEGEND_LETTERS = 36;
+
+/* A text in lines of up to so many letters. */
+function broken(text, letters) {
+  return String(text).split(" ").reduce((lines, word) => {
+    const longer = `${lines.at(-1)} ${word}`.trim();
+    return longer.length > letters ? [...lines, word] : [...lines.slice(0, -1), longer];
+  }, [""]).filter(Boolean).join("<br>");
+}
 
 /* Names of lying bars in lines of up to 16 letters where the window is narrow: the bars need room. */
 function namesOfBars(plot) {
   const bars = plot.traces.find((trace) => trace.orientation === "h");
   if (!bars || !narrow()) return {};
-  const wrapped = (name) => String(name).split(" ").reduce((lines, word) => {
-    const longer = `${lines.at(-1)} ${word}`.trim();
-    return longer.length > LETTERS ? [...lines, word] : [...lines.slice(0, -1), longer];
-  }, [""]).filter(Boolean).join("<br>");
-  return { tickmode: "array", tickvals: bars.y, ticktext: bars.y.map(wrapped) };
+  const texts = bars.y.map((name) => broken(name, LETTERS));
+  return { tickmode: "array", tickvals: bars.y, ticktext: texts };
 }
 
 const HOVER = "%{x:.4~g}, %{y:.4~g}";
@@ -113,17 +118,18 @@ function tracesOf(plot) {
   return plot.traces.map((trace) => ({
     ...(["scatter", "bar", "scattergl"].includes(trace.type) ? {
       hovertemplate: plot.traces.length > 1 ? HOVER : `${HOVER}<extra></extra>`,
-    } : {}), ...trace,
+    } : {}), ...trace, ...(trace.name ? { name: broken(trace.name, LEGEND_LETTERS) } : {}),
   }));
 }
 
 /* Room for a legend of many names, which stands above the axes. */
 function makeRoom(box, plot) {
   const names = new Set(plot.traces.filter((trace) => trace.showlegend !== false).
-    map((trace) => trace.name));
-  const longest = Math.max(0, ...[...names].map((name) => String(name ?? "").length));
+    map((trace) => broken(trace.name ?? "", LEGEND_LETTERS)));
+  const lines = [...names].flatMap((name) => name.split("<br>"));
+  const longest = Math.max(0, ...lines.map((line) => line.length));
   const across = Math.max(1, Math.floor((box.clientWidth - 70) / (60 + 7 * longest)));
-  const rows = Math.ceil(names.size / across);
+  const rows = Math.ceil(lines.length / across);
   box.style.height = "";
   if (names.size > 1 && rows > 1) {
     box.style.height = `${box.clientHeight + 20 * (rows - 1)}px`;
@@ -229,6 +235,7 @@ function watchTheme() {
   // Half of the width of a sheet of A4 for each; paper is white.
   window.addEventListener("beforeprint", () => {
     root.classList.add("light");
+    document.querySelectorAll("details").forEach((part) => { part.open = true; });
     resize({ width: 330, height: 270 });
   });
   window.addEventListener("afterprint", () => {

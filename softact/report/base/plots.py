@@ -1,12 +1,13 @@
 """Plots of a page: plotly's traces, names with units, and the data as CSV."""
 
-import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from html import escape
 
 import numpy as np
+from markupsafe import Markup
+
+from softact.report.base.parts import parts
 
 
 @dataclass(frozen=True)
@@ -17,7 +18,7 @@ class Plot:
     of the axes with their units, also the heads of the CSV. table: head -> column of the CSV; where
     it is None, the CSV is made from x and y of the traces. id: of the element, for scripts and
     links. wide: takes a row of its own. scroll: no narrower than 44rem, so that a phone scrolls it
-    (parallel coordinates). note: HTML below the plot.
+    (parallel coordinates). note: a text below the plot.
     """
 
     title: str
@@ -79,14 +80,9 @@ def bars(title: str, x: str, y: str, names: Sequence[str], values, **more) -> Pl
     return Plot(title, [trace], x, y, layout, table=more.pop("table", head), **more)
 
 
-def script_json(data) -> str:
-    """Strict JSON that may stand in a script element."""
-    return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
-
-
-def figures(plots: Iterable[Plot]) -> str:
+def figures(plots: Iterable[Plot]) -> Markup:
     """HTML of the plots, in a grid of as many columns as there is room for."""
-    return f"<div class='charts'>{''.join(_figure(plot) for plot in plots)}</div>"
+    return parts().figures([(plot, _data(plot)) for plot in plots])
 
 
 def file_stem(text: str) -> str:
@@ -94,26 +90,15 @@ def file_stem(text: str) -> str:
     return re.sub(r"[^\w.-]+", "_", text).strip("_").lower() or "data"
 
 
-def _figure(plot: Plot) -> str:
-    data = {
+def _data(plot: Plot) -> dict:
+    """What base.js draws."""
+    return {
         "title": plot.title, "x": plot.x, "y": plot.y, "traces": plot.traces,
         "layout": plot.layout, "table": plot.table, "file": f"{file_stem(plot.title)}.csv",
     }  # fmt: skip
-    note = f"<p class='note'>{plot.note}</p>" if plot.note else ""
-    below = f"{note}<script type='application/json'>{script_json(data)}</script>"
-    return frame(plot.title, plot.id, wide=plot.wide, scroll=plot.scroll, below=below)
 
 
-def frame(
-    title: str, id: str = "", *, wide: bool = False, scroll: bool = False, below: str = ""
-) -> str:
-    """HTML of a figure with a link for its CSV. Without a plot in ``below``, the page's script
-    draws into the element ``id`` and tells the link what is there, with ``describe``."""
-    mark = f" id='{escape(id, quote=True)}'" if id else ""
-    kind = f"chart{' wide' if wide else ''}{' scroll' if scroll else ''}"
-    return (
-        f"<figure class='{kind}'><figcaption>"
-        f"<b>{escape(title)}</b> <a class='csv' role='button' tabindex='0' "
-        f"title='Data of this plot as CSV'>CSV</a></figcaption><div class='plot'{mark} role='img' "
-        f"aria-label='{escape(title, quote=True)}'></div>{below}</figure>"
-    )
+def frame(title: str, id: str = "", *, wide: bool = False, scroll: bool = False) -> Markup:
+    """HTML of a figure with a link for its CSV, without a plot: the page's script draws into the
+    element ``id`` and tells the link what is there, with ``describe``."""
+    return parts().frame(title, id, wide, scroll)

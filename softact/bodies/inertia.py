@@ -1,0 +1,92 @@
+"""Inertia of bodies while a time step acts on a state, as terms of the potential energy."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softact.system.kernels import Coefficient, Kernel
+from softact.system.term import FUNCTIONS, Origin, State
+
+if TYPE_CHECKING:
+    from softact.mesh.triangles import Triangles
+    from softact.system.assembly import Assembler
+
+
+class Inertia:
+    """Force M c (x − away_from) of a state's ``TimeStep``; nothing where there is none.
+
+    Subclasses know their mass.
+    """
+
+    def momentum(self, velocity: np.ndarray) -> np.ndarray:
+        """This process's share of the mass matrix times a velocity (local,)."""
+        raise NotImplementedError
+
+    def add_mass(self, factor: float) -> None:
+        """Add a multiple of the mass matrix to the assembler's."""
+        raise NotImplementedError
+
+    def add_force(self, state: State, out: np.ndarray) -> None:
+        """See ``Term``."""
+        if state.motion is not None:
+            out += state.motion.factor * self.momentum(state.x - state.motion.away_from)
+
+    def add_tangent(self, state: State, origin: Origin | None) -> None:
+        """See ``Term``."""
+        if state.motion is not None:
+            self.add_mass(state.motion.factor)
+
+    def energy(self, state: State) -> float:
+        """The potential of the step's inertia force, mJ."""
+        if state.motion is None:
+            return 0.0
+        away = state.x - state.motion.away_from
+        return state.motion.factor * float(away @ self.momentum(away)) / 2
+
+
+class SolidInertia(Inertia):
+    """Of a region of tetrahedra; density in tonne/mm³."""
+
+    def __init__(self, assembler: Assembler, cells: np.ndarray, density: float, degree: int):
+        self.density = density
+        self._size = 3 * FUNCTIONS[degree]
+        self._table = assembler.unknowns.cell_dofs
+        self._force, self._tangent = (
+            Kernel(assembler, k, np.asarray(cells)) for k in assembler.kernels("inertia", degree)
+        )
+
+    def momentum(self, velocity: np.ndarray) -> np.ndarray:
+        """See ``Inertia``."""
+        out = np.zeros_like(velocity)
+        coefficient = Coefficient(np.ascontiguousarray(velocity), self._size, self._table)
+        self._force.add_vector(out, self._size, [coefficient], [self.density])
+        return out
+
+    def add_mass(self, factor: float) -> None:
+        """See ``Inertia``."""
+        self._tangent.add_matrix(self._size, [], [factor * self.density])
+
+
+class SheetInertia(Inertia):
+    """Of a sheet; density per area, tonne/mm²."""
+
+    def __init__(self, triangles: Triangles, density: float):
+        self._triangles = triangles
+        self._mass = density * triangles.mass()
+
+    def momentum(self, velocity: np.ndarray) -> np.ndarray:
+        """See ``Inertia``."""
+        out = np.zeros_like(velocity)
+        forces = np.einsum("knm,kmc->knc", self._mass, velocity[self._triangles.dofs])
+        self._triangles.add_force(forces, out)
+        return out
+
+    def add_mass(self, factor: float) -> None:
+        """See ``Inertia``."""
+        k, n = self._mass.shape[:2]
+        matrices = np.zeros((k, n, 3, n, 3))
+        for c in range(3):
+            matrices[:, :, c, :, c] = factor * self._mass
+        self._triangles.table.add(matrices)

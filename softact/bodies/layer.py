@@ -1,0 +1,172 @@
+"""Thin layers bonded to surfaces of a solid, without elements of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softact.bodies.membrane import BondedMembrane, Membrane
+from softact.bodies.plate import LayerBending, is_flat
+from softact.bodies.weight import Weight
+from softact.materials.plane_stress import GreenLaw
+from softact.materials.tension_field import KEPT_BONDED, relaxed
+from softact.mesh.triangles import Triangles
+from softact.system import forms
+from softact.system.kernels import Coefficient, Kernel
+from softact.system.term import FUNCTIONS, Origin, State
+
+if TYPE_CHECKING:
+    from softact.model import Model
+    from softact.system.assembly import Assembler
+    from softact.system.term import Term
+
+
+@dataclass(frozen=True)
+class BondedLayer:
+    """A thin layer on a surface: its material (see ``LayerMembrane``), thickness in mm.
+
+    bending: part of a plate's bending stiffness E t³/12(1 − ν²); a woven fabric has little of it.
+    relaxed: whether fine wrinkles take its compression (``softact.materials.tension_field``); None:
+    where it has no bending stiffness.
+    """
+
+    surface: str
+    material: Any
+    thickness: float
+    bending: float = 1.0
+    relaxed: bool | None = None
+
+
+class Layer:
+    """A bonded layer as a body: a membrane and, where it is flat, a plate.
+
+    made_of: see ``BondedLayer``. bending: term of its bending energy, None where it has none.
+    """
+
+    slowness = 0.0  # the solid below decides
+    external: Sequence[Term] = ()
+
+    def __init__(self, model: Model, made_of: BondedLayer):
+        self._model, self.made_of = model, made_of
+        self.bending = self._bending()
+        self.membrane = self._membrane()
+
+    @property
+    def surface(self) -> str:
+        """Name of the surface that it covers."""
+        return self.made_of.surface
+
+    @property
+    def wrinkles(self) -> bool:
+        """Whether fine wrinkles take its compression."""
+        return self.bending is None if self.made_of.relaxed is None else self.made_of.relaxed
+
+    @property
+    def slackens(self) -> bool:
+        """See ``Body``."""
+        return self.wrinkles
+
+    @property
+    def smooth(self) -> bool:
+        """See ``Body``."""
+        return not self.wrinkles
+
+    @property
+    def elastic(self) -> Sequence[Term]:
+        """See ``Body``."""
+        return [self.membrane, self.bending] if self.bending is not None else [self.membrane]
+
+    @property
+    def stiffness(self) -> float:
+        """See ``Body``: the solid below decides."""
+        return 0.0
+
+    def weight(self) -> Weight | None:
+        """See ``Body``."""
+        density = self.made_of.material.density
+        if not density:
+            return None
+        return Weight(density * self.made_of.thickness * self._model.unit_forces(self.surface))
+
+    def inertia(self) -> None:
+        """See ``Body``: its mass is little beside that of the solid."""
+
+    def _bending(self) -> LayerBending | None:
+        """The layer's bending term, None where it has none (see the docs)."""
+        model, layer = self._model, self.made_of
+        nodes = model.surfaces.facet_nodes(model.surfaces.facets(layer.surface))
+        everywhere = np.concatenate(model.comm.allgather(model.nodes.places[nodes].reshape(-1, 3)))
+        if not layer.bending or model.degree != 2 or not is_flat(everywhere):
+            return None
+        young, poisson = layer.material.youngs_modulus, layer.material.poissons_ratio
+        rigidity = layer.bending * young * layer.thickness**3 / (12 * (1 - poisson**2))
+        planes = tuple(model.mesh.layout.symmetry.values())
+        return LayerBending(model.assembler, model.nodes, nodes, rigidity, poisson, planes)
+
+    def _membrane(self) -> LayerMembrane | Membrane:
+        model, layer, material = self._model, self.made_of, self.made_of.material
+        facets = model.surfaces.facets(layer.surface)
+        if not self.wrinkles:
+            return LayerMembrane(model.assembler, facets, material, layer.thickness, model.degree)
+        nodes = model.surfaces.facet_nodes(facets)
+        table = model.assembler.add_table(model.nodes.blocks[nodes])
+        places, dofs = model.nodes.places[nodes], model.nodes.dofs[nodes]
+        triangles = Triangles(nodes, places, dofs, table)
+        law = GreenLaw(material.youngs_modulus, material.poissons_ratio)
+        frames = triangles.frames(np.array([1.0, 0.0, 0.0]))
+        relaxed_law = relaxed(law, material.poissons_ratio, KEPT_BONDED)
+        return BondedMembrane(triangles, frames, [(relaxed_law, layer.thickness)])
+
+
+class LayerMembrane:
+    """Membrane energy of a thin elastic sheet bonded to a surface.
+
+    material: St. Venant-Kirchhoff with ``youngs_modulus`` (MPa), ``poissons_ratio``, ``density``
+    (tonne/mm³); thickness in mm.
+    """
+
+    def __init__(
+        self,
+        assembler: Assembler,
+        facets: np.ndarray,
+        material: Any,
+        thickness: float,
+        degree: int,
+    ):
+        self._size = 3 * FUNCTIONS[degree]
+        self._table = assembler.unknowns.cell_dofs
+        stiffness = material.youngs_modulus * thickness / (1 - material.poissons_ratio**2)
+        self._constants = [stiffness, material.poissons_ratio]
+        self._energy, self._force, self._tangent = (
+            Kernel(assembler, k, facets) for k in assembler.kernels("layer", degree)
+        )
+
+    def _u(self, x: np.ndarray) -> Coefficient:
+        return Coefficient(x, self._size, self._table)
+
+    def add_force(self, state: State, out: np.ndarray) -> None:
+        """See ``Term``."""
+        self._force.add_vector(out, self._size, [self._u(state.x)], self._constants)
+
+    def add_tangent(self, state: State, origin: Origin | None) -> None:
+        """See ``Term``."""
+        origin = origin or Origin((state.x,))
+        states = [*origin.states, *[state.x] * (forms.LAYER_STATES - len(origin.states))]
+        weights = [*origin.weights, *[0.0] * (forms.LAYER_STATES - len(origin.weights))]
+        self._tangent.add_matrix(
+            self._size,
+            [self._u(x) for x in (state.x, *states)],
+            [*self._constants, *weights, float(origin.linearised)],
+        )
+
+    def energy(self, state: State) -> float:
+        """See ``Term``."""
+        return self._energy.scalar([self._u(state.x)], self._constants)
+
+
+def build(model: Model, parts: Sequence[BondedLayer]) -> list[Layer]:
+    """The layers of a model, see ``BodyKind``."""
+    return [Layer(model, layer) for layer in parts]

@@ -1,0 +1,138 @@
+"""The membrane energy of a sheet, its weight and its inertia, as terms of the potential energy."""
+
+from __future__ import annotations
+
+import hashlib
+
+import numpy as np
+
+from softact.materials.plane_stress import SheetLaw
+from softact.materials.tension_field import PLACE, TensionField
+from softact.mesh.triangles import MEMBRANE_RULE, Triangles
+from softact.system.term import Origin
+
+KEPT = 4  # states whose stresses are kept, see ``softact.bodies.solid``
+
+
+class Membrane:
+    """Π = t ∫ W(C) dA with C = FᵀF in the sheet's plane and S33 = 0; see ``plane_stress``.
+
+    law: one energy per volume for each layer of the sheet; they share the strain and add up, each
+    with its thickness (mm). frames: (k, 2, 3) axes of C in each triangle.
+    """
+
+    def __init__(
+        self, triangles: Triangles, frames: np.ndarray, laws: list[tuple[SheetLaw, float]]
+    ):
+        self.triangles, self.laws = triangles, laws
+        points, weights = MEMBRANE_RULE
+        self.gradients = triangles.gradients(frames, points)
+        self.undeformed = np.swapaxes(frames, 1, 2)[:, None]
+        self.weights = triangles.areas[:, None] * weights
+        self._kept: dict[bytes, tuple] = {}
+
+    @property
+    def thickness(self) -> float:
+        """Of all layers together, mm."""
+        return sum(t for _, t in self.laws)
+
+    def deformation_gradient(self, x: np.ndarray) -> np.ndarray:
+        """F (k, q, 3, 2): what the frame's axes become."""
+        return np.einsum("knc,kqni->kqci", self.triangles.current(x), self.gradients, optimize=True)
+
+    def metric(self, x: np.ndarray) -> np.ndarray:
+        """C (k q, 2, 2)."""
+        f = self.deformation_gradient(x).reshape(-1, 3, 2)
+        return f.transpose(0, 2, 1) @ f
+
+    def response(self, c: np.ndarray):
+        """Energy, stress and moduli per undeformed area (N/mm), all layers together."""
+        parts = [(t, law.evaluate(c)) for law, t in self.laws]
+        return tuple(sum(t * part[i] for t, part in parts) for i in range(3))
+
+    def _evaluate(self, x):
+        key = hashlib.blake2b(x, digest_size=16).digest()
+        found = self._kept.pop(key, None)
+        if found is None:
+            f = self.deformation_gradient(x)
+            c = (np.swapaxes(f, -1, -2) @ f).reshape(-1, 2, 2)
+            found = f, *self.response(c)
+        self._kept[key] = found
+        while len(self._kept) > KEPT:
+            del self._kept[next(iter(self._kept))]
+        return found
+
+    def _rates(self, f):
+        """Derivatives (k, q, 3, 3 n) of E11, E22, 2 E12 by the nodal displacements."""
+        b = self.gradients
+        k, q, n, _ = b.shape
+        one, two = (b[..., i, None] * f[:, :, None, :, i] for i in (0, 1))
+        shear = b[..., 0, None] * f[:, :, None, :, 1] + b[..., 1, None] * f[:, :, None, :, 0]
+        return np.stack([one, two, shear], axis=2).reshape(k, q, 3, 3 * n)
+
+    def add_force(self, state, out):
+        f, _, stress, _ = self._evaluate(state.x)
+        k, q = self.weights.shape
+        weighted = stress.reshape(k, q, 3) * self.weights[..., None]
+        forces = np.einsum("kqsd,kqs->kd", self._rates(f), weighted, optimize=True)
+        self.triangles.add_force(forces, out)
+
+    def add_tangent(self, state, origin):
+        f, _, stress, moduli = self._evaluate(state.x)
+        k, q = self.weights.shape
+        n = self.gradients.shape[2]
+        rates = self._rates(f)
+        weighted = moduli.reshape(k, q, 3, 3) * self.weights[..., None, None]
+        left = (weighted @ rates).reshape(k, 3 * q, 3 * n)
+        matrices = rates.reshape(k, 3 * q, 3 * n).transpose(0, 2, 1) @ left
+        carried = stress if origin is None else self._carried(state.x, origin)
+        tensor = carried.reshape(k, q, 3)[..., PLACE] * self.weights[..., None, None]
+        b = self.gradients
+        geometric = np.einsum("kqni,kqij,kqmj->knm", b, tensor, b, optimize=True)
+        matrices = matrices.reshape(k, n, 3, n, 3)
+        for c in range(3):
+            matrices[:, :, c, :, c] += geometric
+        self.triangles.table.add(matrices)
+
+    def _carried(self, x, origin: Origin):
+        """Stress of the geometric stiffness, see ``Origin``."""
+        kept = [self._evaluate(state) for state in origin.states]
+        if not origin.linearised:
+            return sum(w * part[2] for w, part in zip(origin.weights, kept, strict=True))
+        before, _, stress, moduli = kept[0]
+        now = self.deformation_gradient(x)
+        e = (np.swapaxes(before, -1, -2) @ (now - before)).reshape(-1, 2, 2)
+        rate = np.stack([e[:, 0, 0], e[:, 1, 1], e[:, 0, 1] + e[:, 1, 0]], axis=1)
+        return stress + np.einsum("nij,nj->ni", moduli, rate)
+
+    def energy(self, state):
+        return float(self._evaluate(state.x)[1] @ self.weights.ravel())
+
+    # --- what measures read -----------------------------------------------------------------
+
+    def cauchy(self, x: np.ndarray) -> np.ndarray:
+        """Cauchy stress (k, q, 3, 3) MPa, mean over the layers: F S Fᵀ/J with the law's own
+        thickness stretch left at that of constant volume."""
+        f, _, stress, _ = self._evaluate(x)
+        tensor = stress[:, PLACE].reshape(*f.shape[:2], 2, 2) / self.thickness
+        return f @ tensor @ np.swapaxes(f, -1, -2)
+
+    def wrinkling(self, x: np.ndarray) -> np.ndarray | None:
+        """0 taut, 1 wrinkled, 2 slack (k, q), of the first layer; None without tension field."""
+        law = self.laws[0][0]
+        if not isinstance(law, TensionField):
+            return None
+        return law.state(self.metric(x)).reshape(self.weights.shape)
+
+
+class BondedMembrane(Membrane):
+    """A membrane on a solid, which may be so much softer that the membrane's small strains would
+    drown in the rounding of the places: F by the displacements.
+
+    Not for sheets by themselves: with it the inflation of a flat disc (Hencky's) does not settle.
+    """
+
+    def deformation_gradient(self, x):
+        moved = x[self.triangles.dofs]
+        change = np.einsum("knc,kqni->kqci", moved, self.gradients, optimize=True)
+        return self.undeformed + change

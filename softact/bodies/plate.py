@@ -1,0 +1,259 @@
+"""Bending stiffness of a flat thin layer on the quadratic facets of a solid.
+
+A membrane without bending stiffness that is stiff and embedded in soft rubber wrinkles at the
+size of the elements as soon as it is pressed: mesh, not physics. Paper has a bending stiffness
+D = E t³/(12 (1 − ν²)), and it is what sets the true wrinkling strain.
+
+A stiff layer bends almost without stretching. For such deformations the second derivatives of the
+position x by the coordinates of the flat layer are the curvatures, so the bending energy
+
+    ½ D ∫ (1 − ν) |∇∇x|² + ν |Δx|² dA
+
+is quadratic in x with a constant matrix, and does not change under rotation (the isometric
+bending model: Bergou, Wardetzky, Harmon, Zorin, Grinspun, SGP 2006). Facets are only C0, so the
+jumps of slope between them enter by symmetric interior penalty (C0-IP: Engel et al., CMAME 191
+(2002) 3669; Brenner and Sung, J. Sci. Comput. 22 (2005) 83). Where facets of different stiffness
+meet, the mean of their moments is weighted by that of the other, and the penalty goes with their
+harmonic mean (Ern, Stephansen and Zunino, IMA J. Numer. Anal. 29 (2009) 235): a soft layer beside a
+stiff one does not lock.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse
+
+from softact.system.assembly import Assembler
+from softact.system.nodes import Nodes
+from softact.system.term import State
+
+PENALTY = 8.0  # times D over the edge length; positive definite from about 3 on
+FLATNESS = 1e-6  # of the layer's size
+GAUSS = (0.5 - 0.5 / np.sqrt(3), 0.5 + 0.5 / np.sqrt(3))
+
+
+class LayerBending:
+    """Bending energy of one flat layer; see the module.
+
+    nodes: of the model. facets: (k, 6) those of this process's facets, corners then middles of the
+    edges 01 12 20. rigidity: D in N·mm, and poisson: one for all facets or (k,). symmetry: indices
+    of the coordinates that are zero in the symmetry planes.
+    """
+
+    def __init__(self, assembler: Assembler, nodes: Nodes, facets, rigidity, poisson, symmetry):
+        self._assembler, self._comm = assembler, nodes.comm
+        number = nodes.number
+        each = number[facets], nodes.places[facets], *_of_each(facets, rigidity, poisson)
+        triangles, x, rigidity, poisson = (
+            np.concatenate(nodes.comm.allgather(values)) for values in each
+        )
+        layer_nodes, compact = np.unique(triangles, return_inverse=True)
+        compact = compact.reshape(-1, 6)
+        even, odd = bending_matrices(x, compact, len(layer_nodes), rigidity, poisson, symmetry)
+        owned = np.flatnonzero(np.isin(number[: nodes.owned], layer_nodes))
+        self._owned_dofs = nodes.dofs[owned]
+        mine = np.searchsorted(layer_nodes, number[owned])
+        self._order = np.argsort(np.concatenate(nodes.comm.allgather(mine)))
+        self._rows = [(odd if c in symmetry else even)[mine] for c in range(3)]
+        self._register(mine)
+
+    def _register(self, mine) -> None:
+        """Tell the assembler which unknowns are coupled, and keep the entries' order."""
+        u = self._assembler.unknowns
+        numbers = self._gather(u.number[self._owned_dofs])
+        rows, columns, self._entries = [], [], []
+        for c, matrix in enumerate(self._rows):
+            entries = matrix.tocoo()
+            rows.append(u.number[self._owned_dofs[entries.row, c]])
+            columns.append(numbers[entries.col, c])
+            self._entries.append((entries.row, entries.col, entries.data))
+        self._slots = self._assembler.couple(np.concatenate(rows), np.concatenate(columns))
+
+    def _gather(self, mine: np.ndarray) -> np.ndarray:
+        """Values (n, 3) at all nodes of the layer, from those at each process's own."""
+        parts = self._comm.allgather(mine)
+        return np.concatenate(parts)[self._order]
+
+    def _forces(self, state: State) -> np.ndarray:
+        u = self._gather(state.x[self._owned_dofs])
+        return np.column_stack([m @ u[:, c] for c, m in enumerate(self._rows)])
+
+    def add_force(self, state, out):
+        out[self._owned_dofs] += self._forces(state)
+
+    def add_tangent(self, state, origin):
+        free = self._gather(self._assembler.fixed[self._owned_dofs]) == 0
+        mine = self._assembler.fixed[self._owned_dofs] == 0
+        values = [
+            data * (mine[row, c] & free[col, c]) for c, (row, col, data) in enumerate(self._entries)
+        ]
+        self._assembler.extra_values[self._slots] += np.concatenate(values)
+
+    def energy(self, state):
+        return float(np.sum(self._forces(state) * state.x[self._owned_dofs])) / 2
+
+
+def bending_matrices(x, triangles, count, rigidity, poisson, symmetry=()):
+    """Stiffness of one component of the position: (even, odd) sparse matrices (count, count).
+
+    x: (k, 6, 3) nodes of each facet in mm; triangles: (k, 6) their numbers, below ``count``;
+    rigidity, poisson: one for all or (k,).
+    even: for components along the symmetry planes (their mirror image continues evenly), odd:
+    for the component across. Raises ValueError where the layer is not flat.
+    """
+    rigidity, poisson = _of_each(triangles, rigidity, poisson)
+    s = _plane_coordinates(x)
+    basis = _basis(s)
+    # Second derivatives xx, xy, yy of each function: (k, 3, 6).
+    hessian = np.stack([2 * basis[:, 3], basis[:, 4], 2 * basis[:, 5]], axis=1)
+    area = np.abs(np.cross(s[:, 1] - s[:, 0], s[:, 2] - s[:, 0])) / 2
+    moment = _moments(hessian, rigidity, poisson)
+    weighted = moment * np.array([1.0, 2.0, 1.0])[:, None] * area[:, None, None]
+    inner = np.einsum("kai,kaj->kij", weighted, hessian)
+    parts = [_scatter(inner, triangles, count)]
+    facing, edges = _edges(triangles)
+    parts.append(_jumps(facing, edges, s, basis, moment, triangles, count, rigidity))
+    odd = sum(parts)
+    even = odd
+    outer = facing[:, 1] < 0
+    facet, edge = facing[outer, 0], edges[outer]
+    corner = _corners(facet, edge, triangles)
+    for plane in symmetry:
+        inside = (np.abs(x[facet[:, None], corner, plane]) < 1e-9).all(axis=1)
+        even = even + _mirror(
+            facet[inside], edge[inside], s, basis, moment, triangles, count, rigidity
+        )
+    return even.tocsr(), odd.tocsr()
+
+
+def is_flat(x: np.ndarray) -> bool:
+    """Whether points (..., 3) lie in one plane."""
+    points = x.reshape(-1, 3)
+    spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return bool(spread[2] < FLATNESS * spread[0])
+
+
+def _plane_coordinates(x):
+    if not is_flat(x):
+        raise ValueError("the layer is not flat")
+    points = x.reshape(-1, 3)
+    centre = points.mean(axis=0)
+    axes = np.linalg.svd(points - centre, full_matrices=False)[2]
+    return (x - centre) @ axes[:2].T
+
+
+def _basis(s):
+    """Coefficients (k, 6 monomials, 6 functions) of 1, s, t, s², st, t² about the first corner."""
+    local = s - s[:, :1]
+    a, b = local[..., 0], local[..., 1]
+    return np.linalg.inv(np.stack([np.ones_like(a), a, b, a * a, a * b, b * b], axis=-1))
+
+
+def _of_each(facets, rigidity, poisson):
+    """Bending stiffness and Poisson's ratio (k,) of k facets."""
+    return (np.broadcast_to(np.asarray(v, dtype=float), len(facets)) for v in (rigidity, poisson))
+
+
+def _moments(hessian, rigidity, poisson):
+    xx, xy, yy = hessian[:, 0], hessian[:, 1], hessian[:, 2]
+    rigidity, poisson = rigidity[:, None], poisson[:, None]
+    bulk = poisson * (xx + yy)
+    return rigidity[:, None] * np.stack(
+        [(1 - poisson) * xx + bulk, (1 - poisson) * xy, (1 - poisson) * yy + bulk], axis=1
+    )
+
+
+def _slopes(points, normal, s, basis):
+    """Derivative along ``normal`` (k, 2) of the six functions at ``points`` (k, 2): (k, 6)."""
+    a, b = (points - s[:, 0]).T[..., None]
+    gx = basis[:, 1] + 2 * a * basis[:, 3] + b * basis[:, 4]
+    gy = basis[:, 2] + a * basis[:, 4] + 2 * b * basis[:, 5]
+    return normal[:, :1] * gx + normal[:, 1:] * gy
+
+
+def _normal_moment(moment, normal):
+    n0, n1 = normal.T[..., None]
+    return n0 * n0 * moment[:, 0] + 2 * n0 * n1 * moment[:, 1] + n1 * n1 * moment[:, 2]
+
+
+def _edges(triangles):
+    """Edges of all facets: (facing: (m, 2) facet on either side or -1, edges: (m, 2) nodes)."""
+    sides = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    owner = np.repeat(np.arange(len(triangles)), 3)
+    edges, place = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True)
+    place = place.ravel()
+    facing = np.full((len(edges), 2), -1)
+    order = np.argsort(place, kind="stable")
+    first = np.searchsorted(place[order], np.arange(len(edges)))
+    facing[:, 0] = owner[order[first]]
+    last = np.searchsorted(place[order], np.arange(len(edges)), side="right") - 1
+    shared = last > first
+    facing[shared, 1] = owner[order[last[shared]]]
+    return facing, edges
+
+
+def _corners(facet, edge, triangles):
+    """Which corners (m, 2) of its facet the nodes of an edge are."""
+    return np.argmax(triangles[facet][:, None, :3] == edge[:, :, None], axis=2)
+
+
+def _edge_frame(facet, edge, s, triangles):
+    """Ends (m, 2, 2), length (m,) and normal (m, 2), out of ``facet``, of edges."""
+    ends = s[facet[:, None], _corners(facet, edge, triangles)]
+    along = ends[:, 1] - ends[:, 0]
+    length = np.linalg.norm(along, axis=1)
+    normal = np.column_stack([along[:, 1], -along[:, 0]]) / length[:, None]
+    outward = np.einsum("mi,mi->m", normal, ends[:, 0] - s[facet, :3].mean(axis=1))
+    return ends, length, normal * np.sign(outward)[:, None]
+
+
+def _penalty_terms(mean, jump, length, rigidity):
+    """∫ −2 {M} [∂x] + σ/h [∂x]² over edges, one Gauss point: (m, n, n)."""
+    crossed = mean[:, :, None] * jump[:, None]
+    stiff = (PENALTY * rigidity / length)[:, None, None] * jump[:, :, None] * jump[:, None]
+    return (length / 2)[:, None, None] * (stiff - crossed - crossed.transpose(0, 2, 1))
+
+
+def _jumps(facing, edges, s, basis, moment, triangles, count, rigidity):
+    inner = facing[:, 1] >= 0
+    (one, two), edge = facing[inner].T, edges[inner]
+    ends, length, normal = _edge_frame(one, edge, s, triangles)
+    d = np.column_stack([rigidity[one], rigidity[two]])
+    share = d[:, ::-1] / d.sum(axis=1, keepdims=True)
+    mean = np.hstack(
+        [_normal_moment(moment[f], normal) * share[:, i, None] for i, f in enumerate((one, two))]
+    )
+    harmonic = 2 * share[:, 0] * d[:, 0]
+    total = 0.0
+    for t in GAUSS:
+        points = (1 - t) * ends[:, 0] + t * ends[:, 1]
+        jump = np.hstack(
+            [
+                _slopes(points, normal, s[one], basis[one]),
+                -_slopes(points, normal, s[two], basis[two]),
+            ]
+        )
+        total = total + _penalty_terms(mean, jump, length, harmonic)
+    return _scatter(total, np.hstack([triangles[one], triangles[two]]), count)
+
+
+def _mirror(facet, edge, s, basis, moment, triangles, count, rigidity):
+    """Half of the edge terms between a facet and its mirror image, for an even component."""
+    if not len(facet):
+        return scipy.sparse.csr_matrix((count, count))
+    ends, length, normal = _edge_frame(facet, edge, s, triangles)
+    mean = _normal_moment(moment[facet], normal)
+    total = 0.0
+    for t in GAUSS:
+        points = (1 - t) * ends[:, 0] + t * ends[:, 1]
+        jump = 2 * _slopes(points, normal, s[facet], basis[facet])
+        total = total + _penalty_terms(mean, jump, length, rigidity[facet]) / 2
+    return _scatter(total, triangles[facet], count)
+
+
+def _scatter(blocks, nodes, count):
+    n = nodes.shape[1]
+    rows, columns = np.repeat(nodes, n, axis=1), np.tile(nodes, (1, n))
+    return scipy.sparse.csr_matrix(
+        (blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(count, count)
+    )

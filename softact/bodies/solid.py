@@ -1,0 +1,327 @@
+"""Regions of tetrahedra: stress and tangent of a solid, as a term of the potential energy."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softact import compat
+from softact.bodies.inertia import SolidInertia
+from softact.bodies.weight import Weight
+from softact.materials.base import Material
+from softact.materials.fibres import fibre_field
+from softact.materials.tensors import (
+    COLUMNS,
+    ROWS,
+    determinant,
+    symmetric,
+    symmetric_product,
+    volumetric_response,
+)
+from softact.system import forms
+from softact.system.assembly import Assembler
+from softact.system.kernels import Coefficient, Kernel, pointer
+from softact.system.term import (
+    FUNCTIONS,
+    InvertedElementError,
+    Origin,
+    State,
+    Term,
+    TimeStep,
+    unit_forces,
+)
+
+if TYPE_CHECKING:
+    from softact.model import Model
+
+# States whose stresses are kept: those of a quadratic extrapolation, and the one it leads to.
+KEPT = 4
+
+
+class Solid:
+    """One region of tetrahedra with one material.
+
+    fibres: points (n, 3) mm -> unit vectors (n, families, 3), for a material with fibres.
+    """
+
+    def __init__(
+        self,
+        assembler: Assembler,
+        name: str,
+        cells: np.ndarray,
+        material: Material,
+        degree: int,
+        pressure_degree: int | None,
+        fibres: Callable[[np.ndarray], np.ndarray] | None = None,
+    ):
+        self.assembler, self.name = assembler, name
+        self.cells = np.ascontiguousarray(cells, dtype=np.int32)
+        self.material = material
+        self._mixed = pressure_degree is not None
+        self._size = assembler.unknowns.cell_dofs.shape[1]
+        self.degree, self._functions = degree, FUNCTIONS[degree]
+        points, self.weights = compat.quadrature_rule(forms.QUADRATURE_DEGREE)
+        self._gradients = compat.tabulate_gradients(degree, points)
+        self.pressure_values = (
+            compat.tabulate_values(pressure_degree, points) if self._mixed else None
+        )
+        kernels = assembler.kernels("solid", degree, pressure_degree)
+        self._residual, self._tangent = (Kernel(assembler, k, self.cells) for k in kernels)
+        self.volumes = self._reference_volumes()
+        self._kept: dict[bytes, tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
+        self._began: tuple[TimeStep, np.ndarray, np.ndarray] | None = None  # see ``_viscous``
+        self.fibres = None if fibres is None else fibres(self._places(points))
+
+    def corners(self, chosen: slice | np.ndarray | int = slice(None)) -> np.ndarray:
+        """Undeformed corners (..., 4, 3) mm of the region's tetrahedra, or of chosen ones."""
+        return self.assembler.points[self.assembler.geometry_nodes[self.cells[chosen]]]
+
+    def _places(self, points: np.ndarray) -> np.ndarray:
+        """Undeformed places of the quadrature points, cell after cell: (cells · points, 3) mm."""
+        shares = np.column_stack([1 - points.sum(axis=1), points])
+        return (shares @ self.corners()).reshape(-1, 3)
+
+    def centres(self) -> np.ndarray:
+        """Undeformed centres of the elements (cells, 3) mm."""
+        return self.corners().mean(axis=1)
+
+    def _reference_volumes(self) -> np.ndarray:
+        """Undeformed volume that belongs to each quadrature point: (cells, points) mm³."""
+        x = self.corners()
+        return np.abs(determinant(x[:, 1:] - x[:, :1]))[:, None] * self.weights
+
+    def deformation_gradient(
+        self, x: np.ndarray, gradients: np.ndarray | None = None, chosen: np.ndarray | None = None
+    ) -> np.ndarray:
+        """F (cells, points, 3, 3) at the quadrature points, or where ``gradients`` were taken; of
+        all the region's cells, or of chosen ones."""
+        gradients = self._gradients if gradients is None else gradients
+        cells = self.cells if chosen is None else np.ascontiguousarray(self.cells[chosen])
+        out = np.empty((len(cells), len(gradients), 3, 3))
+        a = self.assembler
+        dofs = a.unknowns.cell_dofs
+        a.library.deformation_gradient(
+            ctypes.c_int64(len(cells)),
+            pointer(cells),
+            pointer(a.geometry_nodes),
+            pointer(a.points),
+            len(gradients),
+            self._functions,
+            pointer(gradients),
+            pointer(dofs),
+            dofs.shape[1],
+            pointer(x),
+            pointer(out),
+        )
+        return out
+
+    def fibre_stretch(self, x: np.ndarray) -> np.ndarray:
+        """Stretch along the fibres (cells · points, families), for a material that has some."""
+        f = self.deformation_gradient(x).reshape(-1, 1, 3, 3)
+        return np.linalg.norm((f @ self.fibres[..., None])[..., 0], axis=-1)
+
+    def hydrostatic_pressure(self, x: np.ndarray) -> np.ndarray:
+        """p (cells, points) MPa at the quadrature points, positive in tension."""
+        if not self._mixed:
+            jacobian = determinant(self.deformation_gradient(x))
+            return self._volumetric_stress(jacobian)
+        dofs = self.assembler.unknowns.cell_dofs[self.cells, 3 * self._functions :]
+        return x[dofs] @ self.pressure_values.T
+
+    def _volumetric_stress(self, jacobian):
+        extra = self._extra_volumetric(jacobian.ravel())[1].reshape(jacobian.shape)
+        return self.material.bulk_modulus * (jacobian - 1) + extra
+
+    def second_piola(self, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Stress S (n, 6), moduli D (n, 6, 6) and J (n,) at the quadrature points.
+
+        Raises InvertedElementError where J is not positive.
+        """
+        f = self.deformation_gradient(state.x).reshape(-1, 3, 3)
+        jacobian = determinant(f)
+        if not (jacobian > 0).all():  # also true of NaN
+            raise InvertedElementError
+        c = np.matmul(f.transpose(0, 2, 1), f)
+        stress, moduli = self.material.stress_tangent(c, self.fibres)
+        if state.motion is not None and state.motion.resistance:
+            more_stress, more_moduli = self._viscous(c, state.motion)
+            stress, moduli = stress + more_stress, moduli + more_moduli
+        return *self._add_volumetric(stress, moduli, c, jacobian), jacobian
+
+    def _viscous(self, c: np.ndarray, motion: TimeStep) -> tuple[np.ndarray, np.ndarray]:
+        """Stress (n, 6) and moduli (n, 6, 6) at C (n, 3, 3) of a Newtonian fluid in one time step
+        of backward Euler.
+
+        With C₀ that of the state at its beginning the stress is η/Δt C₀⁻¹ (C − C₀) C₀⁻¹: 2 η times
+        the rate of deformation, pulled back, whatever rotates.
+        """
+        if self._began is None or self._began[0] is not motion:
+            f = self.deformation_gradient(motion.before).reshape(-1, 3, 3)
+            before = np.matmul(f.transpose(0, 2, 1), f)
+            self._began = motion, before, np.linalg.inv(before)
+        _, before, inverse = self._began
+        factor = motion.resistance * self.material.shear_modulus
+        stress = factor * (inverse @ (c - before) @ inverse)
+        return symmetric(stress), 2 * factor * symmetric_product(inverse)
+
+    def _add_volumetric(self, stress, moduli, c, jacobian):
+        """What the pressure unknown does not carry: all of U(J) without one, else its rest."""
+        _, first, second = self._extra_volumetric(jacobian)
+        if not self._mixed:
+            first = first + self.material.bulk_modulus * (jacobian - 1)
+            second = second + self.material.bulk_modulus
+        elif not np.any(first) and not np.any(second):
+            return stress, moduli
+        more_stress, more_moduli = volumetric_response(np.linalg.inv(c), jacobian, first, second)
+        return stress + more_stress, moduli + more_moduli
+
+    def _extra_volumetric(self, jacobian):
+        """U, U', U'' of what neither the pressure unknown nor κ/2 (J − 1)² holds."""
+        if self._mixed:
+            return self.material.higher_volumetric(jacobian)
+        return self.material.extra_volumetric(jacobian)
+
+    def _constants(self):
+        if not self._mixed:
+            return []
+        return [1 / self.material.bulk_modulus, float(self.material.logarithmic_volume)]
+
+    def pressure_volume(self, pressure: np.ndarray) -> np.ndarray:
+        """J at which the volumetric energy of the pressure unknown has the slope ``pressure``."""
+        compliance, logarithmic = self._constants()
+        swelling = compliance * pressure
+        return swelling + np.sqrt(1 + logarithmic * swelling**2)
+
+    def _unknowns(self, x):
+        return Coefficient(x, self._size, self.assembler.unknowns.cell_dofs)
+
+    def add_force(self, state, out):
+        stress, _, _ = self._evaluate(state)
+        values = Coefficient(np.ascontiguousarray(stress), stress.shape[1] * len(self.weights))
+        self._residual.add_vector(
+            out, self._size, [self._unknowns(state.x), values], self._constants()
+        )
+
+    def add_tangent(self, state, origin):
+        stress, moduli, _ = self._evaluate(state)
+        points = len(self.weights)
+        geometric = stress if origin is None else self._carried_stress(state, origin)
+        self._tangent.add_matrix(
+            self._size,
+            [
+                self._unknowns(state.x),
+                Coefficient(np.ascontiguousarray(moduli), 36 * points),
+                Coefficient(np.ascontiguousarray(geometric), 6 * points),
+            ],
+            self._constants(),
+        )
+
+    def _carried_stress(self, state, origin: Origin) -> np.ndarray:
+        """Stress (n, 6) of the geometric stiffness, see ``Origin``."""
+        kept = [self._evaluate(State(x, motion=state.motion)) for x in origin.states]
+        if not origin.linearised:
+            return sum(w * stress for w, (stress, _, _) in zip(origin.weights, kept, strict=True))
+        stress, moduli, _ = kept[0]
+        before = self.deformation_gradient(origin.states[0]).reshape(-1, 3, 3)
+        now = self.deformation_gradient(state.x).reshape(-1, 3, 3)
+        e = before.transpose(0, 2, 1) @ (now - before)
+        rate = (e + e.transpose(0, 2, 1))[:, ROWS, COLUMNS] * [0.5, 0.5, 0.5, 1, 1, 1]
+        return stress + np.einsum("nij,nj->ni", moduli, rate)
+
+    def _evaluate(self, state):
+        """``second_piola``, kept for the last few states: Newton asks for force and tangent at the
+        same one, and for the stress of those that it came from."""
+        key = hashlib.blake2b(state.x, digest_size=16).digest()
+        if state.motion is not None and state.motion.resistance:
+            key += state.motion.key
+        found = self._kept.pop(key, None) or self.second_piola(state)
+        self._kept[key] = found
+        while len(self._kept) > KEPT:
+            del self._kept[next(iter(self._kept))]
+        return found
+
+    def cauchy(self, state: State) -> np.ndarray:
+        """Cauchy stress (cells, points, 3, 3) MPa at the quadrature points: F S Fᵀ/J + p I."""
+        f = self.deformation_gradient(state.x)
+        s = self._evaluate(state)[0].reshape(*f.shape[:2], 6)
+        tensor = s[..., [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(f.shape)
+        pushed = f @ tensor @ np.swapaxes(f, -1, -2) / determinant(f)[..., None, None]
+        if self._mixed:
+            pushed += self.hydrostatic_pressure(state.x)[..., None, None] * np.eye(3)
+        return pushed
+
+    # --- as a body --------------------------------------------------------------------------------
+
+    slackens = False
+    smooth = True
+
+    external: Sequence[Term] = ()
+
+    @property
+    def elastic(self) -> Sequence[Solid]:
+        """See ``Body``."""
+        return [self]
+
+    @property
+    def slowness(self) -> float:
+        """See ``Body``: of shear waves."""
+        return self.material.density / self.material.shear_modulus
+
+    @property
+    def stiffness(self) -> float:
+        """See ``Body``."""
+        volume = self.assembler.unknowns.comm.allreduce(float(self.volumes.sum()))
+        return self.material.shear_modulus * volume ** (2 / 3)
+
+    def weight(self) -> Weight:
+        """See ``Body``."""
+        unit = unit_forces(self.assembler, self.cells, self.degree)
+        return Weight(self.material.density * unit)
+
+    def inertia(self) -> SolidInertia:
+        """See ``Body``."""
+        return SolidInertia(self.assembler, self.cells, self.material.density, self.degree)
+
+    def energy(self, state):
+        f = self.deformation_gradient(state.x).reshape(-1, 3, 3)
+        jacobian = determinant(f)
+        c = np.matmul(f.transpose(0, 2, 1), f)
+        density = self.material.energy(c, self.fibres) + self._extra_volumetric(jacobian)[0]
+        if self._mixed:
+            jacobian = self.pressure_volume(self.hydrostatic_pressure(state.x).ravel())
+            density = density + self.material.logarithmic_excess(jacobian)[0]
+        density = density + self.material.bulk_modulus * (jacobian - 1) ** 2 / 2
+        return float(density @ self.volumes.ravel())
+
+
+@dataclass(frozen=True)
+class SolidParts:
+    """What the regions of a model are made of.
+
+    materials: region name -> law as the solver sees it. wall_normal: region name, points (n, 3) ->
+    the wall's normal there, for fibres. pressure_degree: None where there is no pressure unknown.
+    """
+
+    materials: Mapping[str, Material]
+    wall_normal: Callable[[str, np.ndarray], np.ndarray]
+    pressure_degree: int | None
+
+
+def build(model: Model, parts: SolidParts) -> list[Solid]:
+    """The regions of a model, see ``BodyKind``."""
+    mesh = model.mesh
+    found = []
+    for number, name in enumerate(mesh.layout.regions):
+        material = parts.materials[name]
+        normal = functools.partial(parts.wall_normal, name)
+        fibres = fibre_field(material.law, mesh.layout.axis, normal)
+        cells = np.flatnonzero(mesh.region == number)
+        degrees = model.degree, parts.pressure_degree
+        found.append(Solid(model.assembler, name, cells, material, *degrees, fibres))
+    return found

@@ -1,0 +1,58 @@
+"""What a contact is, whether with a rigid obstacle or between bodies."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from softact.system.term import State, Term
+
+if TYPE_CHECKING:
+    from softact.contact.rigid import Obstacle
+
+
+class Contact(Term, Protocol):
+    """A term of the potential energy with a memory, of this process's part of the body.
+
+    name: in a spec and in results. symmetric: whether its tangent is. obstacle: what the body
+    touches, None where it touches a body. What it has to know of the last equilibrium stands in
+    ``state.memory`` under keys that begin with its name.
+    """
+
+    name: str
+    symmetric: bool
+    obstacle: Obstacle | None
+
+    def remember(self, state: State) -> dict[str, np.ndarray]:
+        """What is to be kept of a new equilibrium; candidates are sought anew."""
+
+    def resume(self, state: State) -> None:
+        """Take up a run at an equilibrium that was stored with its memory."""
+
+    def strayed(self, state: State) -> float:
+        """How far surfaces have moved since candidates were sought, by how far they may."""
+
+    def smallest_gap(self, state: State) -> tuple[float, float]:
+        """Smallest gap in mm and by the element size, below zero where bodies overlap."""
+
+    def force(self, state: State) -> np.ndarray:
+        """Force (3,) N on the body."""
+
+    def area(self, state: State) -> float:
+        """Undeformed area in touch, mm²."""
+
+    def admissible(self, state: State, x: np.ndarray, to: np.ndarray) -> bool:
+        """Whether Newton may go from ``x`` to ``to`` (local,) at the loads of ``state``."""
+
+    def passed(self, before: State, after: State) -> bool:
+        """Whether a point went through something between two states."""
+
+    def overrun(self, before: State, after: State) -> bool:
+        """Whether an obstacle moved too far into a body that had not moved."""
+
+    def stands(self, state: State) -> bool:
+        """Whether an obstacle is there, so that a body may not begin inside of it."""
+
+    def deepest(self, state: State) -> tuple[float, tuple[float, float, float]]:
+        """Smallest gap (mm) and where it is, for an obstacle that stands."""

@@ -1,0 +1,84 @@
+"""A round bar."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from softact.contact.obstacles.base import TINY, SpecObstacle, grid_triangles, unit
+from softact.fields import Direction, Point
+from softact.units import Length
+
+
+class CylinderObstacle(SpecObstacle):
+    """A round bar."""
+
+    kind: ClassVar[str] = "cylinder"
+
+    type: Literal["cylinder"]
+    center: Point = Field(description="its middle")
+    axis: Direction = Field(description="direction of its axis: [0, 1, 0]")
+    radius: Length = Field(gt=0, description="its radius")
+    length: Length | None = Field(None, gt=0, description="default: endless")
+
+    def shape(self) -> Cylinder:
+        """See ``SpecObstacle``."""
+        return Cylinder(self.center, self.axis, self.radius, self.length)
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """A round bar about ``axis`` through ``center``; ``length`` None: endless."""
+
+    center: tuple[float, float, float]
+    axis: tuple[float, float, float]
+    radius: float
+    length: float | None = None
+
+    @property
+    def room(self) -> float:
+        """See ``Shape``."""
+        return self.radius if self.length is None else min(self.radius, self.length / 2)
+
+    def distance(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """See ``Shape``."""
+        e = unit(self.axis)
+        arm = x - self.center
+        along = arm @ e
+        radial = arm - along[:, None] * e
+        r = np.maximum(np.linalg.norm(radial, axis=1), TINY)
+        out = radial / r[:, None]
+        end = np.where(along < 0, -1.0, 1.0)[:, None] * e
+        half = np.inf if self.length is None else self.length / 2
+        # In the half plane of radius and height the cylinder is a rectangle.
+        across, above = r - self.radius, np.abs(along) - half
+        rim = (across > 0) & (above > 0)
+        corner = np.hypot(np.where(rim, across, 1.0), np.where(rim, above, 0.0))
+        on_side = across > above
+        g = np.where(rim, corner, np.where(on_side, across, above))
+        c = np.where(rim, across / corner, on_side.astype(float))
+        s = np.where(rim, np.where(rim, above, 0.0) / corner, (~on_side).astype(float))
+        n = c[:, None] * out + s[:, None] * end
+        around = np.cross(e, out)
+        turned = -s[:, None] * out + c[:, None] * end
+        curvature = (c / r)[:, None, None] * around[:, :, None] * around[:, None]
+        bend = np.where(rim, 1 / corner, 0.0)[:, None, None]
+        return g, n, curvature + bend * turned[:, :, None] * turned[:, None]
+
+    def surface(self, extent: float, about: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The side and both ends."""
+        e = unit(self.axis)
+        a = unit(np.cross(e, np.eye(3)[np.argmin(np.abs(e))]))
+        b = np.cross(e, a)
+        half, middle = extent / 2, self.center + (np.asarray(about) - self.center) @ e * e
+        if self.length is not None:
+            half, middle = self.length / 2, np.asarray(self.center)
+        profile = [(0.0, -half), (self.radius, -half), (self.radius, half), (0.0, half)]
+        angles = np.linspace(0, 2 * np.pi, 49)
+        points = [
+            middle + r * (np.cos(t) * a + np.sin(t) * b) + z * e for t in angles for r, z in profile
+        ]
+        return np.array(points), grid_triangles(49, 4)

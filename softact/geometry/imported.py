@@ -1,0 +1,185 @@
+"""Base of the geometries that come out of a file of the user's: which names mean what."""
+
+import os
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from softact.errors import NOT_UTF8, MeshError
+from softact.files.text import NAMES_A_FILE, digest
+from softact.geometry.base import Geometry, ThroughWall, make_mesh, tell
+from softact.geometry.gmsh_groups import add_mesh
+from softact.geometry.part_names import PartName, PartNameOrNone
+from softact.geometry.part_size import Drawn
+from softact.geometry.subdivide import cut_mesh, fill
+from softact.mesh.components import components, gap, part_names
+from softact.mesh.file_mesh import FileMesh, only_named, straight, without_inner_walls
+from softact.mesh.joining import joined
+from softact.mesh.layout import Layout
+from softact.units import Length, is_utf8
+
+Names = Annotated[tuple[PartName, ...], Field(strict=False)]
+Axis = Literal["x", "y", "z"]
+Unit = Literal["um", "mm", "cm", "in", "ft", "m"]
+
+
+class Imported(Geometry):
+    """A solid with named parts out of a file. x runs from the clamp to the tip, z up, y across."""
+
+    file: Annotated[str, NAMES_A_FILE] = Field(description="path, seen from the file that names it")
+    regions: Names = Field(("body",), description="names of the solids; each gets a material")
+    surfaces: Names = Field((), description="further named surfaces, for layers, loads, contact")
+    cavities: dict[PartName, Names] = Field(
+        {"cavity": ("cavity",)}, description="cavity -> names of the surfaces that wall it"
+    )
+    clamp: PartNameOrNone = Field("clamp", description="surface at the clamped end; '' for none")
+    tip: PartNameOrNone = Field("tip", description="surface at the tip; '' for none")
+    symmetry: dict[Axis, PartName] = Field(
+        {}, description="coordinate that is zero in a symmetry plane -> surface in that plane"
+    )
+    separate: bool = Field(
+        False, description="keep solids that touch apart; else they are joined where they touch"
+    )
+    unit: Unit | None = Field(
+        None, description="in which the file is drawn, where it does not say so or says it wrong"
+    )
+    mesh_size: Length = Field(2.0, description="longest edge")
+    through_wall: ThroughWall = None
+
+    suffixes: ClassVar[tuple[str, ...]] = ()
+
+    def faults(self) -> Iterator[tuple[str, str]]:
+        """See ``Geometry.faults``."""
+        path = Path(self.file)
+        if not is_utf8(self.file):
+            yield "file", NOT_UTF8
+        elif path.suffix.lower() not in self.suffixes:
+            yield "file", f"'{path.name}' is none of {', '.join(self.suffixes)}"
+        elif not os.path.isfile(path):  # False, not an error, for what no file can be named
+            yield "file", f"there is no file '{path}'"
+        if not self.regions:
+            yield "regions", "no solid is named; write the names of all solids of the file"
+        for cavity, walls in self.cavities.items():
+            if not walls:
+                yield "cavities", f"'{cavity}' has no walls; write the names of its surfaces"
+
+    def _too_many(self):
+        return iter(())  # nobody knows before the file is read
+
+    def layout(self) -> Layout:
+        """See ``Geometry.layout``."""
+        planes = {name: "xyz".index(axis) for axis, name in self.symmetry.items()}
+        walls = [name for names in self.cavities.values() for name in names]
+        ends = [name for name in (self.clamp, self.tip) if name]
+        return Layout(
+            regions=tuple(self.regions),
+            surfaces=tuple(dict.fromkeys((*ends, *walls, *self.surfaces, *planes))),
+            cavities={name: tuple(walls) for name, walls in self.cavities.items()},
+            clamp=self.clamp,
+            tip=self.tip,
+            bending_axis=(0.0, 1.0, 0.0) if "y" in self.symmetry else None,
+            symmetry=planes,
+        )
+
+    def volumes(self) -> dict[str, float]:
+        """See ``Geometry.volumes``: nobody knows them."""
+        return {}
+
+    def content(self) -> str:
+        """A number that changes with the file's content, for what is kept by the spec's hash."""
+        return digest(Path(self.file))
+
+    @property
+    def self_contained(self) -> bool:
+        """Whether the mesh follows from the file's content and the parameters alone."""
+        return False
+
+    def drawn(self, gmsh: ModuleType) -> Drawn:
+        """The size of the current model, which ``build`` has made."""
+        return Drawn.of_model(gmsh)
+
+    @property
+    def scale(self) -> float:
+        """mm of the unit of length in which ``build`` makes the current model."""
+        return 1.0
+
+    def mesh(self, gmsh: ModuleType) -> None:
+        """See ``Geometry.mesh``; solids that touch are joined.
+
+        Raises MeshError where there is no solid, or one has no name, or where the part and
+        ``mesh_size`` do not fit each other.
+        """
+        self.build(gmsh)
+        if not gmsh.model.getEntities(3):
+            raise MeshError(
+                "the file holds no solid: its surfaces, if any, do not close one (not watertight)"
+            )
+        drawn = self.drawn(gmsh)
+        if not _tetrahedra(gmsh):
+            drawn.refuse(self.mesh_size)
+            gmsh.option.setNumber("Mesh.ElementOrder", 1)
+            fill(gmsh, self.mesh_size, self.least_steps)
+            if not _tetrahedra(gmsh):
+                raise MeshError("gmsh made no tetrahedra in the solids of the file")
+        if drawn.doubt:
+            tell(drawn.doubt)
+        cut_mesh(gmsh, self.least_steps)
+        found = straight(gmsh, self.scale, tell)
+        self._put_back(gmsh, only_named(found, self.layout(), _tetrahedra(gmsh)))
+
+    def look(self, gmsh: ModuleType) -> None:
+        """See ``Geometry.look``: a finished mesh is read as for a run."""
+        self.mesh(gmsh)
+
+    def _put_back(self, gmsh: ModuleType, mesh: FileMesh) -> None:
+        """Make the current model hold a mesh whose solids are joined where they touch."""
+        if not self.separate:
+            mesh, area = joined(mesh)
+            if area:
+                tell(f"solids of the mesh touch over {area:.4g} mm^2 and are joined there")
+        walls = {name for names in self.layout().cavities.values() for name in names}
+        mesh = without_inner_walls(mesh, walls)
+        tell_parts(mesh)
+        add_mesh(gmsh, mesh.points, mesh.regions, mesh.by_names())
+
+
+def _tetrahedra(gmsh: ModuleType) -> int:
+    return sum(len(tags) for tags in gmsh.model.mesh.getElements(3)[1])
+
+
+def tell_parts(mesh: FileMesh) -> None:
+    """Say of how many parts a mesh is, and how far apart they are."""
+    cells = mesh.cells
+    labels = components(mesh.points, cells)
+    count = int(labels.max()) + 1
+    if count == 1:
+        tell(f"1 part of {len(cells)} tetrahedra")
+        return
+    names = part_names(mesh.points, cells, mesh.region, list(mesh.regions), labels)
+    for label, name in enumerate(names):
+        tell(
+            f"part {label + 1} of {count}, {name}, {int(np.sum(labels == label))} tetrahedra, "
+            f"{gap(mesh.points, cells, labels, label)}"
+        )
+
+
+_digests: dict[str, str] = {}
+
+
+def mesh_digest(geometry: Imported) -> str:
+    """Digest of the mesh of a geometry, or why there is none; made once in a process."""
+    name = f"{type(geometry).__name__} {geometry.model_dump_json()}"
+    if name not in _digests:
+        with tempfile.TemporaryDirectory(prefix="softact-key-") as folder:
+            path = Path(folder) / "mesh.msh"
+            try:
+                make_mesh(geometry, path)
+                _digests[name] = digest(path)
+            except MeshError as error:
+                _digests[name] = "; ".join(error.lines)
+    return _digests[name]

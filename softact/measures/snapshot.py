@@ -1,0 +1,366 @@
+"""One equilibrium, seen by the measures: nodal fields, the tip's motion, reactions.
+
+Everything here is collective: all processes ask for the same things in the same order.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy.sparse
+
+from softact import compat
+from softact.bodies.soundness import NOTHING, Smallest, smallest_jacobian
+from softact.materials.tensors import largest_eigenvalue, right_cauchy_green, symmetric, von_mises
+from softact.measures.sheet_fields import sheet_stress, sheet_stretch, sheet_wrinkles
+from softact.mesh.node_order import vtk_order
+from softact.model import Model
+from softact.system.term import State
+
+if TYPE_CHECKING:
+    from softact.measures.points import Probe
+
+# A tip that is a straight line: second by first singular value.
+STRAIGHT = 1e-9
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Points of a surface before and after (k, 3) in mm; weights (k,): their shares of its area."""
+
+    before: np.ndarray
+    after: np.ndarray
+    weights: np.ndarray
+
+    @property
+    def centre_before(self) -> np.ndarray:
+        """Centre of the undeformed surface."""
+        return self.weights @ self.before
+
+    @property
+    def centre_after(self) -> np.ndarray:
+        """Mean position of the deformed surface, by undeformed area."""
+        return self.weights @ self.after
+
+
+@dataclass
+class Snapshot:
+    """A model in one state. Lengths in mm, stresses in MPa.
+
+    previous: the columns of the last accepted row, for what is counted on (angles past 180°,
+    work). safety_factor: by which a failure pressure is divided to get the safe one.
+    """
+
+    model: Model
+    state: State
+    previous: dict[str, float] = field(default_factory=dict)
+    safety_factor: float = 1.0
+    probes: Mapping[str, Probe] = field(default_factory=dict)
+    _cauchy: dict[str, np.ndarray] = field(default_factory=dict)
+    _covers: dict[tuple[str, str], bool] = field(default_factory=dict)
+
+    @property
+    def layout(self):
+        """Names of the parts and what they mean."""
+        return self.model.mesh.layout
+
+    @functools.cached_property
+    def positions(self) -> np.ndarray:
+        """Undeformed positions (nodes, 3) of the displacement nodes that this process holds."""
+        return self.model.nodes.places
+
+    @functools.cached_property
+    def displacement(self) -> np.ndarray:
+        """Displacements (nodes, 3) of the nodes that this process holds."""
+        return self.state.x[self.model.displacement_dofs]
+
+    def motion(self, surface: str) -> Motion:
+        """How a surface of the whole actuator moves; the same on all processes.
+
+        Halves are completed by their mirror images.
+        """
+        here, weights = self.model.surfaces.points(surface)
+        mine = self.positions[here], self.displacement[here], weights
+        parts = zip(*self.model.comm.allgather(mine), strict=True)
+        before, moved, weights = (np.concatenate(part) for part in parts)
+        after = before + moved
+        for plane in self.layout.symmetry.values():
+            mirror = np.ones(3)
+            mirror[plane] = -1
+            before, after = np.vstack([before, mirror * before]), np.vstack([after, mirror * after])
+            weights = np.tile(weights, 2)
+        return Motion(before, after, weights / weights.sum())
+
+    @functools.cached_property
+    def tip(self) -> Motion:
+        """Motion of the tip's end face, see ``motion``."""
+        return self.motion(self.layout.tip)
+
+    @functools.cached_property
+    def tip_rotation(self) -> np.ndarray:
+        """Rotation matrix of the tip's end face, counted from that of the layout's base."""
+        turned = best_rotation(self.tip)
+        if self.layout.base is None:
+            return turned
+        return best_rotation(self.motion(self.layout.base)).T @ turned
+
+    # --- fields -----------------------------------------------------------------------------
+
+    def average_at_nodes(self, per_solid: list[np.ndarray]) -> np.ndarray:
+        """Volume-weighted mean at the nodes of what the cells say there.
+
+        per_solid: for each solid (cells, nodes per cell, k); returns (nodes, k), zero
+        where no solid is.
+        """
+        dofs = self.model.displacement_dofs
+        size = per_solid[0].shape[-1]
+        sums = np.zeros((len(dofs), size + 1))
+        for solid, values in zip(self.model.solids.values(), per_solid, strict=True):
+            nodes = self.model.cell_nodes[solid.cells].ravel()
+            weight = np.repeat(solid.volumes.sum(axis=1), values.shape[1])
+            # Much faster than np.add.at.
+            add = scipy.sparse.csr_matrix(
+                (weight, (nodes, np.arange(len(nodes)))), shape=(len(dofs), len(nodes))
+            )
+            sums[:, :size] += add @ values.reshape(-1, size)
+            sums[:, size] += np.asarray(add.sum(axis=1)).ravel()
+        whole = np.empty_like(sums)
+        for start in range(0, size + 1, 3):  # three values a node travel as a displacement does
+            columns = sums[:, start : start + 3]
+            local = np.zeros(self.model.unknowns.local)
+            local[dofs[:, : columns.shape[1]]] = columns
+            summed = self.model.unknowns.sum_shared(local)
+            whole[:, start : start + 3] = summed[dofs[:, : columns.shape[1]]]
+        return whole[:, :size] / np.maximum(whole[:, size:], 1e-300)
+
+    def cauchy_at_points(self, name: str) -> np.ndarray:
+        """Cauchy stress (cells, points, 3, 3) at the quadrature points of a region."""
+        if name not in self._cauchy:
+            self._cauchy[name] = self.model.solids[name].cauchy(self.state)
+        return self._cauchy[name]
+
+    @functools.cached_property
+    def cauchy(self) -> np.ndarray:
+        """Cauchy stress (nodes, 6) in Voigt's order: extrapolated from the quadrature points,
+        averaged."""
+        if not self.model.solids:
+            return self.sheet_cauchy
+        extrapolation, values = _extrapolation(self.model.degree), []
+        for name in self.model.solids:
+            sigma = self.cauchy_at_points(name)
+            values.append(extrapolation @ symmetric(sigma).reshape(*sigma.shape[:2], 6))
+        return self._with_sheets(self.average_at_nodes(values), lambda: self.sheet_cauchy)
+
+    @functools.cached_property
+    def sheet_cauchy(self) -> np.ndarray:
+        """Cauchy stress (nodes, 6) of the sheets, zero where there is none."""
+        return sheet_stress(self.model, self.state)
+
+    def _with_sheets(self, values: np.ndarray, of_sheets) -> np.ndarray:
+        """Nodal values with those of sheets at the nodes that no solid has."""
+        loose = len(self.model.unknowns.loose_dofs)
+        if loose:
+            values[-loose:] = of_sheets()[-loose:]
+        return values
+
+    @functools.cached_property
+    def max_principal_stress(self) -> np.ndarray:
+        """Largest principal Cauchy stress (nodes,)."""
+        return largest_eigenvalue(self.cauchy)
+
+    @functools.cached_property
+    def von_mises(self) -> np.ndarray:
+        """Von Mises stress (nodes,)."""
+        return von_mises(self.cauchy)
+
+    @functools.cached_property
+    def max_principal_stretch(self) -> np.ndarray:
+        """Largest principal stretch (nodes,), from the averaged C = FᵀF."""
+        if not self.model.solids:
+            return sheet_stretch(self.model, self.state)
+        gradients = compat.tabulate_gradients(
+            self.model.degree, compat.reference_nodes(self.model.degree)
+        )
+        values = []
+        for solid in self.model.solids.values():
+            f = solid.deformation_gradient(self.state.x, gradients)
+            values.append(right_cauchy_green(f).reshape(*f.shape[:2], 6))
+        found = np.sqrt(np.maximum(largest_eigenvalue(self.average_at_nodes(values)), 0.0))
+        return self._with_sheets(found, lambda: sheet_stretch(self.model, self.state))
+
+    def quadrature_places(self, solid, chosen: np.ndarray) -> np.ndarray:
+        """Undeformed places (k, 3), mm, of quadrature points of a solid.
+
+        chosen: (k,) their numbers, counted cell after cell.
+        """
+        from softact.system.forms import QUADRATURE_DEGREE
+
+        points, _ = compat.quadrature_rule(QUADRATURE_DEGREE)
+        barycentric = np.column_stack([1 - points.sum(axis=1), points])
+        cell, point = np.divmod(chosen, len(points))
+        vertices = self.positions[self.model.cell_nodes[solid.cells[cell], :4]]
+        return np.einsum("kv,kvi->ki", barycentric[point], vertices)
+
+    def largest(self, values: np.ndarray) -> tuple[float, np.ndarray]:
+        """Largest nodal value over all processes and its undeformed place (3,) in mm."""
+        here = int(np.argmax(values))
+        found = self.model.comm.allgather((float(values[here]), self.positions[here]))
+        return max(found, key=lambda pair: pair[0])
+
+    @property
+    def smallest_jacobian(self) -> Smallest:
+        """The smallest J anywhere in an element of the whole actuator, and where."""
+        solids = self.model.solids.values()
+        found = [smallest_jacobian(solid, self.state.x) for solid in solids]
+        return min(self.model.comm.allgather(min(found, default=NOTHING)))
+
+    def nodal_fields(self) -> dict[str, np.ndarray]:
+        """The fields of ``fields.h5`` at this process's nodes."""
+        wrinkles = sheet_wrinkles(self.model, self.state)
+        return ({} if wrinkles is None else {"wrinkled": wrinkles}) | {
+            "displacement": self.displacement,
+            "hydrostatic_pressure": self.cauchy[:, :3].mean(axis=1),
+            "von_mises": self.von_mises,
+            "max_principal_stress": self.max_principal_stress,
+            "max_principal_stretch": self.max_principal_stretch,
+        }
+
+    def of_whole(self, force: np.ndarray) -> np.ndarray:
+        """Force (3,) on the whole actuator from that on the part that was meshed."""
+        for plane in self.layout.symmetry.values():
+            force = np.where(np.arange(3) == plane, 0.0, 2.0) * force
+        return force
+
+    @functools.cached_property
+    def reaction(self) -> tuple[np.ndarray, np.ndarray]:
+        """Force (3,) N and moment (3,) N·mm about the layout's origin that the clamp exerts on
+        the whole actuator."""
+        return self.reaction_at(self.layout.clamp, np.asarray(self.layout.origin))
+
+    def reaction_at(self, surface: str, about: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Force (3,) N and moment (3,) N·mm about a point that what holds a surface exerts on the
+        whole actuator; both are zero where it is free.
+
+        Where supports of other surfaces hold the same points too, as along a common edge, each has
+        an equal share of the force there.
+        """
+        owned = self.model.nodes.owned
+        nodes = self.model.surfaces.nodes(surface)
+        nodes = nodes[nodes < owned]
+        dofs = self.model.displacement_dofs[nodes]
+        forces = self._support_forces(surface)[dofs]
+        arms = self.positions[nodes] + self.displacement[nodes] - about
+        force = self.model.sum(forces.sum(axis=0))
+        moment = self.model.sum(np.cross(arms, forces).sum(axis=0))
+        for plane in self.layout.symmetry.values():
+            # A mirror image turns round a force along the normal, a moment across it.
+            moment = np.where(np.arange(3) == plane, 2.0, 0.0) * moment
+        return self.of_whole(force), moment
+
+    def _support_forces(self, surface: str) -> np.ndarray:
+        """Forces (local,) N on a surface's points by the supports that hold it."""
+        holders = np.zeros((2, self.model.unknowns.local))  # all of them, and those of the surface
+        for support in self.model.supports:
+            dofs = self.model.displacement_dofs[self.model.surfaces.nodes(support.surface)]
+            for component in support.components:
+                holders[0, dofs[:, component]] += 1
+                holders[1, dofs[:, component]] += self._holds(support.surface, surface)
+        return self._forces * holders[1] / np.maximum(holders[0], 1)
+
+    @functools.cached_property
+    def _forces(self) -> np.ndarray:
+        """Forces (local,) N that the body needs at its nodes: those of supports at equilibrium."""
+        return self.model.force(self.state)[0]
+
+    def held(self, surface: str) -> bool:
+        """Whether a support holds a surface in some direction (symmetry planes do not count)."""
+        return any(self._holds(support.surface, surface) for support in self.model.supports)
+
+    def _holds(self, support: str, surface: str) -> bool:
+        """Whether the support of a surface holds another one: itself, or one that is part of it;
+        a common edge is not enough."""
+        if support == surface:
+            return True
+        if (support, surface) not in self._covers:
+            nodes = self.model.surfaces.nodes
+            outside = int(np.setdiff1d(nodes(surface), nodes(support)).size)
+            self._covers[support, surface] = self.model.sum(outside) == 0
+        return self._covers[support, surface]
+
+
+def best_rotation(motion: Motion) -> np.ndarray:
+    """Rotation matrix that best maps a surface onto its deformed self.
+
+    Least squares over its area (Kabsch 1976, Acta Cryst. A32:922).
+    """
+    arms = (motion.before - motion.centre_before) * motion.weights[:, None]
+    u, values, vt = np.linalg.svd(arms.T @ (motion.after - motion.centre_after))
+    if values[1] < STRAIGHT * values[0]:
+        return _least_rotation(u[:, 0], vt[0])
+    sign = np.sign(np.linalg.det(vt.T @ u.T))
+    return vt.T @ np.diag([1.0, 1.0, sign]) @ u.T
+
+
+def _least_rotation(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """The smallest rotation between two unit vectors; about a line itself nothing is known."""
+    axis, cosine = np.cross(one, other), float(one @ other)
+    cross = np.cross(np.eye(3), axis)
+    return np.eye(3) + cross + cross @ cross / (1 + cosine) if cosine > -1 else -np.eye(3)
+
+
+@functools.cache
+def _extrapolation(degree: int) -> np.ndarray:
+    """Matrix (nodes, points): linear field through the four quadrature points, at the nodes."""
+    from softact.system.forms import QUADRATURE_DEGREE
+
+    points, _ = compat.quadrature_rule(QUADRATURE_DEGREE)
+    nodes = compat.reference_nodes(degree)
+
+    def barycentric(x):
+        return np.column_stack([1 - x.sum(axis=1), x])
+
+    return barycentric(nodes) @ np.linalg.inv(barycentric(points))
+
+
+def gather_nodes(model: Model, values: np.ndarray) -> np.ndarray | None:
+    """Nodal values (nodes, ...) of all processes in global order, on rank 0 (None elsewhere)."""
+    owned = model.nodes.owned
+    parts = model.comm.gather(np.ascontiguousarray(values[:owned]))
+    return np.concatenate(parts) if parts is not None else None
+
+
+def gather_mesh(model: Model):
+    """The whole mesh for output, on rank 0 (None elsewhere).
+
+    Returns (points (n, 3), cells (m, 10) or (m, 4) in VTK order, region (m,), surfaces: name ->
+    (k, 6) or (k, 3)); nodes are numbered as ``gather_nodes`` orders them.
+    """
+    number = model.nodes.number
+    points = gather_nodes(model, model.nodes.places)
+    if not model.solids:
+        return _sheet_mesh(model, points)
+    reference = compat.reference_nodes(model.degree)
+    cells = number[model.cell_nodes][:, vtk_order(reference)]
+    surfaces = {
+        name: _stack(model.comm.gather(number[model.surfaces.facet_nodes(facets)]))
+        for name, facets in model.mesh.facets.items()
+    }
+    for name, part in model.sheets.items():
+        surfaces[name] = part.triangles.nodes
+    gathered = _stack(model.comm.gather(cells)), _stack(model.comm.gather(model.mesh.region))
+    return (points, *gathered, surfaces) if points is not None else None
+
+
+def _sheet_mesh(model: Model, points):
+    """The same for sheets alone: the cells are their triangles, the regions the sheets."""
+    parts = [part.triangles.nodes for part in model.sheets.values()]
+    region = np.repeat(np.arange(len(parts)), [len(nodes) for nodes in parts])
+    return points, np.concatenate(parts), region, dict(zip(model.sheets, parts, strict=True))
+
+
+def _stack(parts):
+    return np.concatenate(parts) if parts is not None else None

@@ -1,0 +1,191 @@
+"""Runs the steps of a spec and writes down each accepted state."""
+
+from __future__ import annotations
+
+import resource
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softact.measures import MEASURES
+from softact.measures.failure import SHARE
+from softact.measures.points import locate
+from softact.measures.snapshot import Snapshot, gather_mesh, gather_nodes
+from softact.results.folder import NO_EQUILIBRIUM, read
+from softact.run.from_spec import load_steps, parameters, supports_of
+from softact.run.resuming import identity
+from softact.run.unstable import unstable_text
+from softact.solve.checkpoint import pack
+from softact.solve.progress import Trying
+from softact.solve.settings import Settings
+from softact.solve.stepping import Stepper
+from softact.spec import plausible
+from softact.verdict.judge import AMBER, RED, Reason, Verdict, judge
+
+if TYPE_CHECKING:
+    from softact.model import Model
+    from softact.results.writer import ResultsWriter
+    from softact.spec import Spec
+    from softact.system.term import State
+
+# Seconds without an event after which it is told what the solver tries.
+SILENCE = 5.0
+
+
+class Recorder:
+    """Runs the steps of a spec and writes down each accepted state.
+
+    notes: on the mesh, which stand with those of the run itself.
+    """
+
+    def __init__(
+        self,
+        spec: Spec,
+        model: Model,
+        writer: ResultsWriter | None,
+        tell: Callable[[dict], None],
+        start,
+        notes: Sequence[str] = (),
+    ):
+        self.spec, self.model, self.writer, self._tell = spec, model, writer, tell
+        self.notes, self._told_at = notes, time.monotonic()
+        wanted = MEASURES if spec.measures == "all" else dict.fromkeys(spec.measures)
+        self.measures = [MEASURES[name] for name in wanted]
+        self.probes = locate(model, spec.probes)
+        settings = spec.solver.model_dump()
+        settings.pop("element")
+        self.stepper = Stepper(
+            model, Settings(**settings), self._accept, self._reject, self._checkpoint, self._try
+        )
+        self.row: dict = model.comm.bcast(writer.last_row if writer is not None else None)
+        self.write_time = 0.0
+        self.verdict: Verdict | None = None  # on rank 0, at the end
+        self.identity = identity(spec) if writer is not None else {}
+        if start is None:
+            self._write_mesh()
+
+    def tell(self, event: dict) -> None:
+        """Tell what happens."""
+        self._told_at = time.monotonic()
+        self._tell(event)
+
+    def _try(self, trying: Trying) -> None:
+        """Tell what is being tried, where nothing has been told for a while."""
+        if time.monotonic() - self._told_at > SILENCE:
+            self.tell({"stage": "progress", **asdict(trying)})
+
+    def _write_mesh(self) -> None:
+        gathered = gather_mesh(self.model)
+        if gathered is not None and self.writer is not None:
+            points, cells, region, surfaces = gathered
+            layout = self.model.mesh.layout
+            names = layout.regions or layout.sheets
+            self.writer.mesh(points, cells, region, names, surfaces, layout)
+
+    def run(self, times: dict, start, begin: int | None) -> str:
+        started = time.perf_counter()
+        steps, supports = load_steps(self.spec, self.model), supports_of(self.spec.supports)
+        progress = self.stepper.run(steps, supports, start, begin)
+        times["solve"] = time.perf_counter() - started - self.write_time
+        times |= {"measure_and_write": self.write_time, **self.stepper.walk.newton.times}
+        memory = self.model.comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+        status = "no_equilibrium" if progress.stopped else "complete"
+        messages = [progress.stopped, *progress.remarks, self._unstable(), *self._beyond_test()]
+        messages += plausible.lines(self.spec)
+        messages = [message for message in messages if message]
+        if self.writer is not None:
+            summary = parameters(self.spec) | self.row
+            counts = {
+                "increments": len(progress.attempts) - progress.cutbacks - 1,
+                "cutbacks": progress.cutbacks,
+                **asdict(self.stepper.walk.newton.counts),
+            }
+            told = {"messages": messages, "notes": [*self.notes, *progress.notes]}
+            started = time.perf_counter()
+            self.verdict = self._judge(self.writer.directory, status, told)
+            times["judge"] = time.perf_counter() - started
+            told |= {
+                "verdict": self.verdict.data(),
+                "times_s": {name: round(t, 4) for name, t in times.items()},
+                "counts": counts,
+                "memory_MB": round(memory / 1024),
+                "history": [asdict(a) for a in progress.attempts],
+            }
+            self.writer.finish(status, summary, told)
+        done = {"stage": "done", "status": status, "message": progress.stopped}
+        self.tell({**done, "verdict": self.verdict and self.verdict.data()})
+        return status
+
+    def _judge(self, directory: Path, status: str, told: dict) -> Verdict:
+        """The verdict on what has been written, and on what run.json will say."""
+        try:
+            return judge(replace(read(directory), run={"status": status, **told}))
+        except Exception as error:  # the run is worth more than what is thought of it
+            colour = RED if status == NO_EQUILIBRIUM else AMBER
+            return Verdict(colour, (Reason("unread", f"no verdict could be reached: {error!r}"),))
+
+    def _unstable(self) -> str | None:
+        """What to say of unstable equilibria."""
+        found = [attempt for attempt in self.stepper.progress.attempts if attempt.converged]
+        # With friction the factors tell nothing of a state that seems to be stable.
+        return unstable_text(found, again=self.model.contacts.symmetric)
+
+    def _beyond_test(self) -> list[str]:
+        """What to say of material that is stretched further at the end than its card was tested."""
+        said = []
+        for name, solid in self.model.solids.items():
+            card = solid.material.card
+            if card is None or card.stretch_range is None:
+                continue
+            f = solid.deformation_gradient(self.stepper.state.x)
+            stretch = np.linalg.svd(f, compute_uv=False)
+            low, high = card.stretch_range
+            beyond = stretch[..., 0] > high
+            if low < 1:  # a tension test says nothing of its transverse stretches below 1
+                beyond |= stretch[..., -1] < low
+            part = self.model.sum(float(solid.volumes[beyond].sum()))
+            whole = self.model.sum(float(solid.volumes.sum()))
+            if part > SHARE * whole:  # at a sharp corner some is stretched beyond any test
+                said.append(
+                    f"region '{name}': {part / whole:.2%} of the volume leaves the stretches "
+                    f"{low:g} to {high:g} to which {card.name or 'its material'} was tested: what "
+                    "the law says there is an extrapolation"
+                )
+        return said
+
+    def _accept(self, state: State, attempt, number: int) -> None:
+        started = time.perf_counter()
+        snapshot = Snapshot(self.model, state, self.row, self.spec.safety_factor, self.probes)
+        row = {"step": attempt.step, "increment": number, "step_fraction": attempt.fraction}
+        for measure in self.measures:
+            row |= measure.evaluate(snapshot)
+        row["unstable_modes"] = attempt.unstable_modes
+        row["control"], row["kinetic_ratio"] = attempt.control, attempt.kinetic_ratio
+        row["newton_iterations"] = attempt.iterations
+        row["residual"] = attempt.residuals[-1] if attempt.residuals else 0.0
+        self.row = row
+        # Gathered by all processes; only the one that writes gets them.
+        fields = {
+            name: gathered
+            for name, values in snapshot.nodal_fields().items()
+            if (gathered := gather_nodes(self.model, values)) is not None
+        }
+        if self.writer is not None:
+            self.writer.increment(row, fields)
+        self.write_time += time.perf_counter() - started
+        self.tell({"stage": "increment", "steps": len(self.spec.steps), **asdict(attempt), **row})
+
+    def _checkpoint(self, checkpoint) -> None:
+        started = time.perf_counter()
+        curve = self.writer.curve if self.writer is not None else ""
+        data = pack(self.model, replace(checkpoint, curve=curve, spec=self.identity))
+        if self.writer is not None and data is not None:
+            self.writer.checkpoint(data)
+        self.write_time += time.perf_counter() - started
+
+    def _reject(self, attempt) -> None:
+        self.tell({"stage": "cutback", **asdict(attempt)})

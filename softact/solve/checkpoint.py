@@ -1,0 +1,231 @@
+"""Where a run stands: enough to go on from its last accepted increment to the same numbers.
+
+Unknowns are stored with the places of their nodes, so that a run may go on with another number of
+processes, which hold other parts of the mesh.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields, replace
+from pathlib import Path
+
+import numpy as np
+import scipy.spatial
+
+from softact.errors import SpecError
+from softact.files.restart import RESTART, of_another_version, seal, unseal
+from softact.loads import BY_FIELD
+from softact.solve.path import Point
+from softact.system.term import State
+
+SAME_PLACE = 1e-9  # of the body's size
+
+
+@dataclass
+class Checkpoint:
+    """A run after an accepted increment under load control.
+
+    step: number of the current step. begun: state at its start. state: now. path: its last points.
+    size: next increment. traced_at: where volume control was tried. rows: increments written down.
+    attempts, remarks, notes, counts: what the run has told so far. curve: text of curve.csv; spec:
+    see ``softact.run.resuming.identity``. passed: what ``softact.solve.passed.Passed`` keeps of
+    this process.
+    """
+
+    step: int
+    begun: State
+    state: State
+    path: list[Point]
+    size: float
+    traced_at: float | None
+    rows: int
+    attempts: list[dict] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    counts: dict = field(default_factory=dict)
+    curve: str = ""
+    spec: dict = field(default_factory=dict)
+    passed: dict[str, np.ndarray] = field(default_factory=dict)
+
+    @property
+    def step_done(self) -> bool:
+        """Whether the current step is at its end."""
+        return self.path[-1].s >= 1.0
+
+
+# Entries of a checkpoint that are stored as they are: all but what is made of vectors.
+PLAIN = tuple(
+    item.name
+    for item in fields(Checkpoint)
+    if item.name not in ("begun", "state", "path", "passed")
+)
+
+
+def pack(model, checkpoint: Checkpoint) -> bytes | None:
+    """The checkpoint as the content of a file, on rank 0 (None elsewhere). Collective."""
+    arrays: dict[str, np.ndarray] = {}
+    vectors = [checkpoint.begun.x, *(point.x for point in checkpoint.path)]
+    has_rate = checkpoint.path[-1].rate is not None
+    if has_rate:
+        vectors.append(checkpoint.path[-1].rate)
+    for number, (places, dofs, owned) in enumerate(_groups(model)):
+        mine = places[:owned], np.stack([x[dofs[:owned]] for x in vectors])
+        found = model.comm.gather(mine)
+        if found is not None:
+            arrays[f"places_{number}"] = np.concatenate([places for places, _ in found])
+            arrays[f"values_{number}"] = np.concatenate([v for _, v in found], axis=1)
+    parts = {"begun": checkpoint.begun.memory, "now": checkpoint.state.memory}
+    memories = model.comm.gather(parts | {"passed": checkpoint.passed})
+    if memories is None:
+        return None
+    for rank, parts in enumerate(memories):
+        for when, memory in parts.items():
+            for name, value in memory.items():
+                arrays[f"memory/{rank}/{when}/{name}"] = np.asarray(value)
+    known = {
+        **{name: getattr(checkpoint, name) for name in PLAIN},
+        "begun": _loads(checkpoint.begun),
+        "state": _loads(checkpoint.state),
+        "path": [{"s": p.s, "q": p.q.tolist()} for p in checkpoint.path],
+        "has_rate": has_rate,
+        "processes": len(memories),
+    }
+    return seal(known, arrays)
+
+
+def read(model, directory: Path) -> Checkpoint | None:
+    """The checkpoint in a result folder; None where there is none. Collective.
+
+    Raises DamagedResultError where it cannot be used, SpecError where it does not fit the model's
+    mesh or processes.
+    """
+    path = Path(directory) / RESTART
+    if not model.comm.bcast(path.is_file() if model.comm.rank == 0 else None):
+        return None
+    known, file = unseal(path)
+    try:
+        return _unpacked(model, path, known, file)
+    except (KeyError, TypeError, ValueError, IndexError):
+        raise of_another_version(path) from None
+
+
+def _unpacked(model, path: Path, known: Mapping, file) -> Checkpoint:
+    count = 1 + len(known["path"])
+    vectors = np.zeros((count + known["has_rate"], model.unknowns.local))
+    for number, (places, dofs, _) in enumerate(_groups(model)):
+        known_places = file.get(f"places_{number}", np.empty((0, 3)))
+        order = _find(known_places, places) if len(known_places) else None
+        if model.comm.allreduce(int(order is None)):
+            raise SpecError(f"{path}: was written on another mesh; start the run anew")
+        for vector, values in zip(vectors, file[f"values_{number}"], strict=True):
+            vector[dofs] = values[order]
+    states = []
+    for when, loads, x in (
+        ("begun", known["begun"], vectors[0]),
+        ("now", known["state"], vectors[count - 1]),
+    ):
+        if set(loads) != {field for field, load in BY_FIELD.items() if not load.holds_volume}:
+            raise KeyError("loads")
+        memory = _memory(file, known["processes"], when, model.comm)
+        loads = {name: _array(value) for name, value in loads.items()}
+        states.append(State(x.copy(), loads, memory))
+    points = [
+        Point(p["s"], x, np.array(p["q"], dtype=float))
+        for p, x in zip(known["path"], vectors[1:count], strict=True)
+    ]
+    if known["has_rate"]:
+        points[-1] = replace(points[-1], rate=vectors[-1])
+    begun, now = states
+    plain = {name: known[name] for name in PLAIN}
+    passed = _passed(file, known["processes"], model.comm)
+    return Checkpoint(begun=begun, state=now, path=points, passed=passed, **plain)
+
+
+def _passed(file, processes: int, comm) -> dict:
+    """Equilibria that were passed; without a limit, other processes need not know them."""
+    if processes != comm.size and not file["memory/0/passed/left"]:
+        return {}
+    return _memory(file, processes, "passed", comm)
+
+
+def _memory(file, processes: int, when: str, comm) -> dict:
+    prefix = f"memory/{comm.rank}/{when}/"
+    found = {n.removeprefix(prefix): file[n] for n in file.files if n.startswith(prefix)}
+    found = {name: value if value.ndim else float(value) for name, value in found.items()}
+    if comm.allreduce(len(found)) and processes != comm.size:
+        raise SpecError(
+            f"a run with contact, or beyond a limit of its load, was begun with -n {processes} and "
+            f"goes on with as many, not with -n {comm.size}"
+        )
+    return found
+
+
+def _groups(model) -> list[tuple[np.ndarray, np.ndarray, int]]:
+    """Places (n, 3), unknowns (n, size) and how many of them are this process's own, of each space
+    and of the nodes of sheets."""
+    unknowns = model.unknowns
+    groups = [
+        (_places(space), dofs, space.dofmap.index_map.size_local)
+        for space, dofs in zip(unknowns.spaces, unknowns.space_dofs, strict=True)
+    ]
+    loose = len(unknowns.loose_dofs)
+    if loose:
+        groups.append((model.nodes.places[-loose:], unknowns.loose_dofs, loose))
+    return groups
+
+
+def _places(space) -> np.ndarray:
+    return space.tabulate_dof_coordinates()
+
+
+def _find(stored: np.ndarray, wanted: np.ndarray) -> np.ndarray | None:
+    """Where the wanted places are among the stored ones; None where one is missing."""
+    size = max(float(np.ptp(stored, axis=0).max()), 1e-300)
+    if stored.shape == wanted.shape and np.abs(stored - wanted).max() < SAME_PLACE * size:
+        return np.arange(len(wanted))  # also where sheets lie on each other
+    distance, order = scipy.spatial.cKDTree(stored).query(wanted)
+    return order if not len(distance) or distance.max() < SAME_PLACE * size else None
+
+
+def _loads(state: State) -> dict:
+    return {field: _plain(dict(values)) for field, values in state.loads.items()}
+
+
+def _plain(value):
+    if isinstance(value, dict):
+        return {name: _plain(entry) for name, entry in value.items()}
+    return np.asarray(value, dtype=float).tolist()
+
+
+def _array(value):
+    if isinstance(value, dict):
+        return {name: _array(entry) for name, entry in value.items()}
+    return np.array(value) if isinstance(value, list) else value
+
+
+def first_to_solve(checkpoint: Checkpoint, new: Sequence[dict]) -> int | None:
+    """Number of the step to begin, or None to go on inside the current one.
+
+    new: the steps of the spec to go on with, as plain data; their names are part of them. Raises
+    SpecError where it is no continuation.
+    """
+    k, old = checkpoint.step, checkpoint.spec["steps"]
+    if list(old[:k]) != list(new[:k]) or len(new) <= k:
+        raise SpecError(
+            f"steps: the results were computed with other steps up to '{old[k]['name']}'; "
+            "only what comes after may change"
+        )
+    if new[k] == old[k]:
+        return k + 1 if checkpoint.step_done else None
+    if not checkpoint.step_done:
+        raise SpecError(
+            f"steps.{k}: '{old[k]['name']}' was begun with other loads and is not finished; "
+            "resume it as it was, then extend it"
+        )
+    return k  # extended: from where it ended to the new loads
+
+
+def told(attempts) -> list[dict]:
+    """Attempts as plain data."""
+    return [asdict(attempt) for attempt in attempts]

@@ -1,0 +1,135 @@
+"""Why an actuator finds no further equilibrium: what its last state says of the physics."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from softact.bodies.layer import Layer
+from softact.materials.tensors import determinant
+from softact.measures.strain import INCOMPRESSIBLE
+from softact.model import Model
+from softact.system.term import State
+
+# A cavity with less than this part of its first volume is sucked flat.
+FLAT = 0.05
+# A layer wrinkles where this part of its area is in compression beyond rounding.
+WRINKLED, BARELY = 0.01, 1e-6
+# The load has a limit near where displacements grow so much faster than at first.
+RUNAWAY = 8.0
+# Stretch of half a percent of the volume beyond which the law decides more than the material.
+STRETCHED, SHARE = 4.0, 0.005
+# An element is crushed where this part of its volume is left, though its law allows no such change.
+CRUSHED = 0.5
+
+
+def causes(
+    model: Model, state: State, unstable_modes: int, faster: float, jumps: int = 0
+) -> list[str]:
+    """What is physically remarkable in the last equilibrium. Collective.
+
+    unstable_modes: of that equilibrium. faster: how much more it moves under the same change of
+    the loads than in the step's first equilibrium. jumps: from one equilibrium to another one far
+    away, on the step's way to it.
+    """
+    found = []
+    if unstable_modes:
+        found.append(
+            f"the last equilibrium is unstable in {unstable_modes} direction(s): the actuator "
+            "buckles, or its material loses its stiffness"
+        )
+    elif faster > RUNAWAY:
+        found.append(
+            f"a limit of the load is near: the displacements grow {faster:.0f} times as fast as at "
+            "the step's start"
+        )
+    if jumps:
+        found.append(
+            f"the actuator has jumped {jumps} time(s) to a far equilibrium on the way: it buckles "
+            "or wrinkles anew as the load grows"
+        )
+    found += _flat_cavities(model, state)
+    found += _wrinkled_layers(model, state)
+    found += _stretched_regions(model, state)
+    found += _crushed_elements(model, state)
+    return found
+
+
+def _flat_cavities(model: Model, state: State) -> Iterator[str]:
+    for name, first in model.cavity_volumes_at_rest.items():
+        part = model.cavity_volume(state, name) / first if first > 0 else np.inf  # sheets lie flat
+        if part < FLAT:
+            yield (
+                f"cavity '{name}' is sucked flat ({part:.1%} of its volume is left); where its "
+                "walls touch it needs contact"
+            )
+
+
+def _wrinkled_layers(model: Model, state: State) -> Iterator[str]:
+    for layer in model.layers:
+        if layer.wrinkles or layer.bending is not None:
+            continue
+        areas, stress = _membrane(model, state, layer)
+        parts = zip(*model.comm.allgather((areas, stress)), strict=True)
+        areas, stress = (np.concatenate(part) for part in parts)
+        pressed = stress < -BARELY * layer.made_of.material.youngs_modulus
+        part = areas[pressed].sum() / areas.sum()
+        if part > WRINKLED:
+            yield (
+                f"the layer on '{layer.surface}' wrinkles: {part:.0%} of it is in compression, and "
+                "without bending stiffness it carries none; wrinkling: tension_field relaxes it"
+            )
+
+
+def _membrane(model: Model, state: State, layer: Layer):
+    """Undeformed areas (k,) mm² and smallest principal stresses (k,) MPa of a layer's triangles
+    with straight edges."""
+    nodes = model.surfaces.facet_nodes(model.mesh.facets[layer.surface])[:, :3]
+    before = model.nodes.places[nodes]
+    after = before + state.x[model.displacement_dofs[nodes]]
+    edges, moved = before[:, 1:] - before[:, :1], after[:, 1:] - after[:, :1]
+    metric = edges @ np.swapaxes(edges, 1, 2)
+    # Principal values of the Green strain: eigenvalues of G⁻¹ (g − G)/2, both metrics in the edges.
+    change = np.linalg.inv(metric) @ (moved @ np.swapaxes(moved, 1, 2) - metric) / 2
+    trace, det = np.trace(change, axis1=1, axis2=2), np.linalg.det(change)
+    gap = np.sqrt(np.maximum(trace**2 / 4 - det, 0.0))
+    small, large = trace / 2 - gap, trace / 2 + gap
+    material = layer.made_of.material
+    nu = material.poissons_ratio
+    stress = material.youngs_modulus / (1 - nu**2) * (small + nu * large)
+    return np.sqrt(np.linalg.det(metric)) / 2, stress
+
+
+def _stretched_regions(model: Model, state: State) -> Iterator[str]:
+    for name, solid in model.solids.items():
+        f = solid.deformation_gradient(state.x)
+        stretch = np.sqrt(np.linalg.eigvalsh(np.swapaxes(f, -1, -2) @ f)[..., 2])
+        over = model.sum(float(solid.volumes[stretch > STRETCHED].sum()))
+        whole = model.sum(float(solid.volumes.sum()))
+        largest = max(model.comm.allgather(float(stretch.max(initial=1.0))))
+        if over > SHARE * whole:
+            yield (
+                f"region '{name}' is stretched up to {largest:.1f} times, {over / whole:.1%} of it "
+                f"more than {STRETCHED:g} times: few elastomers bear that, and the elements distort"
+            )
+
+
+def _crushed_elements(model: Model, state: State) -> Iterator[str]:
+    """Where a nearly incompressible element lost half of its volume at a quadrature point."""
+    worst = (np.inf, ())
+    for solid in model.solids.values():
+        material = solid.material
+        if len(solid.cells) == 0 or material.bulk_modulus < INCOMPRESSIBLE * material.shear_modulus:
+            continue
+        jacobian = determinant(solid.deformation_gradient(state.x)).min(axis=1)
+        least = int(np.argmin(jacobian))
+        place = tuple(float(c) for c in solid.centres()[least])
+        worst = min(worst, (float(jacobian[least]), place))
+    part, place = min(model.comm.allgather(worst))
+    if part < CRUSHED:
+        where = ", ".join(f"{c:.1f}" for c in place)
+        yield (
+            f"the material at ({where}) mm is crushed into a fold ({part:.0%} of an element's "
+            "volume is left): round the corner there, or refine the mesh"
+        )

@@ -1,0 +1,385 @@
+"""A run on its way: what has been reached, and attempts at the next equilibrium.
+
+A ``Walk`` is what the ladder and each of its rungs is handed. What is attempted, and what is done
+where Newton's method fails, is theirs.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from dataclasses import asdict, replace
+
+import numpy as np
+
+from softact.loads.load_step import LoadStep
+from softact.loads.support import Support
+from softact.model import Model
+from softact.solve import acceptance
+from softact.solve.checkpoint import Checkpoint
+from softact.solve.diagnosis import causes
+from softact.solve.increments import next_size
+from softact.solve.newton import Counts, Loaded, Newton, NewtonOutcome, SolveOptions
+from softact.solve.passed import Passed
+from softact.solve.path import Drive, LoadDrive, Point, extrapolate
+from softact.solve.progress import Attempt, Listeners, Progress, Trying
+from softact.solve.ramp import Ramp
+from softact.solve.settings import Settings
+from softact.system.term import State
+
+# Part of a step over which the change of the loads is taken.
+RATE_STEP = 1e-4
+# Where the increment has come down to this part of the largest, the rungs beyond a smaller one are
+# tried, but where so many attempts have gained less than this part of a step.
+SMALL = 0.05
+PATIENCE, LEAST_GAIN = 25, 0.01
+# A limit of the load is expected where displacements grow this much faster than at first; part of
+# the way to it that the next increment may go.
+RUNS_AHEAD, TOWARDS_LIMIT = 1.3, 0.5
+# Newton iterations that friction takes more, at any increment, to find out what sticks and slips.
+FOR_FRICTION = 3
+RETURNED = "that equilibrium was passed before the limit"
+
+
+class Walk:
+    """A run on its way through its steps.
+
+    Of the run: state, as it is being tried; rest: the last accepted one, with its loads: nothing
+    may pass through anything on the way from it; accepted: number of states so far; control: how
+    the next one is sought. Of the present step, see ``begin``: its ramp and drive; path: its last
+    equilibria under load control; size: next increment, largest: its bound; passed: see there;
+    searched_at, traced_at: where line search and volume control were tried last; vain_before: see
+    ``in_vain``.
+    """
+
+    def __init__(self, model: Model, settings: Settings, listeners: Listeners):
+        self.model, self.settings, self.listeners = model, settings, listeners
+        self.progress = Progress()
+        self.state = model.initial_state()
+        self.rest = self._copy()
+        self.accepted, self.control = 0, "load"
+
+    @functools.cached_property
+    def newton(self) -> Newton:
+        """Newton's method, made when all loads have made their terms and coupled their nodes."""
+        newton = Newton(self.model, self.settings.tolerance, self.settings.max_iterations)
+        newton.watch = self._watch
+        return newton
+
+    # --- steps ----------------------------------------------------------------------------------
+
+    def set_supports(self, supports: Sequence[Support]) -> None:
+        """Change what is held from here on."""
+        self.newton.set_supports(supports, self.state)
+
+    def begin(self, number: int, step: LoadStep) -> None:
+        """Begin a step, of this number in the spec, at the state as it is."""
+        state, model, settings = self.state, self.model, self.settings
+        self.number, self.step = number, step
+        self.begun = self._copy()
+        self.ramp = Ramp(state, step, self.newton.held(state), model.cavity_volume)
+        self.ramp.apply(state, 0.0)
+        model.contacts.check_clear(state, self.ramp.put_there)
+        self.drive = LoadDrive(self.ramp)
+        self.largest = step.max_increment or settings.max_increment
+        self.size = min(settings.initial_increment, self.largest)
+        self.path = [Point(0.0, state.x.copy(), self.drive.loads(state))]
+        held_still = not model.sum(int(self.ramp.moves_supports))
+        self.may_trace = self.ramp.only_pressures and held_still
+        self.searched_at: float | None = None
+        self.traced_at: float | None = None
+        self.passed = Passed(model)
+        self.passed.add(0.0, state.x)
+        self.vain_before = self.in_vain()
+
+    def restore(self, start: Checkpoint, state: State) -> None:
+        """Stand where an earlier run stood, at one of its states."""
+        self.state = replace(state, x=state.x.copy())
+        self.rest = self._copy()
+        self.model.contacts.resume(self.state)
+        self.progress.attempts = [Attempt(**attempt) for attempt in start.attempts]
+        self.progress.remarks, self.progress.notes = list(start.remarks), list(start.notes)
+        modes = [a.unstable_modes for a in self.progress.attempts if a.converged]
+        self.newton.resume(Counts(**start.counts), modes[-1] if modes else 0)
+        self.accepted = start.rows
+
+    def resume(self, inside: Checkpoint) -> None:
+        """Go on from a checkpoint inside the step that has been begun."""
+        self.path, self.size, self.traced_at = inside.path, inside.size, inside.traced_at
+        if inside.passed:
+            self.passed.take(inside.passed)
+        for point in self.path:
+            self.passed.add(point.s, point.x)
+        self.go_to(self.drive, self.path[-1])
+        self.state.memory = inside.state.memory
+        self.model.contacts.resume(self.state)
+
+    @property
+    def done(self) -> float:
+        """Fraction of the step that is solved."""
+        return self.path[-1].s
+
+    @property
+    def is_small(self) -> bool:
+        """Whether the increment has come down so far that more than a smaller one is tried."""
+        return self.size < SMALL * self.largest
+
+    # --- attempts -------------------------------------------------------------------------------
+
+    def _watch(self, iteration: int, residual: float) -> None:
+        done = self.newton.counts.newton_iterations + iteration
+        tried = (self.control, iteration, residual, done)
+        self.listeners.iteration(Trying(self.step.name, self.done, *tried))
+
+    def attempt(
+        self,
+        drive: Drive,
+        path: Sequence[Point],
+        s: float,
+        at_most: int | None = None,
+        line_search: bool = False,
+    ) -> NewtonOutcome:
+        """Seek the equilibrium at the place ``s``, from a prediction or from the last point.
+
+        at_most: iterations, where fewer are allowed than otherwise. line_search: at each iteration.
+        """
+        contacts, start = self.model.contacts, path[-1]
+        self.control = "search" if line_search else drive.control
+        options = replace(self.newton.options, at_most=at_most, line_search=line_search)
+        drive.set(self.state, s, start.q)
+        self.state.x = start.x.copy()
+        overrun = contacts.overrun(self.rest, self.state)
+        if overrun:
+            return NewtonOutcome(False, 0, [], overrun, 0)
+        outcome = None
+        for guess in self._guesses(drive, path, s):
+            held, control = drive.set(self.state, s, guess.q)
+            if guess is not start and not contacts.admissible(self.state, start.x, guess.x):
+                continue
+            self.state.x = guess.x.copy()
+            outcome = self._equilibrium(held, control, guess.origin, options)
+            if outcome.converged or outcome.iterations > 1:
+                break  # a guess with inverted elements ends at once: then start from the last state
+        assert outcome is not None  # the last point is always among the guesses
+        return outcome
+
+    def _guesses(self, drive: Drive, path: Sequence[Point], s: float) -> list[Point]:
+        """First guesses, the best first; the last point is always among them."""
+        order = {"none": 0, "linear": 1, "quadratic": 2}[self.settings.predictor]
+        touching = len(self.model.contacts) > 0
+        orders = sorted({order, 1} if touching else {order}, reverse=True)
+        guesses = [extrapolate(path[-(k + 1) :], s) for k in orders if k and len(path) > 1]
+        if touching:
+            # Where bodies begin to touch the path has a kink, and a polynomial through it presses
+            # them into each other: what is far out of balance is left out.
+            errors = [self.newton.imbalance(self._loaded(drive, s, g.x)) for g in guesses]
+            best = min(range(len(errors)), key=errors.__getitem__, default=None)
+            guesses = [] if best is None or errors[best] > 1.0 else [guesses[best]]
+        return [*guesses, path[-1]]
+
+    def _equilibrium(self, held, control, origin, options: SolveOptions) -> NewtonOutcome:
+        """Newton, and once more with stiffer contact as long as bodies overlap too far."""
+        outcome = self.newton.solve(self.state, held, control, origin, options)
+        again = replace(options, at_most=None)
+        while outcome.converged and self.model.contacts.stiffen(self.state):
+            more = self.newton.solve(self.state, held, control, options=again)
+            outcome = replace(more, iterations=outcome.iterations + more.iterations)
+        return self.checked(outcome)
+
+    def checked(self, outcome: NewtonOutcome) -> NewtonOutcome:
+        """The outcome; failed where its state is none that follows the last one."""
+        if not outcome.converged:
+            return outcome
+        fault = acceptance.fault(self.model, self.rest, self.state)
+        return replace(outcome, converged=False, reason=fault) if fault else outcome
+
+    def onward(self, outcome: NewtonOutcome, s: float) -> NewtonOutcome:
+        """The outcome under load control; failed where its state is one of a branch that was
+        left."""
+        x = self.state.x
+        if outcome.converged and self.passed.returned(self.path[-1].x, x, s):
+            return replace(outcome, converged=False, reason=RETURNED)
+        return outcome
+
+    def advance(self) -> NewtonOutcome:
+        """Try the next increment under load control."""
+        least = SMALL * self.largest
+        self.size = min(self.size, max(TOWARDS_LIMIT * (self.limit_ahead() - self.done), least))
+        # Two halves rather than one whole and a sliver.
+        target = 1.0 if self.done + 1.01 * self.size >= 1.0 else self.done + self.size
+        outcome = self.onward(self.attempt(self.drive, self.path, target), target)
+        if not outcome.converged:
+            self.reject(self.drive, self.path, target, outcome)
+            return outcome
+        self.path = self.accept(self.drive, self.path, target, outcome)
+        self.passed.add(target, self.state.x)
+        own = 0 if self.model.contacts.symmetric else FOR_FRICTION
+        self.size = next_size(self.size, outcome.iterations - own, self.largest)
+        return outcome
+
+    # --- what came of them ----------------------------------------------------------------------
+
+    def record(self, attempt: Attempt) -> None:
+        """Count an attempt and tell of it; the state is as the attempt left it."""
+        self.progress.attempts.append(attempt)
+        if attempt.converged:
+            self.listeners.accept(self.state, attempt, self.accepted)
+            self.accepted += 1
+        else:
+            self.listeners.reject(attempt)
+
+    def accept(
+        self,
+        drive: Drive,
+        path: Sequence[Point],
+        s: float,
+        outcome: NewtonOutcome,
+        control: str | None = None,
+        kinetic_ratio: float = 0.0,
+    ) -> list[Point]:
+        """Take the state as the next point of a path; returns the last points.
+
+        control, kinetic_ratio: of the ``Attempt``, where they are not those of the drive.
+        """
+        point = Point(s, self.state.x.copy(), drive.loads(self.state), self._rate(drive, s))
+        attempt = replace(
+            self._as_attempt(drive, point, outcome),
+            speed=self._speed(point),
+            kinetic_ratio=kinetic_ratio,
+        )
+        # Whoever hears of it sees the forces that are in balance, friction's as they were counted.
+        self.record(replace(attempt, control=control) if control else attempt)
+        self.model.contacts.remember(self.state)
+        self.rest = self._copy()
+        return [*(replace(p, rate=None) for p in path[-2:]), point]
+
+    def reject(self, drive: Drive, path: Sequence[Point], s: float, outcome: NewtonOutcome) -> None:
+        """Go back to the last point of the path."""
+        point = Point(s, self.state.x, drive.loads(self.state))
+        tried = self._as_attempt(drive, point, outcome)
+        self.go_to(drive, path[-1])
+        self.record(tried)
+
+    def go_to(self, drive: Drive, point: Point) -> None:
+        """Put the state at a point of a path."""
+        drive.set(self.state, point.s, point.q)
+        self.state.x = point.x.copy()
+        self.rest = self._copy()
+
+    def checkpoint(self) -> None:
+        """Hand out all that is needed to go on from here."""
+        self.listeners.checkpoint(
+            Checkpoint(
+                self.number,
+                self.begun,
+                self.state,
+                self.path,
+                self.size,
+                self.traced_at,
+                self.accepted,
+                [asdict(attempt) for attempt in self.progress.attempts],
+                list(self.progress.remarks),
+                list(self.progress.notes),
+                asdict(self.newton.counts),
+                passed=self.passed.kept(),
+            )
+        )
+
+    def _copy(self) -> State:
+        return replace(self.state, x=self.state.x.copy())
+
+    def _as_attempt(self, drive: Drive, point: Point, outcome: NewtonOutcome) -> Attempt:
+        return Attempt(
+            self.step.name,
+            float(drive.fraction(point)),
+            outcome.iterations,
+            outcome.converged,
+            outcome.residuals,
+            outcome.reason,
+            outcome.unstable_modes - (outcome.softening if drive.holds_volume else 0),
+            drive.control,
+        )
+
+    def _speed(self, point: Point) -> float:
+        """Norm of the displacements' rate at a point; 0 where it is not known."""
+        if point.rate is None:
+            return 0.0
+        owned = self.model.nodes.owned
+        rate = point.rate[self.model.displacement_dofs[:owned]]
+        return float(np.sqrt(self.model.sum(float((rate**2).sum()))))
+
+    def _rate(self, drive: Drive, s: float) -> np.ndarray | None:
+        """Change of the unknowns with s under load control; elsewhere they are not followed."""
+        if drive.control != "load" or drive.holds_volume or s >= 1.0:
+            return None
+        here, later = (self._loaded(drive, place) for place in (s, s + RATE_STEP))
+        return self.newton.rate(here, later, RATE_STEP)
+
+    def _loaded(self, drive: Drive, s: float, x: np.ndarray | None = None) -> Loaded:
+        """The state, or one with the unknowns x, under the loads of the place ``s``."""
+        state = replace(self.state, x=self.state.x if x is None else x)
+        held, _ = drive.set(state, s, drive.loads(state))
+        return Loaded(state, held)
+
+    # --- what the attempts so far say -----------------------------------------------------------
+
+    @property
+    def attempts(self) -> list[Attempt]:
+        """Those of the present step."""
+        return [a for a in self.progress.attempts if a.step == self.step.name]
+
+    def in_vain(self) -> int:
+        """Newton iterations of the run so far that brought no increment under load control.
+
+        What was spent before the step, or before statics took over, is ``vain_before``."""
+        useful = sum(
+            a.iterations
+            for a in self.progress.attempts
+            if a.converged and a.control not in ("volume", "arc")
+        )
+        return self.newton.counts.newton_iterations - useful
+
+    def stuck(self) -> bool:
+        """Whether the last attempts gained next to nothing."""
+        fractions = [a.fraction if a.converged else 0.0 for a in self.attempts]
+        if len(fractions) <= PATIENCE:
+            return False
+        return max(fractions) - max(fractions[:-PATIENCE]) < LEAST_GAIN
+
+    def faster(self) -> float:
+        """Ratio of the last known speed to the first; 1 where none is known."""
+        speeds = [a.speed for a in self.attempts if a.converged and a.speed > 0.0]
+        return speeds[-1] / speeds[0] if speeds else 1.0
+
+    def limit_ahead(self) -> float:
+        """Fraction at which the displacements would run away; inf where they do not.
+
+        At a limit of the load they grow with the root of the way to it, so that the inverse square
+        of their speed is linear in the fraction.
+        """
+        last = [a for a in self.attempts if a.converged][-2:]
+        if len(last) < 2 or min(a.speed for a in last) <= 0.0 or self.faster() < RUNS_AHEAD:
+            return np.inf
+        (one, before), (two, now) = ((a.speed**-2, a.fraction) for a in last)
+        return now + two * (now - before) / (one - two) if one > two else np.inf
+
+    def at_limit(self) -> bool:
+        """Whether pressure has come so near to a limit that only volume goes on."""
+        near = self.limit_ahead() - self.done < SMALL * self.largest
+        return near and self.may_trace and self.traced_at != self.done
+
+    def no_equilibrium(self, reason: str) -> str:
+        """Why there is none from here on, as what the last state says of the physics."""
+        modes = next(a.unstable_modes for a in reversed(self.progress.attempts) if a.converged)
+        jumps = sum(a.converged and a.control == "dynamics" for a in self.attempts)
+        why = causes(self.model, self.state, modes, self.faster(), jumps) or [reason]
+        return (
+            f"no equilibrium found beyond {self.done:.2%} of step '{self.step.name}' "
+            f"({_loads(self.state)}): {'; '.join(why)}"
+        )
+
+
+def _loads(state: State) -> str:
+    pressures = sorted(state["pressure"].items())
+    parts = [f"{name} at {1e3 * float(p):.4g} kPa" for name, p in pressures]
+    return ", ".join(parts) or "no pressure"
