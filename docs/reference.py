@@ -13,13 +13,13 @@ from softact.geometry.step_faces import Selection
 from softact.loads import LOADS
 from softact.spec.contact import SurfaceContact
 from softact.spec.models import (
-    Layer,
-    Ply,
+    LayerSpec,
+    PlySpec,
     SheetOfLayers,
     Solver,
     Spec,
     Step,
-    Support,
+    SupportSpec,
 )
 from softact.spec.plausible import RANGES
 from softact.units import DIMENSIONS
@@ -29,10 +29,10 @@ PAGE = Path(__file__).with_name("reference.md")
 
 PARTS = (
     (Spec, "The spec"),
-    (Layer, "An entry of `layers`"),
+    (LayerSpec, "An entry of `layers`"),
     (SheetOfLayers, "An entry of `sheets`"),
-    (Ply, "An entry of a sheet's `plies`"),
-    (Support, "An entry of `supports`"),
+    (PlySpec, "An entry of a sheet's `plies`"),
+    (SupportSpec, "An entry of `supports`"),
     (Step, "An entry of `steps`"),
     *((part, f"A step's `{key}`") for key, part in LOADED.items() if part and key != "obstacles"),
     *((model, f"An entry of `obstacles`: type `{name}`") for name, model in OBSTACLES.items()),

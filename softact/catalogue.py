@@ -15,7 +15,7 @@ from softact.geometry.base import Geometry
 from softact.loads import LOADS
 from softact.materials import CARDS, LAWS, Law, card_data
 from softact.measures import MEASURES
-from softact.spec import Step, Support
+from softact.spec import Step, SupportSpec
 from softact.spec.checks import made_of_sheets
 from softact.units import dimension_of
 
@@ -44,7 +44,7 @@ def kind(annotation: Any) -> str:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         bases = {Geometry: "geometry", Law: "material"}
         named = (word for base, word in bases.items() if issubclass(annotation, base))
-        return next(named, annotation.__name__.lower())
+        return next(named, annotation.model_config.get("title", annotation.__name__).lower())
     names = {str: "text", float: "number", int: "whole number", bool: "true or false"}
     return names.get(annotation, str(annotation))
 
@@ -160,7 +160,7 @@ def _others(
 
 def loads() -> list[dict[str, Any]]:
     """Return every load that a step may change, and its supports."""
-    inner = {key: load.annotation for key, load in LOADS.items()} | {"supports": Support}
+    inner = {key: load.annotation for key, load in LOADS.items()} | {"supports": SupportSpec}
     return [
         {
             "name": entry["name"],

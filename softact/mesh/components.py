@@ -126,4 +126,4 @@ def gap(points: np.ndarray, cells: np.ndarray, labels: np.ndarray, label: int) -
     least, where = min(found, key=lambda pair: pair[0])
     if least < TOUCHES * np.ptp(points, axis=0).max():
         return f"touches another near {place(where)} without being joined to it"
-    return f"is joined to no other, the next is {distance:.2g} mm away at {place(where)}"
+    return f"is joined to no other, the next is {least:.2g} mm away at {place(where)}"

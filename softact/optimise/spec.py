@@ -12,7 +12,7 @@ from softact.geometry.base import is_of_mesh
 from softact.sweep.axes import Axis
 from softact.sweep.design import Coordinates, Design
 from softact.sweep.record import Record
-from softact.sweep.spec import Model, check_axes
+from softact.sweep.spec import StudyFile, check_axes
 from softact.units import Dimensionless, show
 
 _TRIED = Design(kind="latin_hypercube", samples=64)
@@ -85,7 +85,7 @@ class Constraint(Part):
         return max(parts)
 
 
-class Optimisation(Model):
+class Optimisation(StudyFile):
     """What is varied, what is wanted, and what must hold."""
 
     kind: ClassVar[str] = "optimise"
@@ -101,7 +101,7 @@ class Optimisation(Model):
     )
 
     def tried(self) -> list[Coordinates]:
-        """See ``Model.tried``: the reference, or some designs between the ends."""
+        """See ``StudyFile.tried``: the reference, or some designs between the ends."""
         return [self.reference] if self.reference else _TRIED.points(self.parameters)
 
     @model_validator(mode="after")

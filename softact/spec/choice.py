@@ -102,7 +102,7 @@ class MaterialChoice(Choice):
         """Return name -> class of the laws that fit here."""
         from softact.materials import LAWS
 
-        # A thin layer's energy is that of a linear sheet, see softact.system.term.Layer.
+        # A thin layer's energy is that of a linear sheet, see softact.bodies.layer.Layer.
         return {"linear": LAWS["linear"]} if self.layer else LAWS
 
     def model_for(self, data: Any) -> type[BaseModel] | None:

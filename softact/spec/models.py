@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, get_args
 
 from pydantic import (
-    BaseModel,
-    ConfigDict,
     Field,
     ModelWrapValidatorHandler,
     ValidationError,
@@ -18,7 +16,7 @@ from pydantic_core.core_schema import ErrorType
 
 from softact.bodies import BODIES
 from softact.bodies.base import BodyKind
-from softact.fields import Component, Direction, Name, Point, fault
+from softact.fields import Component, Direction, Name, Part, Point, fault
 from softact.geometry.base import Geometry
 from softact.geometry.imported import Imported
 from softact.loads import LOADS
@@ -37,16 +35,10 @@ from softact.units import Angle, Dimensionless, Length, Stiffness
 UNNAMED = {"steps": "step", "contact": "contact"}
 
 
-Spring = Annotated[Stiffness, Field(gt=0)]
+PositiveStiffness = Annotated[Stiffness, Field(gt=0)]
 
 
-class Model(BaseModel):
-    """Base of the parts of a spec."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
-
-
-class Layer(Model):
+class LayerSpec(Part, title="Layer"):
     """A thin layer bonded to a surface: membrane stiffness, bending stiffness where it is flat, no
     mesh. Where it does not bend, it wrinkles finely instead of being compressed."""
 
@@ -67,7 +59,7 @@ class Layer(Model):
     )
 
 
-class Ply(Model):
+class PlySpec(Part, title="Ply"):
     """One layer of a sheet of the geometry."""
 
     material: AnyMaterial = Field(description="a card or {law: ...}; any law, in plane stress")
@@ -88,10 +80,10 @@ class Ply(Model):
         return self
 
 
-class SheetOfLayers(Model):
+class SheetOfLayers(Part):
     """What a sheet of the geometry is made of; plies are bonded to each other and add up."""
 
-    plies: tuple[Ply, ...] = Field(strict=False, min_length=1, description="its layers")
+    plies: tuple[PlySpec, ...] = Field(strict=False, min_length=1, description="its layers")
     wrinkling: Literal["tension_field", "resolved"] = Field(
         "tension_field",
         description="tension_field: compression is relaxed by wrinkles finer than the mesh; "
@@ -105,7 +97,7 @@ class SheetOfLayers(Model):
     )
 
 
-class Turn(Model):
+class TurnSpec(Part, title="Turn"):
     """A rotation of a surface as a rigid plate."""
 
     axis: Direction = Field(description="direction of the axis: [1, 0, 0]")
@@ -115,7 +107,7 @@ class Turn(Model):
     )
 
 
-class Support(Model):
+class SupportSpec(Part, title="Support"):
     """Components of the displacement of a surface that are held or prescribed."""
 
     surface: str = Field(description="surface of the geometry")
@@ -125,8 +117,8 @@ class Support(Model):
     move: dict[Component, Length] = Field(
         {}, description="components moved, counted from the undeformed state: {x: 2 mm}"
     )
-    turn: Turn | None = Field(None, description="a rotation, which prescribes all components")
-    spring: dict[Component, Spring] | None = Field(
+    turn: TurnSpec | None = Field(None, description="a rotation, which prescribes all components")
+    spring: dict[Component, PositiveStiffness] | None = Field(
         None,
         description="components held by springs from the undeformed state on: {x: 2 N/mm} of the "
         "whole surface, spread over its area; not in a step's supports, which leave springs as "
@@ -162,11 +154,11 @@ class Support(Model):
         return (0, 1, 2) if self.turn else (*self.values, *springs)
 
 
-class StepBase(Model):
+class StepBase(Part):
     """A change of the loads or supports; loads ramp linearly from their last value."""
 
     name: Name = Field("", description="default: step_1, step_2, ...")
-    supports: tuple[Support, ...] | None = Field(
+    supports: tuple[SupportSpec, ...] | None = Field(
         None, strict=False, description="replace the supports from this step on"
     )
     max_increment: Dimensionless | None = Field(
@@ -224,7 +216,7 @@ else:
 USUAL = Settings()
 
 
-class Solver(Model):
+class Solver(Part):
     """How the equilibrium is sought. Increments are fractions of a step."""
 
     element: Literal["P2/P1", "P2/P0", "P2"] = Field(
@@ -267,7 +259,7 @@ class Solver(Model):
         return self
 
 
-class SpecBase(Model):
+class SpecBase(Part):
     """A soft actuator, its loads, and what to compute."""
 
     name: Name = Field("actuator", description="default: the name of the file")
@@ -280,11 +272,11 @@ class SpecBase(Model):
     materials: dict[str, AnyMaterial] = Field(
         {}, description="region -> card, {card:, ...} or {law:, ...}; a card is a name or a file"
     )
-    layers: tuple[Layer, ...] = Field((), strict=False, description="thin layers on surfaces")
+    layers: tuple[LayerSpec, ...] = Field((), strict=False, description="thin layers on surfaces")
     sheets: dict[str, SheetOfLayers] = Field(
         {}, description="sheet of the geometry -> its plies, wrinkling and bending"
     )
-    supports: tuple[Support, ...] | None = Field(
+    supports: tuple[SupportSpec, ...] | None = Field(
         None, strict=False, description="default: the clamp of the geometry, all components"
     )
     obstacles: dict[Name, AnyObstacle] = Field(
@@ -332,7 +324,7 @@ class SpecBase(Model):
         layout = self.geometry.layout()
         supports = self.supports
         if supports is None:
-            clamp = Support(surface=layout.clamp, fix=("x", "y", "z")) if layout.clamp else None
+            clamp = SupportSpec(surface=layout.clamp, fix=("x", "y", "z")) if layout.clamp else None
             supports = (clamp,) if clamp else ()
         steps = [step.for_layout(layout) for step in self.steps]
         contact = resolved_contact(self.contact, steps, layout)

@@ -50,7 +50,7 @@ _DESIGN = Design.model_json_schema()
 _DESIGN_SCHEMA = {"anyOf": [_DESIGN["properties"]["kind"], _DESIGN]}
 
 
-class Model(BaseModel):
+class StudyFile(BaseModel):
     """Base of a sweep and of an optimisation: a base spec and changes to it.
 
     kind: of the file. of_axes: the field that holds what is varied.
@@ -80,10 +80,10 @@ class Model(BaseModel):
         return []
 
 
-Kind = TypeVar("Kind", bound=Model)
+Kind = TypeVar("Kind", bound=StudyFile)
 
 
-class Sweep(Model):
+class Sweep(StudyFile):
     """A sweep over the values of a spec."""
 
     kind: ClassVar[str] = "sweep"
@@ -153,7 +153,7 @@ def read(file: Path, model: type[Kind]) -> tuple[Kind, document.Document]:
     return study, base
 
 
-def _lost(study: Model, source: document.Document, base: document.Document) -> Iterator[str]:
+def _lost(study: StudyFile, source: document.Document, base: document.Document) -> Iterator[str]:
     """A line for each path of an axis that leads nowhere in the base, all others being set."""
     here = base.copy()
     for number, axis in enumerate(study.varied):
