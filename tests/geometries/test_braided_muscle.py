@@ -1,13 +1,12 @@
 """The braided muscle against what follows from a braid of inextensible threads."""
 
-import csv
-
 import numpy as np
 import pytest
 import scipy.integrate
 from pydantic import ValidationError
 
 from softact.geometries.braided_muscle import BraidedMuscle
+from softact.results.folder import read
 from softact.run.start import run
 from softact.spec import loads
 
@@ -47,8 +46,8 @@ def pull(tmp_path):
     def solve(text):
         outcome = run(loads(text), tmp_path / "result", report=False)
         assert outcome.status == "complete", outcome.message
-        with (tmp_path / "result" / "curve.csv").open() as file:
-            return {row["step"]: -float(row["tip_force_x_N"]) for row in csv.DictReader(file)}
+        curve = read(tmp_path / "result").curve
+        return dict(zip(curve["step"], -curve["tip_force_x_N"], strict=True))
 
     return solve
 
@@ -82,7 +81,7 @@ def rubber(angle, contraction):
     return (energy(along - step) - energy(along + step)) / (2 * step)
 
 
-@pytest.mark.parametrize("angle", [30, 45, 65])
+@pytest.mark.parametrize("angle", [30, 65])
 def test_a_muscle_that_is_held_at_its_length_pulls_as_its_braid_says(angle, pull):
     """Nothing moves but by the threads' stretch, so ends and rubber have no effect; above the
     neutral angle it pushes."""
