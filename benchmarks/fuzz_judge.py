@@ -142,10 +142,10 @@ def in_process(arguments: Sequence[str], folder: Path, limit: float) -> Ended:
     """Call the command line in this process, in a folder."""
     out, err = (io.TextIOWrapper(io.BytesIO(), "utf-8", "backslashreplace") for _ in range(2))
     where = []
-    told = cli._told
+    tell = cli._tell
 
     def heard(error: Exception) -> int:
-        code = told(error)
+        code = tell(error)
         if code not in CODES:
             where.append("".join(traceback.format_exception(error)))
         return code
@@ -157,7 +157,7 @@ def in_process(arguments: Sequence[str], folder: Path, limit: float) -> Ended:
         for kind in _QUIET:
             warnings.simplefilter("ignore", kind)
         try:
-            with mock.patch.object(cli, "_told", heard), _alarm(limit):
+            with mock.patch.object(cli, "_tell", heard), _alarm(limit):
                 code = _code(arguments)
         except HangsError:
             where.append(traceback.format_exc())

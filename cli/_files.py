@@ -1,29 +1,28 @@
 """What is said of the files of the user's that a spec names: scripts, STEP files, meshes."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
 import click
 
+if TYPE_CHECKING:
+    from softact.geometry.base import Geometry
+    from softact.sweep.axes import Axis
 
-def tell_scripts(base: Any, axes: Sequence[Any]) -> None:
+
+def tell_scripts(base: object, axes: Sequence["Axis"]) -> None:
     """Say which scripts run where the runs of a study do, before the first one.
 
     base: the plain data of its base spec. axes: those of a sweep or an optimisation.
     """
-    from softact.geometry.scripts import told
+    from softact.geometry.scripts import scripts_as_code
 
-    files = [
-        file
-        for axis in axes
-        if "geometry.file" in axis.path
-        for file in axis.values or getattr(axis, "choices", None) or ()
-    ]
-    for line in told(base, files):
+    files = [file for axis in axes if "geometry.file" in axis.path for file in axis.values or ()]
+    for line in scripts_as_code(base, files):
         click.echo(line, err=True)
 
 
-def tell_file(spec: str, geometry: Any, ok: str) -> int:
+def tell_file(spec: str, geometry: "Geometry", ok: str) -> int:
     """Say what is in the file of a geometry, without a mesh, or what it lacks; no script is run.
 
     spec: name of the spec's file. ok: said of a spec without faults. Returns the number of faults.
@@ -31,15 +30,15 @@ def tell_file(spec: str, geometry: Any, ok: str) -> int:
     from softact.errors import MeshError
     from softact.geometry.base import look
 
-    said, faults = geometry.notes(), []
+    notes, faults = geometry.notes(), []
     try:
-        look(geometry, said)
+        look(geometry, notes)
     except MeshError as error:
         faults = error.lines
     for line in faults:
         click.echo(f"{spec}: geometry: {line}", err=True)
     if not faults:
         click.echo(ok)
-    for line in said:
+    for line in notes:
         click.echo(f"  {line}")
     return len(faults)

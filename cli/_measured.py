@@ -3,11 +3,17 @@
 import shlex
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
 
 import click
 
+if TYPE_CHECKING:
+    from softact.measured.curve import Measured
 
-def measured_options(command: Callable) -> Callable:
+Command = TypeVar("Command", bound=Callable[..., object] | click.Command)
+
+
+def measured_options(command: Command) -> Command:
     """Add ``--measured FILE`` (several) and ``--columns NAMES`` to a command."""
     files = click.option(
         "--measured",
@@ -29,7 +35,7 @@ def measured_options(command: Callable) -> Callable:
 
 def read_all(
     files: Sequence[Path], known: Sequence[str], headings: str | None, command: str
-) -> list:
+) -> list["Measured"]:
     """Read the measured files; say what was left out of them.
 
     known: columns of the run. command: what the user called, without options. Raises SpecError, a
@@ -56,7 +62,7 @@ def read_all(
     return found
 
 
-def tell(directory: Path, measured: Sequence) -> None:
+def tell(directory: Path, measured: Sequence["Measured"]) -> None:
     """Print how far the run in a folder is from measured curves."""
     if not measured:
         return

@@ -3,9 +3,15 @@
 import sys
 import time
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Self
 
 import click
+
+if TYPE_CHECKING:
+    import rich.progress
+
+    from softact.sweep.compute import Answer
+    from softact.sweep.points import DesignPoint
 
 
 class Points:
@@ -16,8 +22,7 @@ class Points:
 
     def __init__(self, total: int, done: int) -> None:
         self._total, self._done, self._first = total, done, done
-        self._bar: Any = None
-        self._task: Any = None
+        self._bar: rich.progress.Progress | None = None
         self._start = time.monotonic()
 
     def __enter__(self) -> Self:
@@ -33,7 +38,7 @@ class Points:
             left = TextColumn("{task.fields[left]}")
             self._bar = Progress(BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), left)
             self._bar.start()
-            self._task = self._bar.add_task("", total=self._total, completed=self._done, left="")
+            self._bar.add_task("", total=self._total, completed=self._done, left="")
         return self
 
     def __exit__(
@@ -45,7 +50,7 @@ class Points:
         if self._bar is not None:
             self._bar.stop()
 
-    def __call__(self, point: Any, answer: Any) -> None:
+    def __call__(self, point: "DesignPoint", answer: "Answer") -> None:
         self._done += 1
         width = len(str(self._total))
         line = f"{self._done:{width}d}/{self._total}  {point.text()}: {outcome(answer)}"
@@ -53,7 +58,7 @@ class Points:
             click.echo(line)
             return
         self._bar.console.print(line, markup=False, highlight=False)
-        self._bar.update(self._task, completed=self._done, left=self._left())
+        self._bar.update(self._bar.task_ids[0], completed=self._done, left=self._left())
 
     def _left(self) -> str:
         finished = self._done - self._first
@@ -61,7 +66,7 @@ class Points:
         return f"{duration(seconds)} left" if self._done < self._total else ""
 
 
-def outcome(answer: Any) -> str:
+def outcome(answer: "Answer") -> str:
     """A few words on how a run ended."""
     words = answer.status.replace("_", " ")
     if answer.cached:

@@ -5,15 +5,18 @@ import threading
 import time
 from collections.abc import Mapping, Sequence
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import click
+
+if TYPE_CHECKING:
+    import rich.progress
 
 #: Seconds of silence after which a line says what is still going on.
 SILENCE = 9.0
 
 
-class Progress:
+class ProgressLine:
     """Called with each event of ``softact.run.start``.
 
     steps: names of the spec's steps, in order. On a terminal one line with a bar follows the run;
@@ -23,8 +26,7 @@ class Progress:
 
     def __init__(self, steps: Sequence[str], silence: float = SILENCE) -> None:
         self._steps = list(steps)
-        self._bar: Any = None
-        self._task: Any = None
+        self._bar: rich.progress.Progress | None = None
         self._start = self._said_at = time.monotonic()
         self._silence = silence
         self._done = 0.0
@@ -34,14 +36,13 @@ class Progress:
 
     def __enter__(self) -> Self:
         if sys.stdout.isatty():
-            from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
-            from rich.progress import Progress as Bar
+            from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
             percent = TextColumn("{task.percentage:>3.0f} %")
             text = TextColumn("{task.description}", markup=False)
-            self._bar = Bar(BarColumn(), percent, TimeElapsedColumn(), text)
+            self._bar = Progress(BarColumn(), percent, TimeElapsedColumn(), text)
             self._bar.start()
-            self._task = self._bar.add_task("", total=1.0)
+            self._bar.add_task("", total=1.0)
         else:
             self._ticker.start()
         return self
@@ -62,14 +63,14 @@ class Progress:
         from softact.run.start import log_line
 
         if event["stage"] == "error":
-            return  # told at the end, on standard error
+            return  # said at the end, on standard error
         if event["stage"] == "increment":
             self._done = (self._steps.index(event["step"]) + event["fraction"]) / len(self._steps)
         text = log_line(event)
         if self._bar is not None and event["stage"] == "note":
             self._bar.console.print(text, markup=False, highlight=False)  # it stays
         elif self._bar is not None:
-            self._bar.update(self._task, completed=self._done, description=text)
+            self._bar.update(self._bar.task_ids[0], completed=self._done, description=text)
         else:
             self._say(text)
             self._last = text

@@ -58,7 +58,19 @@ from softact.cli._force import force_option
 @click.option("--cache", "cache_folder", envvar="SOFTACT_CACHE", metavar="DIR",
               help="Folder of the finished runs.  [default: results/.runs]")  # fmt: skip
 @force_option
-def calibrate(spec: Path, output: Path | None, cache_folder: str | None, **given: object) -> None:
+def calibrate(
+    spec: Path,
+    data: Path,
+    vary: tuple[str, ...],
+    columns: str | None,
+    x: str | None,
+    overrides: tuple[str, ...],
+    max_runs: int,
+    processes: int,
+    output: Path | None,
+    cache_folder: str | None,
+    force: bool,
+) -> None:
     """Adjust named constants of a spec so that its run meets a measured curve.
 
     Every row of the data is a point of the curve; the first column is the abscissa, all others are
@@ -78,4 +90,15 @@ def calibrate(spec: Path, output: Path | None, cache_folder: str | None, **given
     from softact.sweep.cache import DEFAULT, Cache
 
     cache = Cache(Path(cache_folder or DEFAULT), warn=lambda line: click.echo(line, err=True))
-    run_request(Request(spec=spec, **given), output, cache, click.echo)
+    request = Request(
+        spec=spec,
+        data=data,
+        vary=vary,
+        overrides=overrides,
+        x=x,
+        columns=columns,
+        processes=processes,
+        max_runs=max_runs,
+        force=force,
+    )
+    run_request(request, output, cache, click.echo)

@@ -2,14 +2,20 @@
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from softact.cli._force import force_option
 from softact.errors import SpecError
+
+if TYPE_CHECKING:
+    from softact.converge.study import Level
+    from softact.spec import Spec
+    from softact.sweep.compute import Answer
 
 
 @click.command(short_help="Refine the mesh until the measures are right; error bars.")
@@ -104,10 +110,10 @@ def converge(
             stack.enter_context(held(Path(into), "converge"))
         stack.enter_context(folder.opened(files.FILES))
         study = study_of(
-            loaded, wanted, cache, _part(tolerance), factor, most, jobs, told=_told(wanted)
+            loaded, wanted, cache, _part(tolerance), factor, most, jobs, tell=_teller(wanted)
         )
         page = files.write(study, loaded.name, folder)
-        for line in [*files.told(study), files.advice(study)]:
+        for line in [*files.limit_lines(study), files.advice(study)]:
             click.echo(line)
         if into:
             click.echo(carry.carry_into(study, Path(into)))
@@ -115,7 +121,7 @@ def converge(
     sys.exit(0 if study.converged else 1)
 
 
-def _meshes(spec, factor: float, most: int) -> Iterator:
+def _meshes(spec: "Spec", factor: float, most: int) -> Iterator["Spec"]:
     """The specs that a study may come to; fewer where they become too large."""
     from softact.converge.study import refined
 
@@ -138,8 +144,10 @@ def _part(text: str) -> float:
     return value
 
 
-def _told(measures: tuple[str, ...]):
-    def tell(level, answer) -> None:
+def _teller(measures: tuple[str, ...]) -> Callable[["Level", "Answer"], None]:
+    """What prints a line for each mesh."""
+
+    def tell(level: "Level", answer: "Answer") -> None:
         values = ", ".join(
             f"{m} {level.record.measures[m]:.5g}" for m in measures if m in level.record.measures
         )

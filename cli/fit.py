@@ -1,6 +1,7 @@
 """`softact fit`: a law's constants from tensile tests."""
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 import click
@@ -13,7 +14,9 @@ LAWS = (
 )
 
 
-def _quantity(name: str):
+def _quantity(
+    name: str,
+) -> Callable[[click.Context, click.Parameter, str | None], float | None]:
     """A click callback that reads a value with its unit by the dimension of that name."""
 
     def read(ctx: click.Context, parameter: click.Parameter, value: str | None) -> float | None:
@@ -38,7 +41,9 @@ def _file_name(ctx: click.Context, parameter: click.Parameter, value: str | None
     return value
 
 
-def _pairs(ctx: click.Context, parameter: click.Parameter, values: tuple[str, ...]) -> dict:
+def _pairs(
+    ctx: click.Context, parameter: click.Parameter, values: tuple[str, ...]
+) -> dict[str, str]:
     pairs = {}
     for value in values:
         name, equals, text = value.partition("=")
@@ -116,7 +121,24 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, values: tuple[str, ..
     help="Folder for card, plot and numbers.",
 )
 @force_option
-def fit(data: tuple[str, ...], **given: object) -> None:
+def fit(
+    data: tuple[str, ...],
+    law: str,
+    relative: bool,
+    balance: bool,
+    method: str,
+    starts: int,
+    seed: int,
+    sigma: float | None,
+    fix: dict[str, str],
+    compare: tuple[str, ...],
+    density: float | None,
+    strength: float | None,
+    name: str | None,
+    output: Path,
+    force: bool,
+    **reading: object,
+) -> None:
     """Fit a law to tests in homogeneous deformation; write a card, a plot and the numbers.
 
     MODE is uniaxial (the default), compression, equibiaxial, planar or biaxial; DIRECTION is
@@ -133,22 +155,27 @@ def fit(data: tuple[str, ...], **given: object) -> None:
     """
     from softact.fit.fit import Options
     from softact.fit.run import Request, run
-    from softact.fit.sheet import TestSheet, sheets_from_argument
+    from softact.fit.sheet import sheets_from_argument
 
-    reading = {k: given[k] for k in TestSheet.model_fields if given.get(k) not in (None, False)}
-    sheets = [sheet for entry in data for sheet in sheets_from_argument(entry, reading)]
+    given = {field: value for field, value in reading.items() if value not in (None, False)}
+    sheets = [sheet for entry in data for sheet in sheets_from_argument(entry, given)]
     request = Request(
         sheets=sheets,
-        law=given["law"],
-        directory=given["output"],
-        name=given["name"] or sheets[0].file.stem,
+        law=law,
+        directory=output,
+        name=name or sheets[0].file.stem,
         options=Options(
-            **{k: given[k] for k in ("relative", "balance", "method", "starts", "seed", "sigma")}
+            relative=relative,
+            balance=balance,
+            method=method,
+            starts=starts,
+            seed=seed,
+            sigma=sigma,
         ),
-        held=given["fix"],
-        compare=given["compare"],
-        density=given["density"],
-        strength=given["strength"],
-        force=given["force"],
+        held=fix,
+        compare=compare,
+        density=density,
+        strength=strength,
+        force=force,
     )
     run(request, click.echo)

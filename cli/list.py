@@ -2,9 +2,12 @@
 
 import json
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
+
+if TYPE_CHECKING:
+    from rich.table import Table
 
 KINDS = ("laws", "materials", "geometries", "measures", "loads")
 PLAIN_WIDTH = 120
@@ -46,7 +49,9 @@ def list_kind(kind: str, names: tuple[str, ...], as_json: bool) -> None:
             console.print(block)
 
 
-def _chosen(records: list[dict[str, Any]], kind: str, names: tuple[str, ...]) -> list[dict]:
+def _chosen(
+    records: list[dict[str, Any]], kind: str, names: tuple[str, ...]
+) -> list[dict[str, Any]]:
     from softact.errors import SpecError
     from softact.nearest import nearest
 
@@ -57,7 +62,7 @@ def _chosen(records: list[dict[str, Any]], kind: str, names: tuple[str, ...]) ->
     return [record for record in records if not names or record["name"] in names]
 
 
-def _blocks(kind: str, records: list[dict[str, Any]]) -> list[Any]:
+def _blocks(kind: str, records: list[dict[str, Any]]) -> "list[str | Table]":
     if kind == "materials":
         return [_materials(records)]
     if kind == "measures":
@@ -72,9 +77,9 @@ def _blocks(kind: str, records: list[dict[str, Any]]) -> list[Any]:
     return blocks
 
 
-def _record(record: dict[str, Any]) -> list[Any]:
+def _record(record: dict[str, Any]) -> "list[str | Table]":
     """A heading, what is to be known, and the table of the parameters."""
-    blocks: list[Any] = [record["name"]]
+    blocks: list[str | Table] = [record["name"]]
     for key in ("formula", "use", "source"):
         if text := record.get(key):
             blocks.append(f"  {text}" if key != "source" else f"  Source: {text}")
@@ -92,7 +97,7 @@ def _names(record: dict[str, Any], indent: str) -> list[str]:
     return [f"{indent}{key}: {', '.join(record[key])}" for key in NAMES if record.get(key)]
 
 
-def _table(*titles: str) -> Any:
+def _table(*titles: str) -> "Table":
     from rich import box
     from rich.table import Table
 
@@ -102,7 +107,7 @@ def _table(*titles: str) -> Any:
     return table
 
 
-def _parameters(entries: list[dict[str, Any]]) -> Any:
+def _parameters(entries: list[dict[str, Any]]) -> "Table":
     table = _table("key", "value", "unit", "default", "meaning")
     for entry in entries:
         default = "needed" if entry["needed"] else _text(entry["default"])
@@ -110,7 +115,7 @@ def _parameters(entries: list[dict[str, Any]]) -> Any:
     return table
 
 
-def _materials(records: list[dict[str, Any]]) -> Any:
+def _materials(records: list[dict[str, Any]]) -> "Table":
     table = _table("card", "law", "constants", "density", "strength", "source")
     for record in records:
         constants = ", ".join(f"{key} {value}" for key, value in record["constants"].items())
@@ -119,7 +124,7 @@ def _materials(records: list[dict[str, Any]]) -> Any:
     return table
 
 
-def _loads(records: list[dict[str, Any]]) -> Any:
+def _loads(records: list[dict[str, Any]]) -> "Table":
     table = _table("key of a step", "value", "unit", "meaning")
     for record in records:
         keys = ("name", "value", "unit", "meaning")
@@ -127,7 +132,7 @@ def _loads(records: list[dict[str, Any]]) -> Any:
     return table
 
 
-def _measures(records: list[dict[str, Any]]) -> Any:
+def _measures(records: list[dict[str, Any]]) -> "Table":
     table = _table("measure", "column of curve.csv", "meaning")
     for record in records:
         table.add_row(record["name"], "", record["use"])
@@ -136,7 +141,7 @@ def _measures(records: list[dict[str, Any]]) -> Any:
     return table
 
 
-def _text(value: Any) -> str:
+def _text(value: object) -> str:
     if value is None:
         return ""
     if isinstance(value, bool):

@@ -6,6 +6,7 @@ Exit codes: 0 done; 1 a check deviates; 2 the spec or another input is wrong; 3 
 
 import errno
 import importlib
+import io
 import os
 import pkgutil
 import signal
@@ -156,7 +157,7 @@ def _run(arguments: list[str], debug: bool) -> int:
     except Exception as error:
         if debug and not isinstance(error, click.ClickException):
             traceback.print_exc()
-        return _told(error)
+        return _tell(error)
 
 
 def _click(arguments: list[str]) -> object:
@@ -181,19 +182,19 @@ def _nobody_reads() -> int:
     return BROKEN_PIPE
 
 
-def _told(error: Exception) -> int:
+def _tell(error: Exception) -> int:
     """Tell what went wrong as far as anybody hears it; return the exit code."""
     try:
         sys.stdout.flush()
     except OSError:
         abandon_stdout()
     try:
-        return _tell(error)
+        return _print(error)
     except BrokenPipeError:
         return _nobody_reads()
 
 
-def _tell(error: Exception) -> int:
+def _print(error: Exception) -> int:
     """Print what went wrong in plain lines; return the exit code.
 
     What it holds of the call and of files may be anything; a terminal shall not obey it.
@@ -205,8 +206,10 @@ def _tell(error: Exception) -> int:
             click.echo(printable(line), err=True)
         return error.exit_code
     if isinstance(error, click.ClickException):
-        error.message = "\n".join(map(printable, error.message.split("\n")))
-        error.show()
+        shown = io.StringIO()
+        error.show(shown)
+        for line in shown.getvalue().removesuffix("\n").split("\n"):
+            click.echo(printable(line), err=True)
         return WRONG_INPUT
     if isinstance(error, OSError) and error.filename is not None:
         click.echo(printable(f"{error.filename}: {error.strerror}"), err=True)

@@ -3,11 +3,17 @@
 import os
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from softact.cli._files import tell_scripts
 from softact.cli._force import force_option
+
+if TYPE_CHECKING:
+    from optuna.trial import FrozenTrial
+
+    from softact.sweep.compute import Answer
 
 
 @click.command(short_help="Find the best designs within constraints (Optuna).")
@@ -61,7 +67,7 @@ def optimize(
     directory = Path(output) if output else Path("results") / wanted.name
     cache = Cache(Path(cache_folder or DEFAULT), warn=lambda line: click.echo(line, err=True))
 
-    def told(trial, answer) -> None:
+    def tell(trial: "FrozenTrial", answer: "Answer") -> None:
         values = ", ".join(
             f"{o.title} {v:.5g}" for o, v in zip(wanted.objectives, trial.values or [],
                                                  strict=False)
@@ -77,7 +83,7 @@ def optimize(
         study = Trials(wanted, base, cache, directory)
         click.echo(f"{wanted.trials} trials, {len(study.done)} of them done")
         try:
-            study.run(jobs, told)
+            study.run(jobs, tell)
         finally:
             if study.done:
                 path = optimise_page.write(study, folder)

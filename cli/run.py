@@ -3,11 +3,16 @@
 import shlex
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from softact.cli._force import force_option
 from softact.cli._measured import measured_options, read_all, tell
+
+if TYPE_CHECKING:
+    from softact.run.start import Outcome
+    from softact.spec import Spec
 
 
 @click.command(short_help="Solve a spec; the results and a report go into a folder.")
@@ -63,7 +68,7 @@ def run(
       softact run finger.yaml --measured angle.csv
       softact run finger.yaml --resume --set steps.1.pressure='60 kPa'
     """
-    from softact.cli._progress import Progress
+    from softact.cli._progress import ProgressLine
     from softact.results.own_folder import check_results
     from softact.run.start import run as solve
     from softact.run.start import usual_processes
@@ -77,7 +82,7 @@ def run(
     stored = load(spec).to_yaml() == Path(spec).read_text(encoding="utf-8")
     check_results(directory, force, reads=[*measured, *([] if stored else [Path(spec)])])
 
-    with Progress([step.name for step in loaded.steps]) as progress:
+    with ProgressLine([step.name for step in loaded.steps]) as progress:
         outcome = solve(
             loaded,
             directory,
@@ -92,7 +97,7 @@ def run(
     sys.exit(outcome.exit_code)
 
 
-def _tell_verdict(outcome) -> None:
+def _tell_verdict(outcome: "Outcome") -> None:
     """What is to be thought of the run, on standard error where it is not solved."""
     if outcome.verdict is None:
         if outcome.message:
@@ -106,7 +111,7 @@ def _tell_verdict(outcome) -> None:
         click.echo(line, err=unsolved)
 
 
-def _columns(spec) -> list[str]:
+def _columns(spec: "Spec") -> list[str]:
     from softact.measured.curve import run_columns
 
     return run_columns(spec)

@@ -3,14 +3,18 @@
 import os
 import sys
 import time
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Literal
 
 import click
 
 from softact.cli._files import tell_scripts
 from softact.cli._force import force_option
+
+if TYPE_CHECKING:
+    from softact.sweep.study import Runner, Study
+    from softact.sweep.table import Row
 
 
 @click.command(short_help="Runs over values of a spec, each computed once; table and page.")
@@ -62,7 +66,7 @@ def sweep(
     output: str | None,
     jobs: int,
     cache_folder: str | None,
-    sensitivity: str | None,
+    sensitivity: Literal["sobol", "morris"] | None,
     only_list: bool,
     scheduler: str | None,
     slurm: bool,
@@ -100,7 +104,8 @@ def sweep(
         folder.check(files.FILES)
     cache = Cache(Path(cache_folder or DEFAULT), warn=lambda line: click.echo(line, err=True))
     sample = sample_of(sensitivity, study) if sensitivity else None
-    opened = open_study(study, base, cache, directory / files.PLAN, sample and sample.points)
+    design = sample.points if sample else None
+    opened = open_study(study, base, cache, directory / files.PLAN, design)
     trends.check(Path(sweep), opened)
     known, total = len(opened.points) - _open(opened), len(opened.points)
     click.echo(f"{total} points, {known} of them known; runs in {cache.directory}")
@@ -124,12 +129,12 @@ def sweep(
     _sum_up(opened, rows, directory, time.monotonic() - started)
 
 
-def _open(study) -> int:
+def _open(study: "Study") -> int:
     missing = set(study.missing())
     return sum(point.key in missing for point in study.points)
 
 
-def _list(study) -> None:
+def _list(study: "Study") -> None:
     for number, point in enumerate(study.points):
         answer = study.answer(point)
         status = answer.status.replace("_", " ") if answer else "not computed"
@@ -137,31 +142,35 @@ def _list(study) -> None:
 
 
 def _runner(
-    study: Any,
+    study: "Study",
     jobs: int,
     scheduler: str | None,
     slurm: bool,
     interface: str | None,
     options: tuple[str, ...],
-):
+) -> AbstractContextManager["Runner"]:
     """What computes, as a context: a cluster is found or started before anything is written."""
-    if not study.missing() or not (slurm or scheduler):
-        from softact.sweep.study import locally
+    if study.missing() and slurm:
+        from softact.sweep.cluster import on_slurm
 
-        return nullcontext(locally(jobs))
-    from softact.sweep.cluster import on_scheduler, on_slurm
+        return on_slurm(jobs, interface, options, study.cache)
+    if study.missing() and scheduler:
+        from softact.sweep.cluster import on_scheduler
 
-    return on_slurm(jobs, interface, options, study.cache) if slurm else on_scheduler(scheduler)
+        return on_scheduler(scheduler)
+    from softact.sweep.study import locally
+
+    return nullcontext(locally(jobs))
 
 
-def _compute(study, runner, total: int, kept: int) -> None:
+def _compute(study: "Study", runner: "Runner", total: int, kept: int) -> None:
     from softact.cli._points import Points
 
     with Points(total, kept) as progress:
         study.compute(runner, progress)
 
 
-def _sum_up(study, rows, directory: Path, seconds: float) -> None:
+def _sum_up(study: "Study", rows: "list[Row]", directory: Path, seconds: float) -> None:
     from softact.cli._points import duration
 
     counts = {name: sum(row["status"] == name for row in rows) for name in

@@ -42,16 +42,16 @@ def validate(files: tuple[str, ...], overrides: tuple[str, ...]) -> None:
     from softact.units import printable
 
     faults = 0
-    told: set[str] = set()  # a wrong --set is a fault of every spec
+    said_before: set[str] = set()  # a wrong --set is a fault of every spec
     for path in files:
         try:
             checked = check(Path(path), overrides)
         except SpecError as error:
             faults += len(error.lines)
             for line in error.lines:
-                if line not in told:
+                if line not in said_before:
                     click.echo(printable(line), err=True)
-                told.add(line)
+                said_before.add(line)
         else:
             faults += _tell(path, checked)
     if faults:

@@ -11,7 +11,7 @@ from softact import catalogue
 from softact.contact.obstacles import OBSTACLES
 from softact.geometry.step_faces import Selection
 from softact.loads import LOADS
-from softact.spec.contact import SurfaceContact
+from softact.spec.contact import SurfaceContactSpec
 from softact.spec.models import (
     LayerSpec,
     PlySpec,
@@ -36,7 +36,7 @@ PARTS = (
     (Step, "An entry of `steps`"),
     *((part, f"A step's `{key}`") for key, part in LOADED.items() if part and key != "obstacles"),
     *((model, f"An entry of `obstacles`: type `{name}`") for name, model in OBSTACLES.items()),
-    (SurfaceContact, "An entry of `contact`"),
+    (SurfaceContactSpec, "An entry of `contact`"),
     (LOADED["obstacles"], "An entry of a step's `obstacles`"),
     (Solver, "`solver`"),
     (Selection, "A value of `select`, of geometry `from_step`"),

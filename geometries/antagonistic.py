@@ -4,6 +4,7 @@ Palacios-Lazo et al. (2025), Actuators 14:540. Run by itself it writes a mesh:
 ``python geometries/antagonistic.py --chambers 6 -o bellows.msh``.
 """
 
+from collections.abc import Iterator
 from math import acos, cos, pi, sin, sqrt
 from typing import Annotated, Any, Literal
 
@@ -12,7 +13,7 @@ from pydantic import Field
 from softact.geometry.base import THINNEST, ThroughWall, main
 from softact.geometry.boxes import OUTSIDE
 from softact.geometry.corrugated import Corrugated
-from softact.geometry.prisms import Prism, Prisms, Shapes, lacking
+from softact.geometry.prisms import Entities, Prism, Prisms, Shapes, lacking
 from softact.geometry.walls import Wall
 from softact.units import Length
 
@@ -56,7 +57,7 @@ class Antagonistic(Corrugated):
     mesh_size: Length = Field(5.0, description="longest edge")
     through_wall: ThroughWall = None
 
-    def faults(self):
+    def faults(self) -> Iterator[tuple[str, str]]:
         yield from super().faults()
         half = self.central_wall / 2
         if self.chamber_radius - half < THINNEST:
@@ -146,7 +147,7 @@ class Antagonistic(Corrugated):
         }
 
     def volume_tolerance(self, name: str) -> float:
-        def lost(radius: float):
+        def lost(radius: float) -> float:
             """Area between a circle and its polygon, at most."""
             return pi * radius**2 * lacking(radius, self.mesh_size, CIRCLE_EDGES)
 
@@ -165,10 +166,10 @@ class Antagonistic(Corrugated):
         """Sections of the outside, of the central walls, of chambers, channels and bores."""
         size = 2 * self.radius
 
-        def disc(radius: float, y: float = 0.0, z: float = 0.0):
+        def disc(radius: float, y: float = 0.0, z: float = 0.0) -> Entities:
             return [(2, occ.addDisk(y, z, 0, radius, radius))]
 
-        def cut_box(faces, start: float, end: float, angle):
+        def cut_box(faces: Entities, start: float, end: float, angle: float) -> Entities:
             """The part of faces whose distance along a direction is between start and end."""
             box = [(2, occ.addRectangle(start, -size, 0, end - start, 2 * size))]
             occ.rotate(box, 0, 0, 0, 0, 0, 1, angle)

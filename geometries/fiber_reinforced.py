@@ -5,6 +5,7 @@ Polygerinos et al. (2015), IEEE Transactions on Robotics 31:778. Run by itself i
 ``python geometries/fiber_reinforced.py --radius "9 mm" -o tube.msh``.
 """
 
+from collections.abc import Iterator
 from math import acos, pi, sqrt
 from types import ModuleType
 from typing import Any, Literal
@@ -14,7 +15,7 @@ from pydantic import Field
 
 from softact.geometry.base import THINNEST, Geometry, Layout, ThroughWall, main
 from softact.geometry.boxes import Plane
-from softact.geometry.prisms import Prism, Prisms, Shapes, lacking
+from softact.geometry.prisms import Entities, Prism, Prisms, Shapes, lacking
 from softact.geometry.walls import Wall
 from softact.units import Length
 
@@ -37,7 +38,7 @@ class FiberReinforced(Geometry):
     mesh_size: Length = Field(4.0, description="longest edge")
     through_wall: ThroughWall = None
 
-    def faults(self):
+    def faults(self) -> Iterator[tuple[str, str]]:
         if self.length - 2 * self.end < THINNEST:
             yield "end", f"{self.end:g} mm on both sides fills the length: the chamber would vanish"
         if self._inside - self._floor < THINNEST:
@@ -86,7 +87,7 @@ class FiberReinforced(Geometry):
         )
 
     def volumes(self) -> dict[str, float]:
-        def above(radius: float, height: float):
+        def above(radius: float, height: float) -> float:
             """Area of a circle above a height."""
             return radius**2 * acos(height / radius) - height * sqrt(radius**2 - height**2)
 
@@ -107,7 +108,7 @@ class FiberReinforced(Geometry):
             return 1e-9
         half = 0.5 if self.symmetry else 1.0
 
-        def lost(radius: float, length: float):
+        def lost(radius: float, length: float) -> float:
             share = lacking(radius, self.mesh_size)
             return half * pi * radius**2 * share * length
 
@@ -123,7 +124,7 @@ class FiberReinforced(Geometry):
     def _shapes(self, occ: Any) -> Shapes:
         size = 2 * self.radius
 
-        def above(radius: float, height: float):
+        def above(radius: float, height: float) -> Entities:
             disc = [(2, occ.addDisk(0, 0, 0, radius, radius))]
             left = 0.0 if self.symmetry else -size
             box = [(2, occ.addRectangle(left, height, 0, size - left, size))]

@@ -14,7 +14,7 @@ from pydantic import Field
 from softact.errors import MeshError
 from softact.geometry.base import main, tell
 from softact.geometry.imported import Imported
-from softact.geometry.step_faces import AnySelection, Selection
+from softact.geometry.step_faces import AnySelection, Face, Selection
 from softact.geometry.step_part import StepPart, numbers_of
 from softact.units import show
 
@@ -53,7 +53,7 @@ class FromStep(Imported):
         """See ``Geometry.build``; tells what it found in the file."""
         part = self._read(gmsh)
         surfaces, alone = self._surfaces(part)
-        for text in part.told():
+        for text in part.overview():
             tell(text)
         for name in alone:
             tell(f"no face has a name: '{name}' is {numbers_of(surfaces[name])}, by its place")
@@ -68,7 +68,7 @@ class FromStep(Imported):
         """See ``Geometry.look``: the names of all parts, and a list of the faces where one has
         none."""
         part = self._read(gmsh)
-        for text in (*part.told(), *part.apart()):
+        for text in (*part.overview(), *part.apart()):
             tell(text)
         try:
             part.regions(self.regions)
@@ -88,7 +88,7 @@ class FromStep(Imported):
     def _read(self, gmsh: ModuleType) -> StepPart:
         return StepPart.read(gmsh, Path(self.file), self.unit, self.separate, self.mesh_size)
 
-    def _surfaces(self, part: StepPart):
+    def _surfaces(self, part: StepPart) -> tuple[dict[str, list[Face]], list[str]]:
         """As ``StepPart.surfaces``."""
         select = {
             # Out of a job they come as plain data that has been checked.

@@ -3,6 +3,7 @@
 Nguyen and Zhang 2020, Sci. Rep. 10:9638, Fig. 3e.
 """
 
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import Literal
 
@@ -81,7 +82,7 @@ class KnitStrips(SheetGeometry):
     def _seam(self) -> float:
         return self.w_z if self._bends else 0.0
 
-    def faults(self):
+    def faults(self) -> Iterator[tuple[str, str]]:
         if self.kind != "twisting" and self.alpha:
             yield "alpha", f"{self.alpha:g}° is for kind twisting; {self.kind} has strips at 0°"
             return
@@ -156,7 +157,7 @@ class KnitStrips(SheetGeometry):
         upward = np.sign(np.cross(b - a, c - a))
         return self._sheet.levels(centre[:, :2] * np.column_stack([np.ones_like(upward), upward]))
 
-    def _straight(self):
+    def _straight(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Points, triangles, and which of them are sewn: a grid, for y ≥ 0."""
         stops = sorted({0.0, self._seam / 2, self.w_i / 2})
         y = self.divided(stops)
@@ -176,7 +177,7 @@ class KnitStrips(SheetGeometry):
             points = np.vstack([points, points[free]])
         return points, triangles, sewn
 
-    def _twisting(self):
+    def _twisting(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The same of the whole, with triangles along the strips."""
         edges = self._strip_edges()
         levels = self.divided([0.0, *edges, self._sheet.extent])[1:-1]
@@ -184,8 +185,10 @@ class KnitStrips(SheetGeometry):
         points, triangles = pillow(self._sheet, *flat)
         return points, triangles, np.zeros(len(triangles), dtype=bool)
 
-    def _curves(self, points, edges, seam) -> dict[str, np.ndarray]:
-        def along(axis, value):
+    def _curves(
+        self, points: np.ndarray, edges: np.ndarray, seam: np.ndarray
+    ) -> dict[str, np.ndarray]:
+        def along(axis: int, value: float) -> np.ndarray:
             return edges[(np.abs(points[edges][:, :, axis] - value) < 1e-9).all(axis=1)]
 
         curves = {"clamp": along(0, 0.0), "tip": along(0, self.l_i)}

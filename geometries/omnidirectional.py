@@ -4,6 +4,7 @@ Xavier et al. (2021), Sensors and Actuators A 332:113199. Run by itself it write
 ``python geometries/omnidirectional.py --cavities 4 -o bellows.msh``.
 """
 
+from collections.abc import Iterator
 from math import asin, cos, pi, sin
 from typing import Annotated, Any, Literal
 
@@ -58,7 +59,7 @@ class Omnidirectional(Corrugated):
     mesh_size: Length = Field(3.5, description="longest edge")
     through_wall: ThroughWall = None
 
-    def faults(self):
+    def faults(self) -> Iterator[tuple[str, str]]:
         yield from super().faults()
         inside = max(
             self._apex, self.core_radius or 0.0, self.channel_radius if self.channels else 0.0
@@ -138,7 +139,7 @@ class Omnidirectional(Corrugated):
         return {"body": body, "clamp": half * disc, "tip": half * disc, **cavities}
 
     def volume_tolerance(self, name: str) -> float:
-        def lost(radius: float):
+        def lost(radius: float) -> float:
             """Area between a circle and its polygon, at most."""
             return pi * radius**2 * lacking(radius, self.mesh_size)
 

@@ -4,6 +4,7 @@ Mosadegh et al. (2014) and Polygerinos et al. (2013). Run by itself it writes a 
 ``python geometries/pneunet.py --chambers 6 -o finger.msh``.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Annotated, Literal
@@ -71,7 +72,7 @@ class Pneunet(Geometry):
     )
     through_wall: ThroughWall = None
 
-    def faults(self):
+    def faults(self) -> Iterator[tuple[str, str]]:
         yield from self._row_faults()
         yield from self._channel_faults()
         if self.base - self.layer_height < THINNEST:
@@ -81,7 +82,7 @@ class Pneunet(Geometry):
                 "above the layer would vanish",
             )
 
-    def _row_faults(self):
+    def _row_faults(self) -> Iterator[tuple[str, str]]:
         row, n = self.row, self.chambers
         if row.chamber_length < THINNEST:
             yield (
@@ -106,7 +107,7 @@ class Pneunet(Geometry):
                     f"leave out one of chamber_length, gap, pitch and length",
                 )
 
-    def _channel_faults(self):
+    def _channel_faults(self) -> Iterator[tuple[str, str]]:
         bridge = self.channel_height + self.channel_roof
         if self.channel_height > self.chamber_height:
             yield (
@@ -208,7 +209,7 @@ class Pneunet(Geometry):
         ends = [start + row.chamber_length for start in starts]
         wide, inside = self.chamber_width / 2 + self.outer_wall, self.chamber_width / 2
 
-        def box(name: str, x0: float, x1: float, half_width: float, z0: float, z1: float):
+        def box(name: str, x0: float, x1: float, half_width: float, z0: float, z1: float) -> Box:
             y0 = 0.0 if self.symmetry else -half_width
             return Box(name, (x0, y0, z0), (x1, half_width, z1))
 

@@ -4,6 +4,7 @@ Agarwal et al. (2016), Scientific Reports 6:34224. Run by itself it writes a mes
 ``python geometries/shell_reinforced.py --cuts 9 -o core.msh``.
 """
 
+from collections.abc import Callable, Iterator
 from math import asin, pi
 from types import ModuleType
 from typing import Annotated, Any, Literal
@@ -14,7 +15,7 @@ from pydantic import Field
 from softact.geometry.base import THINNEST, Geometry, Layout, ThroughWall, main
 from softact.geometry.boxes import Plane
 from softact.geometry.cutting_pattern import Pattern
-from softact.geometry.prisms import Prism, Prisms, Shapes, Skin, lacking
+from softact.geometry.prisms import Entities, Prism, Prisms, Shapes, Skin, lacking
 from softact.geometry.walls import Wall
 from softact.units import Length
 
@@ -52,7 +53,7 @@ class ShellReinforced(Geometry):
     mesh_size: Length = Field(4.0, description="longest edge")
     through_wall: ThroughWall = None
 
-    def faults(self):
+    def faults(self) -> Iterator[tuple[str, str]]:
         if self.chamber_radius >= self.radius:
             yield (
                 "chamber_radius",
@@ -176,7 +177,7 @@ class ShellReinforced(Geometry):
         """Discs of core and chamber, and the bridges of the shell with the core behind them."""
         size = 2 * self.radius
 
-        def disc(radius: float):
+        def disc(radius: float) -> Entities:
             return [(2, occ.addDisk(0, 0, 0, radius, radius))]
 
         shapes = {"core": disc(self.radius), "chamber": disc(self.chamber_radius)}
@@ -192,17 +193,17 @@ class ShellReinforced(Geometry):
                 shapes[name], _ = occ.intersect(faces, half)
         return shapes
 
-    def _bridge(self, row: int):
+    def _bridge(self, row: int) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
         """Function that says which sides of the core are under a bridge in a row of slits."""
         half = self.strip / 2
 
-        def below(y: np.ndarray, z: np.ndarray):
+        def below(y: np.ndarray, z: np.ndarray) -> np.ndarray:
             return (abs(y) < half) & (z < 0)
 
-        def above_and_below(y: np.ndarray, z: np.ndarray):
+        def above_and_below(y: np.ndarray, z: np.ndarray) -> np.ndarray:
             return abs(y) < half
 
-        def on_the_sides(y: np.ndarray, z: np.ndarray):
+        def on_the_sides(y: np.ndarray, z: np.ndarray) -> np.ndarray:
             return abs(z) < half
 
         if self.kind == "bending":
@@ -213,7 +214,7 @@ class ShellReinforced(Geometry):
         """Parts of the core's side under the shell; where they overlap, the first one counts."""
         slits, name = self._slits(), "shell"
 
-        def all_around(y: np.ndarray, z: np.ndarray):
+        def all_around(y: np.ndarray, z: np.ndarray) -> np.ndarray:
             return np.full(len(y), True)
 
         skins = []

@@ -5,6 +5,7 @@ the linear kind has the same wall below as above. Run by itself it writes a mesh
 ``python geometries/slow_pneunet.py --chambers 5 -o block.msh``.
 """
 
+from collections.abc import Iterator
 from types import ModuleType
 from typing import Annotated, Literal
 
@@ -56,7 +57,7 @@ class SlowPneunet(Geometry):
     )
     through_wall: ThroughWall = None
 
-    def faults(self):
+    def faults(self) -> Iterator[tuple[str, str]]:
         if self.tunnel_height > self.chamber_height:
             yield (
                 "tunnel_height",
@@ -161,7 +162,7 @@ class SlowPneunet(Geometry):
         pitch = self.chamber_length + self.inner_wall
         starts = [self.clamp_wall + i * pitch for i in range(n)]
 
-        def box(name: str, x0: float, x1: float, across: float, z0: float, z1: float):
+        def box(name: str, x0: float, x1: float, across: float, z0: float, z1: float) -> Box:
             y0 = 0.0 if self.symmetry else -across / 2
             return Box(name, (x0, y0, z0), (x1, across / 2, z1))
 

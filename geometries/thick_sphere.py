@@ -3,6 +3,7 @@
 Run by itself it writes a mesh: ``python geometries/thick_sphere.py -o sphere.msh``.
 """
 
+from collections.abc import Iterator
 from math import pi
 from types import ModuleType
 from typing import Literal
@@ -49,11 +50,11 @@ class ThickSphere(Geometry):
         a, b = self.inner_radius, self.outer_radius
         return {"body": pi / 6 * (b**3 - a**3), "cavity": pi / 6 * a**3, "outer": pi / 2 * b**2}
 
-    def wall_normal(self, region: str, points: np.ndarray):
+    def wall_normal(self, region: str, points: np.ndarray) -> np.ndarray:
         """Along the radius."""
         return points
 
-    def faults(self):
+    def faults(self) -> Iterator[tuple[str, str]]:
         if self.inner_radius >= self.outer_radius:
             yield (
                 "inner_radius",

@@ -3,6 +3,7 @@
 Run by itself it writes a mesh: ``python geometries/tube.py --length "30 mm" -o tube.msh``.
 """
 
+from collections.abc import Iterator
 from math import pi
 from types import ModuleType
 from typing import Literal
@@ -50,11 +51,11 @@ class Tube(Geometry):
             "symmetry_y": (b - a) * length,
         }
 
-    def wall_normal(self, region: str, points: np.ndarray):
+    def wall_normal(self, region: str, points: np.ndarray) -> np.ndarray:
         """Along the radius, so that fibres at an angle to the axis are helices."""
         return points * (0.0, 1.0, 1.0)
 
-    def faults(self):
+    def faults(self) -> Iterator[tuple[str, str]]:
         if self.inner_radius >= self.outer_radius:
             yield (
                 "inner_radius",

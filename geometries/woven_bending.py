@@ -3,6 +3,7 @@
 Nguyen and Zhang 2020, Sci. Rep. 10:9638, Fig. 3c.
 """
 
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import Literal
 
@@ -36,7 +37,7 @@ class WovenBending(SheetGeometry):
     )
     between_lines: BetweenLines = None
 
-    def faults(self):
+    def faults(self) -> Iterator[tuple[str, str]]:
         if self.seam >= self.pitch:
             yield (
                 "seam",
@@ -146,7 +147,7 @@ class WovenBending(SheetGeometry):
 class _Points:
     """Points that are added grid by grid; those at the same place are one."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._places: list[np.ndarray] = []
         self._known: dict[tuple, int] = {}
 

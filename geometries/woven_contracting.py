@@ -4,6 +4,7 @@ Nguyen and Zhang 2020, Sci. Rep. 10:9638, Fig. 3a; the principle is the pouch mo
 al., Soft Robotics 2 (2015) 59.
 """
 
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import Literal
 
@@ -36,7 +37,7 @@ class WovenContracting(SheetGeometry):
     def _tab(self) -> float:
         return (self.l_i - self.n_a * self.h_a) / 2
 
-    def faults(self):
+    def faults(self) -> Iterator[tuple[str, str]]:
         if self._tab <= 0:
             yield (
                 "l_i",
@@ -70,7 +71,7 @@ class WovenContracting(SheetGeometry):
         inside = (centre[:, 0] > starts[0]) & (centre[:, 0] < starts[-1])
         edges = sides(triangles)
 
-        def along(axis, value):
+        def along(axis: int, value: float) -> np.ndarray:
             return (np.abs(points[edges][:, :, axis] - value) < 1e-9).all(axis=1)
 
         sealed = (points[edges][:, :, 1] > self.passage / 2 - 1e-9).all(axis=1)

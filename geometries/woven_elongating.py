@@ -3,6 +3,7 @@
 Nguyen and Zhang 2020, Sci. Rep. 10:9638, Fig. 3b.
 """
 
+from collections.abc import Iterator
 from typing import Literal
 
 import numpy as np
@@ -32,7 +33,7 @@ class WovenElongating(SheetGeometry):
     mesh_size: Length = Field(8.0, description="longest side of the triangles along the rims")
     between_lines: BetweenLines = None
 
-    def faults(self):
+    def faults(self) -> Iterator[tuple[str, str]]:
         for name in ("w_a", "h_a"):
             side = getattr(self, name)
             if self.passage >= side:

@@ -3,6 +3,7 @@
 Nguyen and Zhang 2020, Sci. Rep. 10:9638, Fig. 4a: the stiffening actuator.
 """
 
+from collections.abc import Iterator
 from typing import Literal
 
 import numpy as np
@@ -32,7 +33,7 @@ class WovenStiffening(SheetGeometry):
     mesh_size: Length = Field(8.0, description="longest side of the triangles along the axes")
     between_lines: BetweenLines = None
 
-    def faults(self):
+    def faults(self) -> Iterator[tuple[str, str]]:
         if self.free >= self.l_i / 2:
             yield (
                 "free",

@@ -44,7 +44,7 @@ def kind(annotation: Any) -> str:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         bases = {Geometry: "geometry", Law: "material"}
         named = (word for base, word in bases.items() if issubclass(annotation, base))
-        return next(named, annotation.model_config.get("title", annotation.__name__).lower())
+        return next(named, (annotation.model_config.get("title") or annotation.__name__).lower())
     names = {str: "text", float: "number", int: "whole number", bool: "true or false"}
     return names.get(annotation, str(annotation))
 

@@ -64,6 +64,7 @@ def given(data: Any) -> str:
 
 
 Component = Literal["x", "y", "z"]
+COMPONENTS: tuple[Component, Component, Component] = ("x", "y", "z")
 Name = Annotated[
     str,
     StringConstraints(pattern=r"^[a-z0-9][a-z0-9_-]{0,63}$"),

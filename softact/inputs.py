@@ -6,13 +6,13 @@ A kind is imported where it is asked for: a spec need not wait for the libraries
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Union
+from typing import TYPE_CHECKING, Annotated, Any, Union
 
-from pydantic import Field, RootModel
+from pydantic import BaseModel, Field, RootModel
 
 from softact.errors import SpecError
 from softact.files.document import Document
-from softact.materials import LAWS
+from softact.materials import LAWS, Law
 from softact.spec import Spec, json_schema, opened, spec_at
 from softact.spec.card_files import read_card
 from softact.spec.faults import validated
@@ -99,7 +99,10 @@ _CHECKS: dict[str, Callable[[Path], Any]] = {
 }
 
 
-AnyLaw = Union[tuple(LAWS.values())]  # noqa: UP007 (there is no other way to join a tuple)
+if TYPE_CHECKING:
+    AnyLaw = Law
+else:
+    AnyLaw = Union[tuple(LAWS.values())]  # noqa: UP007 (there is no other way to join a tuple)
 
 
 class Card(RootModel[Annotated[AnyLaw, Field(discriminator="law")]]):
@@ -113,6 +116,7 @@ def schema(kind: str) -> dict[str, Any]:
     from softact.optimise.spec import Optimisation
     from softact.sweep.spec import Sweep
 
+    models: dict[str, type[BaseModel]]
     models = {"sweep": Sweep, "optimise": Optimisation, "case": CaseFile, "tests": TestList}
     holds_spec = {"sweep": "base", "optimise": "base", "case": "spec"}
     if kind == "spec":

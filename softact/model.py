@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from mpi4py import MPI
@@ -28,9 +28,10 @@ from softact.errors import SpecError
 from softact.loads import BY_FIELD, LOADS
 from softact.loads.cavity_pressure import CavityPressure
 from softact.loads.sheet_cavity import SheetCavity
-from softact.loads.support import Held, Support, Turned
+from softact.loads.support import Held, Support, Turn, Turned
 from softact.materials.base import Material
 from softact.materials.tensors import determinant
+from softact.mesh.sheets import SheetMesh
 from softact.mesh.sheets import nodes_of as sheet_nodes_of
 from softact.mesh.tetrahedra import Mesh
 from softact.system.assembly import Assembler
@@ -38,7 +39,9 @@ from softact.system.nodes import nodes_of
 from softact.system.term import InvertedElementError, Origin, State, Term, Value
 from softact.system.unknowns import Unknowns
 
-UP = (0.0, 0.0, 1.0)
+if TYPE_CHECKING:
+    import dolfinx
+
 # name in the spec -> displacement degree, pressure degree (None: no pressure unknown)
 ELEMENTS: dict[str, tuple[int, int | None]] = {
     "P2/P1": (2, 1),
@@ -49,6 +52,10 @@ ELEMENTS: dict[str, tuple[int, int | None]] = {
 
 
 NOTHING = 1e-12  # strain
+
+
+def _upwards(region: str, points: np.ndarray) -> np.ndarray:
+    return np.array([0.0, 0.0, 1.0])
 
 
 def _smaller(one: np.ndarray, other: np.ndarray) -> np.ndarray:
@@ -63,7 +70,7 @@ class Model:
     there, for fibres; default: up. obstacles: rigid bodies. touching: surfaces that may touch, for
     one process only. sheets: name -> what each sheet of the mesh is made of, for one process only;
     a mesh may have sheets and no solid. more: bodies of further kinds, see ``softact.bodies``.
-    The residual is the derivative of the potential energy by the unknowns.
+    The residual is the derivative of the potential energy with respect to the unknowns.
     """
 
     def __init__(
@@ -72,7 +79,7 @@ class Model:
         materials: Mapping[str, Material],
         layers: Sequence[BondedLayer] = (),
         element: str = "P2/P1",
-        wall_normal: Callable[[str, np.ndarray], np.ndarray] = lambda region, points: UP,
+        wall_normal: Callable[[str, np.ndarray], np.ndarray] = _upwards,
         obstacles: Sequence[Obstacle] = (),
         touching: Sequence[Touching] = (),
         sheets: Mapping[str, Sheet] | None = None,
@@ -87,11 +94,12 @@ class Model:
             "sheets": sheets or {},
             **(more or {}),
         }
-        made = {key: BODIES[key].build(self, part) for key, part in parts.items()}
-        self.bodies: list[Body] = [body for bodies in made.values() for body in bodies]
-        self.solids: dict[str, Solid] = {solid.name: solid for solid in made["materials"]}
-        self.layers: list[Layer] = list(made["layers"])
-        self.springs: list[SpringSupport] = list(made.get("springs", ()))
+        self.bodies: list[Body] = [
+            body for key, part in parts.items() for body in BODIES[key].build(self, part)
+        ]
+        self.solids = {body.name: body for body in self.bodies if isinstance(body, Solid)}
+        self.layers = [body for body in self.bodies if isinstance(body, Layer)]
+        self.springs = [body for body in self.bodies if isinstance(body, SpringSupport)]
         self.cavities = {
             name: self._cavity(name, walls) for name, walls in mesh.layout.cavities.items()
         }
@@ -128,34 +136,43 @@ class Model:
 
     def _number(self, pressure_degree: int | None, sheets: Mapping[str, Sheet]) -> None:
         """Nodes and unknowns of the solids, then of the sheets."""
-        mesh, spaces = self.mesh, []
+        mesh = self.mesh
+        spaces: list[dolfinx.fem.FunctionSpace] = []
         if mesh.domain is not None:
             spaces.append(compat.function_space(mesh.domain, self.degree, 3))
             if pressure_degree is not None:
                 constant = pressure_degree == 0
                 spaces.append(compat.function_space(mesh.domain, pressure_degree, 1, constant))
-        loose, number, tables = np.empty((0, 3)), None, []
+        loose, elements = np.empty((0, 3)), np.empty((0, 0), np.int64)
+        curves: dict[str, np.ndarray] = {}
         if mesh.sheets:
-            layout = mesh.layout
-            mesh.sheets.check(layout.cavities, list(layout.symmetry.values()), layout.flux)
-            sheet_nodes = sheet_nodes_of(mesh.sheets, self.degree)
             solid = spaces[0].tabulate_dof_coordinates() if spaces else np.empty((0, 3))
-            number, loose = node_numbers(mesh.sheets, sheet_nodes, solid)
+            loose, elements, curves = self._sheet_nodes(mesh.sheets, solid)
         self.unknowns = Unknowns(self.comm, spaces, len(loose))
         self.nodes = nodes_of(self.unknowns, loose)
         self.sheets: dict[str, SheetPart] = {}
-        curves: dict[str, np.ndarray] = {}
         if mesh.sheets:
-            elements, size = number[sheet_nodes.elements], self.unknowns.local
+            size = self.unknowns.local
             self.sheets = make_parts(mesh.sheets, elements, sheets, self.nodes, size)
-            curves = {name: number[edges] for name, edges in sheet_nodes.curves.items()}
-            tables = [part.triangles.table for part in self.sheets.values()]
+        tables = [part.triangles.table for part in self.sheets.values()]
         self.assembler = Assembler(mesh, self.unknowns, tables)
         self.displacement_dofs = self.nodes.dofs
         self.cell_nodes = compat.cell_dofs(spaces[0]) if spaces else np.empty((0, 0), np.int32)
         self.surfaces = Surfaces(
             mesh, self.unknowns, self.nodes, self.cell_nodes, self.degree, self.sheets, curves
         )
+
+    def _sheet_nodes(
+        self, sheets: SheetMesh, solid: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
+        """Places (n, 3) of the sheets' loose nodes, and the model's nodes of their elements and
+        curves. solid: (m, 3) places of the solids' nodes."""
+        layout = self.mesh.layout
+        sheets.check(layout.cavities, list(layout.symmetry.values()), layout.flux)
+        nodes = sheet_nodes_of(sheets, self.degree)
+        number, loose = node_numbers(sheets, nodes, solid)
+        curves = {name: number[edges] for name, edges in nodes.curves.items()}
+        return loose, number[nodes.elements], curves
 
     def _cavity(self, name: str, walls: Sequence[str]) -> CavityPressure | SheetCavity:
         if set(walls) & set(self.sheets):
@@ -326,7 +343,9 @@ class Model:
             if support.surface in symmetry:
                 nodes = np.concatenate([nodes, self.surfaces.covering(nodes)])
             if support.turn is not None:
-                self.turned.append(self._turned(support, nodes, state, before))
+                self.turned.append(
+                    self._turned(support.surface, support.turn, nodes, state, before)
+                )
             for component in support.components:
                 dofs = self.displacement_dofs[nodes, component]
                 value = self._prescribed(support, component, state.x[dofs])
@@ -350,16 +369,21 @@ class Model:
         return now if value is None else value
 
     def _turned(
-        self, support: Support, nodes: np.ndarray, state: State, before: Sequence[Turned]
+        self,
+        surface: str,
+        turn: Turn,
+        nodes: np.ndarray,
+        state: State,
+        before: Sequence[Turned],
     ) -> Turned:
-        """The rotation of a support from where the surface is: at the angle to which it was turned
+        """The rotation of a surface from where the surface is: at the angle to which it was turned
         before, or else at its mean one, less than half a turn."""
-        turn, places = support.turn, self.nodes.places
+        places = self.nodes.places
         axis = np.asarray(turn.axis) / np.linalg.norm(turn.axis)
-        points, weights = self.surfaces.points(support.surface)
+        points, weights = self.surfaces.points(surface)
         sums = self.sum(np.append(weights @ places[points], weights.sum()))
         centre = sums[:3] / sums[3] if turn.about is None else np.asarray(turn.about)
-        known = [t for t in before if t.surface == support.surface and axis @ t.axis > 1 - 1e-9]
+        known = [t for t in before if t.surface == surface and axis @ t.axis > 1 - 1e-9]
         if known:
             start = known[0].end
         else:
@@ -370,4 +394,4 @@ class Model:
             cosine = self.sum(float(weights @ np.sum(arms * moved, axis=1)))
             start = float(np.degrees(np.arctan2(sine, cosine)))
         dofs = self.displacement_dofs[nodes]
-        return Turned(support.surface, dofs, places[nodes], centre, axis, start, turn.angle)
+        return Turned(surface, dofs, places[nodes], centre, axis, start, turn.angle)

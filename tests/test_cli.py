@@ -13,7 +13,7 @@ import pytest
 import step_files
 
 from softact.cli import main as cli
-from softact.cli._progress import Progress
+from softact.cli._progress import ProgressLine
 from softact.errors import MeshError, NoEquilibriumError, SpecError
 from softact.geometries import GEOMETRIES
 from softact.materials import CARDS, LAWS
@@ -324,7 +324,7 @@ def test_a_signal_ends_a_run_at_once(folder, number, code):
 def test_progress_on_a_terminal_is_the_share_of_all_steps(monkeypatch):
     monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
     event = {"stage": "increment", "step": "b", "fraction": 0.5, "iterations": 3}
-    with Progress(["a", "b"]) as progress:
+    with ProgressLine(["a", "b"]) as progress:
         progress(event | {"pressure_kPa": 7.0})
         (task,) = progress._bar.tasks
     # The second of two steps is half done.
@@ -336,7 +336,7 @@ def test_a_note_stays_on_a_terminal(monkeypatch):
     """The line with the bar is written over by the next event."""
     monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
     printed = []
-    with Progress(["a"]) as progress:
+    with ProgressLine(["a"]) as progress:
         console = progress._bar.console
         monkeypatch.setattr(console, "print", lambda *texts, **_: printed.extend(texts))
         progress({"stage": "note", "text": "runs the script arm.py as code"})
@@ -347,7 +347,7 @@ def test_a_note_stays_on_a_terminal(monkeypatch):
 
 def test_a_silent_run_says_what_it_is_at(capsys):
     """A long factorisation sends no event: a line comes all the same."""
-    with Progress(["a"], silence=0.05) as progress:
+    with ProgressLine(["a"], silence=0.05) as progress:
         progress({"stage": "mesh"})
         end = time.monotonic() + 20
         while "still at: mesh" not in (said := capsys.readouterr().out):
@@ -356,7 +356,7 @@ def test_a_silent_run_says_what_it_is_at(capsys):
 
 
 def test_what_the_solver_tries_is_a_line(capsys):
-    with Progress(["a"]) as progress:
+    with ProgressLine(["a"]) as progress:
         progress({"stage": "progress", "step": "a", "fraction": 0.25, "control": "dynamics",
                   "iteration": 7, "residual": 0.031, "iterations": 90})  # fmt: skip
     said = capsys.readouterr().out
@@ -365,7 +365,7 @@ def test_what_the_solver_tries_is_a_line(capsys):
 
 
 def test_progress_elsewhere_is_a_line_per_event(capsys):
-    with Progress(["a"]) as progress:
+    with ProgressLine(["a"]) as progress:
         progress({"stage": "mesh"})
         progress({"stage": "solve", "cells": 5, "unknowns": 86})
         progress({"stage": "error", "lines": ["told elsewhere"], "exit_code": 3})

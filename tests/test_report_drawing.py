@@ -197,5 +197,13 @@ def test_obstacles_are_drawn(tmp_path):
     np.testing.assert_allclose(body.at(0)[:, 2].min(), -9 - 2 - 3)
     last = len(table) - 2
     assert body.seen(0) and not body.seen(last)
+    np.testing.assert_allclose(body.at(-1)[:, 2].min(), -9 - 2)
+    # Between two states, as in a film: linear, and there as in the later one.
+    np.testing.assert_allclose(body.at(last - 0.25)[:, 2].min(), -9 - 2 - 0.25 * 3)
+    assert body.seen(last - 1) and not body.seen(last - 0.25)
+    scene = frames.make_scene(read(directory))
+    points, _ = scene.bodies([0.5, last - 0.25], np.array([[0.0] * 3, [100.0] * 3]))
+    np.testing.assert_allclose(points[0], body.points - [0, 0, 3])
+    assert not points[1].any()
     (drawn,) = viewer.pack(read(directory))["bodies"]
     assert drawn["there"][-1] is False and drawn["shift"][-2][2] == -3

@@ -12,7 +12,7 @@ from softact.cli import main as cli
 from softact.errors import MeshError
 from softact.geometries.from_script import FromScript
 from softact.geometry.base import make_mesh
-from softact.geometry.scripts import told
+from softact.geometry.scripts import scripts_as_code
 
 # A block of 20 x 4 x 4 mm; whoever runs it leaves a mark beside it.
 SCRIPT = """
@@ -84,11 +84,11 @@ def test_a_sweep_says_so_before_its_first_run(arm):
 
 def test_only_scripts_are_named():
     geometry = {"type": "from_script", "file": "a.py"}
-    assert told({"geometry": geometry}, ["b.geo", "c.msh", 3]) == [
+    assert scripts_as_code({"geometry": geometry}, ["b.geo", "c.msh", 3]) == [
         "runs the script a.py as code", "runs the script b.geo as code"
     ]  # fmt: skip
-    assert told({"geometry": geometry | {"type": "from_step"}}) == []
-    assert told({"geometry": "x"}) == told(None) == []
+    assert scripts_as_code({"geometry": geometry | {"type": "from_step"}}) == []
+    assert scripts_as_code({"geometry": "x"}) == scripts_as_code(None) == []
 
 
 def test_files_and_modules_count_from_the_script_and_not_from_the_caller(tmp_path, monkeypatch):

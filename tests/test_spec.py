@@ -361,6 +361,12 @@ def test_the_json_schema_knows_every_geometry_law_and_card():
     assert schema["required"] == ["geometry", "steps"]
 
 
+def test_titles_in_the_json_schema_are_words_of_a_spec():
+    titles = {part["title"] for part in spec.json_schema()["$defs"].values() if "title" in part}
+    assert {"Layer", "Ply", "Support", "Turn", "SurfaceContact"} <= titles
+    assert not [title for title in titles if title.endswith("Spec")]
+
+
 def test_the_json_schema_allows_one_pressure_and_one_for_each_cavity():
     pressure = spec.json_schema()["$defs"]["Step"]["properties"]["pressure"]
     one, each = (part for part in pressure["anyOf"] if part["type"] != "null")

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from softact.bodies.membrane import BondedMembrane, Membrane
 from softact.bodies.plate import LayerBending, is_flat
 from softact.bodies.weight import Weight
+from softact.materials.laws.linear import Linear
 from softact.materials.plane_stress import GreenLaw
 from softact.materials.tension_field import KEPT_BONDED, relaxed
 from softact.mesh.triangles import Triangles
@@ -34,7 +35,7 @@ class BondedLayer:
     """
 
     surface: str
-    material: Any
+    material: Linear
     thickness: float
     bending: float = 1.0
     relaxed: bool | None = None
@@ -132,7 +133,7 @@ class LayerMembrane:
         self,
         assembler: Assembler,
         facets: np.ndarray,
-        material: Any,
+        material: Linear,
         thickness: float,
         degree: int,
     ):

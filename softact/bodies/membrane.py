@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
+import operator
 
 import numpy as np
 
-from softact.materials.plane_stress import SheetLaw
+from softact.materials.plane_stress import Response, SheetLaw
 from softact.materials.tension_field import PLACE, TensionField
 from softact.mesh.triangles import MEMBRANE_RULE, Triangles
-from softact.system.term import Origin
+from softact.system.term import Origin, State
 
 KEPT = 4  # states whose stresses are kept, see ``softact.bodies.solid``
+
+#: Deformation gradient, energy, stress and moduli at a state.
+Evaluated = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
 class Membrane:
@@ -29,7 +34,7 @@ class Membrane:
         self.gradients = triangles.gradients(frames, points)
         self.undeformed = np.swapaxes(frames, 1, 2)[:, None]
         self.weights = triangles.areas[:, None] * weights
-        self._kept: dict[bytes, tuple] = {}
+        self._kept: dict[bytes, Evaluated] = {}
 
     @property
     def thickness(self) -> float:
@@ -45,39 +50,44 @@ class Membrane:
         f = self.deformation_gradient(x).reshape(-1, 3, 2)
         return f.transpose(0, 2, 1) @ f
 
-    def response(self, c: np.ndarray):
+    def response(self, c: np.ndarray) -> Response:
         """Energy, stress and moduli per undeformed area (N/mm), all layers together."""
         parts = [(t, law.evaluate(c)) for law, t in self.laws]
-        return tuple(sum(t * part[i] for t, part in parts) for i in range(3))
+        energy, stress, moduli = (
+            functools.reduce(operator.add, (t * part[i] for t, part in parts)) for i in range(3)
+        )
+        return energy, stress, moduli
 
-    def _evaluate(self, x):
-        key = hashlib.blake2b(x, digest_size=16).digest()
+    def _evaluate(self, x: np.ndarray) -> Evaluated:
+        """Deformation gradient and ``response``, kept for the last few states."""
+        key = hashlib.blake2b(x.data, digest_size=16).digest()
         found = self._kept.pop(key, None)
         if found is None:
             f = self.deformation_gradient(x)
             c = (np.swapaxes(f, -1, -2) @ f).reshape(-1, 2, 2)
-            found = f, *self.response(c)
+            energy, stress, moduli = self.response(c)
+            found = f, energy, stress, moduli
         self._kept[key] = found
         while len(self._kept) > KEPT:
             del self._kept[next(iter(self._kept))]
         return found
 
-    def _rates(self, f):
-        """Derivatives (k, q, 3, 3 n) of E11, E22, 2 E12 by the nodal displacements."""
+    def _rates(self, f: np.ndarray) -> np.ndarray:
+        """Derivatives (k, q, 3, 3 n) of E11, E22, 2 E12 with respect to nodal displacements."""
         b = self.gradients
         k, q, n, _ = b.shape
         one, two = (b[..., i, None] * f[:, :, None, :, i] for i in (0, 1))
         shear = b[..., 0, None] * f[:, :, None, :, 1] + b[..., 1, None] * f[:, :, None, :, 0]
         return np.stack([one, two, shear], axis=2).reshape(k, q, 3, 3 * n)
 
-    def add_force(self, state, out):
+    def add_force(self, state: State, out: np.ndarray) -> None:
         f, _, stress, _ = self._evaluate(state.x)
         k, q = self.weights.shape
         weighted = stress.reshape(k, q, 3) * self.weights[..., None]
         forces = np.einsum("kqsd,kqs->kd", self._rates(f), weighted, optimize=True)
         self.triangles.add_force(forces, out)
 
-    def add_tangent(self, state, origin):
+    def add_tangent(self, state: State, origin: Origin | None) -> None:
         f, _, stress, moduli = self._evaluate(state.x)
         k, q = self.weights.shape
         n = self.gradients.shape[2]
@@ -94,18 +104,19 @@ class Membrane:
             matrices[:, :, c, :, c] += geometric
         self.triangles.table.add(matrices)
 
-    def _carried(self, x, origin: Origin):
+    def _carried(self, x: np.ndarray, origin: Origin) -> np.ndarray:
         """Stress of the geometric stiffness, see ``Origin``."""
         kept = [self._evaluate(state) for state in origin.states]
         if not origin.linearised:
-            return sum(w * part[2] for w, part in zip(origin.weights, kept, strict=True))
+            shares = (w * part[2] for w, part in zip(origin.weights, kept, strict=True))
+            return functools.reduce(operator.add, shares)
         before, _, stress, moduli = kept[0]
         now = self.deformation_gradient(x)
         e = (np.swapaxes(before, -1, -2) @ (now - before)).reshape(-1, 2, 2)
         rate = np.stack([e[:, 0, 0], e[:, 1, 1], e[:, 0, 1] + e[:, 1, 0]], axis=1)
         return stress + np.einsum("nij,nj->ni", moduli, rate)
 
-    def energy(self, state):
+    def energy(self, state: State) -> float:
         return float(self._evaluate(state.x)[1] @ self.weights.ravel())
 
     # --- what measures read -----------------------------------------------------------------
@@ -127,12 +138,13 @@ class Membrane:
 
 class BondedMembrane(Membrane):
     """A membrane on a solid, which may be so much softer that the membrane's small strains would
-    drown in the rounding of the places: F by the displacements.
+    drown in the rounding of the places: F from the displacements.
 
     Not for sheets by themselves: with it the inflation of a flat disc (Hencky's) does not settle.
     """
 
-    def deformation_gradient(self, x):
+    def deformation_gradient(self, x: np.ndarray) -> np.ndarray:
+        """See ``Membrane.deformation_gradient``."""
         moved = x[self.triangles.dofs]
         change = np.einsum("knc,kqni->kqci", moved, self.gradients, optimize=True)
         return self.undeformed + change

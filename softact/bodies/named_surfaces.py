@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -14,6 +15,9 @@ from softact.mesh.tetrahedra import Mesh
 from softact.system.nodes import Nodes
 from softact.system.term import shared_forces, unit_forces
 from softact.system.unknowns import Unknowns
+
+if TYPE_CHECKING:
+    from softact.system.assembly import Assembler
 
 SAME_PLACE = 1e-9  # of the body's size
 SIMPSON, TRAPEZIUM = (1 / 6, 1 / 6, 2 / 3), (1 / 2, 1 / 2)
@@ -92,9 +96,8 @@ class Surfaces:
     def covering(self, nodes: np.ndarray) -> np.ndarray:
         """Nodes of the sheets that lie on a solid (``Layout.covers``) at the places of these nodes
         of it, without those that are the solid's own."""
-        loose = [self.nodes(sheet) for sheet in self._mesh.layout.covers]
-        loose = np.unique(np.concatenate(loose)) if loose else np.empty(0, int)
-        loose = np.setdiff1d(loose, nodes)
+        covers = [self.nodes(sheet) for sheet in self._mesh.layout.covers]
+        loose = np.setdiff1d(np.concatenate([*covers, np.empty(0, int)]), nodes)
         if not len(loose):
             return loose
         places = self._nodes.places
@@ -116,7 +119,7 @@ class Surfaces:
         owned = np.flatnonzero(share)
         return owned, share[owned]
 
-    def unit_forces(self, assembler, name: str) -> np.ndarray:
+    def unit_forces(self, assembler: Assembler, name: str) -> np.ndarray:
         """Forces (3, local) of 1 N/mm² on a surface or a sheet, or 1 N/mm along a curve."""
         if self.is_sheet(name):
             nodes, shares = self.points(name)

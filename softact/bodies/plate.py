@@ -20,12 +20,14 @@ stiff one does not lock.
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 import scipy.sparse
 
 from softact.system.assembly import Assembler
 from softact.system.nodes import Nodes
-from softact.system.term import State
+from softact.system.term import Origin, State
 
 PENALTY = 8.0  # times D over the edge length; positive definite from about 3 on
 FLATNESS = 1e-6  # of the layer's size
@@ -40,16 +42,25 @@ class LayerBending:
     of the coordinates that are zero in the symmetry planes.
     """
 
-    def __init__(self, assembler: Assembler, nodes: Nodes, facets, rigidity, poisson, symmetry):
+    def __init__(
+        self,
+        assembler: Assembler,
+        nodes: Nodes,
+        facets: np.ndarray,
+        rigidity: float | np.ndarray,
+        poisson: float | np.ndarray,
+        symmetry: Collection[int],
+    ):
         self._assembler, self._comm = assembler, nodes.comm
         number = nodes.number
-        each = number[facets], nodes.places[facets], *_of_each(facets, rigidity, poisson)
-        triangles, x, rigidity, poisson = (
+        stiffness, ratio = _of_each(facets, rigidity, poisson)
+        each = number[facets], nodes.places[facets], stiffness, ratio
+        triangles, x, stiffness, ratio = (
             np.concatenate(nodes.comm.allgather(values)) for values in each
         )
         layer_nodes, compact = np.unique(triangles, return_inverse=True)
         compact = compact.reshape(-1, 6)
-        even, odd = bending_matrices(x, compact, len(layer_nodes), rigidity, poisson, symmetry)
+        even, odd = bending_matrices(x, compact, len(layer_nodes), stiffness, ratio, symmetry)
         owned = np.flatnonzero(np.isin(number[: nodes.owned], layer_nodes))
         self._owned_dofs = nodes.dofs[owned]
         mine = np.searchsorted(layer_nodes, number[owned])
@@ -57,7 +68,7 @@ class LayerBending:
         self._rows = [(odd if c in symmetry else even)[mine] for c in range(3)]
         self._register(mine)
 
-    def _register(self, mine) -> None:
+    def _register(self, mine: np.ndarray) -> None:
         """Tell the assembler which unknowns are coupled, and keep the entries' order."""
         u = self._assembler.unknowns
         numbers = self._gather(u.number[self._owned_dofs])
@@ -78,10 +89,10 @@ class LayerBending:
         u = self._gather(state.x[self._owned_dofs])
         return np.column_stack([m @ u[:, c] for c, m in enumerate(self._rows)])
 
-    def add_force(self, state, out):
+    def add_force(self, state: State, out: np.ndarray) -> None:
         out[self._owned_dofs] += self._forces(state)
 
-    def add_tangent(self, state, origin):
+    def add_tangent(self, state: State, origin: Origin | None) -> None:
         free = self._gather(self._assembler.fixed[self._owned_dofs]) == 0
         mine = self._assembler.fixed[self._owned_dofs] == 0
         values = [
@@ -89,11 +100,18 @@ class LayerBending:
         ]
         self._assembler.extra_values[self._slots] += np.concatenate(values)
 
-    def energy(self, state):
+    def energy(self, state: State) -> float:
         return float(np.sum(self._forces(state) * state.x[self._owned_dofs])) / 2
 
 
-def bending_matrices(x, triangles, count, rigidity, poisson, symmetry=()):
+def bending_matrices(
+    x: np.ndarray,
+    triangles: np.ndarray,
+    count: int,
+    rigidity: float | np.ndarray,
+    poisson: float | np.ndarray,
+    symmetry: Collection[int] = (),
+) -> tuple[scipy.sparse.csr_matrix, scipy.sparse.csr_matrix]:
     """Stiffness of one component of the position: (even, odd) sparse matrices (count, count).
 
     x: (k, 6, 3) nodes of each facet in mm; triangles: (k, 6) their numbers, below ``count``;
@@ -110,11 +128,9 @@ def bending_matrices(x, triangles, count, rigidity, poisson, symmetry=()):
     moment = _moments(hessian, rigidity, poisson)
     weighted = moment * np.array([1.0, 2.0, 1.0])[:, None] * area[:, None, None]
     inner = np.einsum("kai,kaj->kij", weighted, hessian)
-    parts = [_scatter(inner, triangles, count)]
     facing, edges = _edges(triangles)
-    parts.append(_jumps(facing, edges, s, basis, moment, triangles, count, rigidity))
-    odd = sum(parts)
-    even = odd
+    jumps = _jumps(facing, edges, s, basis, moment, triangles, count, rigidity)
+    even = odd = _scatter(inner, triangles, count) + jumps
     outer = facing[:, 1] < 0
     facet, edge = facing[outer, 0], edges[outer]
     corner = _corners(facet, edge, triangles)
@@ -133,7 +149,7 @@ def is_flat(x: np.ndarray) -> bool:
     return bool(spread[2] < FLATNESS * spread[0])
 
 
-def _plane_coordinates(x):
+def _plane_coordinates(x: np.ndarray) -> np.ndarray:
     if not is_flat(x):
         raise ValueError("the layer is not flat")
     points = x.reshape(-1, 3)
@@ -142,19 +158,24 @@ def _plane_coordinates(x):
     return (x - centre) @ axes[:2].T
 
 
-def _basis(s):
+def _basis(s: np.ndarray) -> np.ndarray:
     """Coefficients (k, 6 monomials, 6 functions) of 1, s, t, s², st, t² about the first corner."""
     local = s - s[:, :1]
     a, b = local[..., 0], local[..., 1]
     return np.linalg.inv(np.stack([np.ones_like(a), a, b, a * a, a * b, b * b], axis=-1))
 
 
-def _of_each(facets, rigidity, poisson):
+def _of_each(
+    facets: np.ndarray, rigidity: float | np.ndarray, poisson: float | np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Bending stiffness and Poisson's ratio (k,) of k facets."""
-    return (np.broadcast_to(np.asarray(v, dtype=float), len(facets)) for v in (rigidity, poisson))
+    of_each = (np.broadcast_to(np.asarray(v, float), len(facets)) for v in (rigidity, poisson))
+    stiffness, ratio = of_each
+    return stiffness, ratio
 
 
-def _moments(hessian, rigidity, poisson):
+def _moments(hessian: np.ndarray, rigidity: np.ndarray, poisson: np.ndarray) -> np.ndarray:
+    """Moments (k, 3, 6) of the second derivatives (k, 3, 6)."""
     xx, xy, yy = hessian[:, 0], hessian[:, 1], hessian[:, 2]
     rigidity, poisson = rigidity[:, None], poisson[:, None]
     bulk = poisson * (xx + yy)
@@ -163,7 +184,7 @@ def _moments(hessian, rigidity, poisson):
     )
 
 
-def _slopes(points, normal, s, basis):
+def _slopes(points: np.ndarray, normal: np.ndarray, s: np.ndarray, basis: np.ndarray) -> np.ndarray:
     """Derivative along ``normal`` (k, 2) of the six functions at ``points`` (k, 2): (k, 6)."""
     a, b = (points - s[:, 0]).T[..., None]
     gx = basis[:, 1] + 2 * a * basis[:, 3] + b * basis[:, 4]
@@ -171,12 +192,12 @@ def _slopes(points, normal, s, basis):
     return normal[:, :1] * gx + normal[:, 1:] * gy
 
 
-def _normal_moment(moment, normal):
+def _normal_moment(moment: np.ndarray, normal: np.ndarray) -> np.ndarray:
     n0, n1 = normal.T[..., None]
     return n0 * n0 * moment[:, 0] + 2 * n0 * n1 * moment[:, 1] + n1 * n1 * moment[:, 2]
 
 
-def _edges(triangles):
+def _edges(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Edges of all facets: (facing: (m, 2) facet on either side or -1, edges: (m, 2) nodes)."""
     sides = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     owner = np.repeat(np.arange(len(triangles)), 3)
@@ -192,12 +213,14 @@ def _edges(triangles):
     return facing, edges
 
 
-def _corners(facet, edge, triangles):
+def _corners(facet: np.ndarray, edge: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Which corners (m, 2) of its facet the nodes of an edge are."""
     return np.argmax(triangles[facet][:, None, :3] == edge[:, :, None], axis=2)
 
 
-def _edge_frame(facet, edge, s, triangles):
+def _edge_frame(
+    facet: np.ndarray, edge: np.ndarray, s: np.ndarray, triangles: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Ends (m, 2, 2), length (m,) and normal (m, 2), out of ``facet``, of edges."""
     ends = s[facet[:, None], _corners(facet, edge, triangles)]
     along = ends[:, 1] - ends[:, 0]
@@ -207,14 +230,26 @@ def _edge_frame(facet, edge, s, triangles):
     return ends, length, normal * np.sign(outward)[:, None]
 
 
-def _penalty_terms(mean, jump, length, rigidity):
+def _penalty_terms(
+    mean: np.ndarray, jump: np.ndarray, length: np.ndarray, rigidity: np.ndarray
+) -> np.ndarray:
     """∫ −2 {M} [∂x] + σ/h [∂x]² over edges, one Gauss point: (m, n, n)."""
     crossed = mean[:, :, None] * jump[:, None]
     stiff = (PENALTY * rigidity / length)[:, None, None] * jump[:, :, None] * jump[:, None]
     return (length / 2)[:, None, None] * (stiff - crossed - crossed.transpose(0, 2, 1))
 
 
-def _jumps(facing, edges, s, basis, moment, triangles, count, rigidity):
+def _jumps(
+    facing: np.ndarray,
+    edges: np.ndarray,
+    s: np.ndarray,
+    basis: np.ndarray,
+    moment: np.ndarray,
+    triangles: np.ndarray,
+    count: int,
+    rigidity: np.ndarray,
+) -> scipy.sparse.csr_matrix:
+    """Edge terms between facets that face each other."""
     inner = facing[:, 1] >= 0
     (one, two), edge = facing[inner].T, edges[inner]
     ends, length, normal = _edge_frame(one, edge, s, triangles)
@@ -224,7 +259,7 @@ def _jumps(facing, edges, s, basis, moment, triangles, count, rigidity):
         [_normal_moment(moment[f], normal) * share[:, i, None] for i, f in enumerate((one, two))]
     )
     harmonic = 2 * share[:, 0] * d[:, 0]
-    total = 0.0
+    total = np.zeros((len(mean), mean.shape[1], mean.shape[1]))
     for t in GAUSS:
         points = (1 - t) * ends[:, 0] + t * ends[:, 1]
         jump = np.hstack(
@@ -237,13 +272,22 @@ def _jumps(facing, edges, s, basis, moment, triangles, count, rigidity):
     return _scatter(total, np.hstack([triangles[one], triangles[two]]), count)
 
 
-def _mirror(facet, edge, s, basis, moment, triangles, count, rigidity):
+def _mirror(
+    facet: np.ndarray,
+    edge: np.ndarray,
+    s: np.ndarray,
+    basis: np.ndarray,
+    moment: np.ndarray,
+    triangles: np.ndarray,
+    count: int,
+    rigidity: np.ndarray,
+) -> scipy.sparse.csr_matrix:
     """Half of the edge terms between a facet and its mirror image, for an even component."""
     if not len(facet):
         return scipy.sparse.csr_matrix((count, count))
     ends, length, normal = _edge_frame(facet, edge, s, triangles)
     mean = _normal_moment(moment[facet], normal)
-    total = 0.0
+    total = np.zeros((len(mean), mean.shape[1], mean.shape[1]))
     for t in GAUSS:
         points = (1 - t) * ends[:, 0] + t * ends[:, 1]
         jump = 2 * _slopes(points, normal, s[facet], basis[facet])
@@ -251,7 +295,7 @@ def _mirror(facet, edge, s, basis, moment, triangles, count, rigidity):
     return _scatter(total, triangles[facet], count)
 
 
-def _scatter(blocks, nodes, count):
+def _scatter(blocks: np.ndarray, nodes: np.ndarray, count: int) -> scipy.sparse.csr_matrix:
     n = nodes.shape[1]
     rows, columns = np.repeat(nodes, n, axis=1), np.tile(nodes, (1, n))
     return scipy.sparse.csr_matrix(

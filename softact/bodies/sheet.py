@@ -13,7 +13,8 @@ from softact.bodies.membrane import Membrane
 from softact.bodies.plate import LayerBending
 from softact.bodies.weight import Weight
 from softact.errors import MeshError, SpecError
-from softact.materials.plane_stress import sheet_law, small_strain_constants
+from softact.materials.base import FibreLaw, Law
+from softact.materials.plane_stress import SheetLaw, sheet_law, small_strain_constants
 from softact.materials.tension_field import relaxed
 from softact.mesh.sheets import SheetMesh, SheetNodes
 from softact.mesh.triangles import MEMBRANE_RULE, Triangles
@@ -30,7 +31,7 @@ class Ply:
     own axis is turned from the sheet's about the normal, and whether its volume is constant (then
     the law's bulk modulus does not count)."""
 
-    law: object
+    law: Law
     thickness: float
     angle: float = 0.0
     incompressible: bool = False
@@ -51,7 +52,7 @@ class Sheet:
     bending: float = 1.0
     axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not self.plies or min(ply.thickness for ply in self.plies) <= 0:
             raise SpecError("a sheet needs plies of a thickness above 0 mm")
 
@@ -89,7 +90,7 @@ class SheetPart:
         self.name, self.sheet, self.triangles = name, sheet, triangles
         self.patches, self._size = patches, size
         along = np.asarray(sheet.axis, dtype=float)
-        directed = any(getattr(ply.law, "anisotropic", False) for ply in sheet.plies)
+        directed = any(isinstance(ply.law, FibreLaw) for ply in sheet.plies)
         across = np.abs(triangles.normals @ along) > (1 - 1e-6) * np.linalg.norm(along)
         if directed and across.any():
             raise SpecError(
@@ -99,15 +100,16 @@ class SheetPart:
         self.membrane = Membrane(triangles, frames, [self._law(ply) for ply in sheet.plies])
         self.bend: list[LayerBending] = []
 
-    def _law(self, ply: Ply):
+    def _law(self, ply: Ply) -> tuple[SheetLaw, float]:
+        """The law of a ply in its plane, and its thickness."""
         law = sheet_law(ply.law, self._fibres(ply), ply.incompressible)
         if self.sheet.tension_field:
             law = relaxed(law, small_strain_constants(ply.law)[1])
         return law, ply.thickness
 
-    def _fibres(self, ply: Ply):
+    def _fibres(self, ply: Ply) -> np.ndarray | None:
         """Fibre directions (k q, families, 3) in the frames of the triangles, or None."""
-        if not getattr(ply.law, "anisotropic", False):
+        if not isinstance(ply.law, FibreLaw):
             return None
         count = len(self.triangles.nodes) * len(MEMBRANE_RULE[1])
         turned = np.radians(ply.angle)

@@ -48,7 +48,12 @@ def add_bending(
             plate[0][0].bend.append(_plate(plate, assembler, nodes, symmetry))
 
 
-def _plate(plate, assembler, nodes, symmetry) -> LayerBending:
+def _plate(
+    plate: Sequence[tuple[SheetPart, np.ndarray]],
+    assembler: Assembler,
+    nodes: Nodes,
+    symmetry: Sequence[int],
+) -> LayerBending:
     """plate: sheets and the numbers (k,) of their triangles in it."""
     elements = np.concatenate([part.triangles.nodes[members] for part, members in plate])
     if not is_flat(nodes.places[elements]):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import functools
 import hashlib
+import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -69,7 +70,7 @@ class Solid:
         points, self.weights = compat.quadrature_rule(forms.QUADRATURE_DEGREE)
         self._gradients = compat.tabulate_gradients(degree, points)
         self.pressure_values = (
-            compat.tabulate_values(pressure_degree, points) if self._mixed else None
+            None if pressure_degree is None else compat.tabulate_values(pressure_degree, points)
         )
         kernels = assembler.kernels("solid", degree, pressure_degree)
         self._residual, self._tangent = (Kernel(assembler, k, self.cells) for k in kernels)
@@ -123,18 +124,20 @@ class Solid:
 
     def fibre_stretch(self, x: np.ndarray) -> np.ndarray:
         """Stretch along the fibres (cells · points, families), for a material that has some."""
+        if self.fibres is None:
+            raise ValueError(f"region {self.name}: its material has no fibres")
         f = self.deformation_gradient(x).reshape(-1, 1, 3, 3)
         return np.linalg.norm((f @ self.fibres[..., None])[..., 0], axis=-1)
 
     def hydrostatic_pressure(self, x: np.ndarray) -> np.ndarray:
         """p (cells, points) MPa at the quadrature points, positive in tension."""
-        if not self._mixed:
+        if self.pressure_values is None:
             jacobian = determinant(self.deformation_gradient(x))
             return self._volumetric_stress(jacobian)
         dofs = self.assembler.unknowns.cell_dofs[self.cells, 3 * self._functions :]
         return x[dofs] @ self.pressure_values.T
 
-    def _volumetric_stress(self, jacobian):
+    def _volumetric_stress(self, jacobian: np.ndarray) -> np.ndarray:
         extra = self._extra_volumetric(jacobian.ravel())[1].reshape(jacobian.shape)
         return self.material.bulk_modulus * (jacobian - 1) + extra
 
@@ -170,7 +173,9 @@ class Solid:
         stress = factor * (inverse @ (c - before) @ inverse)
         return symmetric(stress), 2 * factor * symmetric_product(inverse)
 
-    def _add_volumetric(self, stress, moduli, c, jacobian):
+    def _add_volumetric(
+        self, stress: np.ndarray, moduli: np.ndarray, c: np.ndarray, jacobian: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """What the pressure unknown does not carry: all of U(J) without one, else its rest."""
         _, first, second = self._extra_volumetric(jacobian)
         if not self._mixed:
@@ -181,13 +186,13 @@ class Solid:
         more_stress, more_moduli = volumetric_response(np.linalg.inv(c), jacobian, first, second)
         return stress + more_stress, moduli + more_moduli
 
-    def _extra_volumetric(self, jacobian):
+    def _extra_volumetric(self, jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """U, U', U'' of what neither the pressure unknown nor κ/2 (J − 1)² holds."""
         if self._mixed:
             return self.material.higher_volumetric(jacobian)
         return self.material.extra_volumetric(jacobian)
 
-    def _constants(self):
+    def _constants(self) -> list[float]:
         if not self._mixed:
             return []
         return [1 / self.material.bulk_modulus, float(self.material.logarithmic_volume)]
@@ -198,17 +203,17 @@ class Solid:
         swelling = compliance * pressure
         return swelling + np.sqrt(1 + logarithmic * swelling**2)
 
-    def _unknowns(self, x):
+    def _unknowns(self, x: np.ndarray) -> Coefficient:
         return Coefficient(x, self._size, self.assembler.unknowns.cell_dofs)
 
-    def add_force(self, state, out):
+    def add_force(self, state: State, out: np.ndarray) -> None:
         stress, _, _ = self._evaluate(state)
         values = Coefficient(np.ascontiguousarray(stress), stress.shape[1] * len(self.weights))
         self._residual.add_vector(
             out, self._size, [self._unknowns(state.x), values], self._constants()
         )
 
-    def add_tangent(self, state, origin):
+    def add_tangent(self, state: State, origin: Origin | None) -> None:
         stress, moduli, _ = self._evaluate(state)
         points = len(self.weights)
         geometric = stress if origin is None else self._carried_stress(state, origin)
@@ -222,11 +227,12 @@ class Solid:
             self._constants(),
         )
 
-    def _carried_stress(self, state, origin: Origin) -> np.ndarray:
+    def _carried_stress(self, state: State, origin: Origin) -> np.ndarray:
         """Stress (n, 6) of the geometric stiffness, see ``Origin``."""
         kept = [self._evaluate(State(x, motion=state.motion)) for x in origin.states]
         if not origin.linearised:
-            return sum(w * stress for w, (stress, _, _) in zip(origin.weights, kept, strict=True))
+            shares = (w * stress for w, (stress, _, _) in zip(origin.weights, kept, strict=True))
+            return functools.reduce(operator.add, shares)
         stress, moduli, _ = kept[0]
         before = self.deformation_gradient(origin.states[0]).reshape(-1, 3, 3)
         now = self.deformation_gradient(state.x).reshape(-1, 3, 3)
@@ -234,10 +240,10 @@ class Solid:
         rate = (e + e.transpose(0, 2, 1))[:, ROWS, COLUMNS] * [0.5, 0.5, 0.5, 1, 1, 1]
         return stress + np.einsum("nij,nj->ni", moduli, rate)
 
-    def _evaluate(self, state):
+    def _evaluate(self, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """``second_piola``, kept for the last few states: Newton asks for force and tangent at the
         same one, and for the stress of those that it came from."""
-        key = hashlib.blake2b(state.x, digest_size=16).digest()
+        key = hashlib.blake2b(state.x.data, digest_size=16).digest()
         if state.motion is not None and state.motion.resistance:
             key += state.motion.key
         found = self._kept.pop(key, None) or self.second_piola(state)
@@ -288,7 +294,7 @@ class Solid:
         """See ``Body``."""
         return SolidInertia(self.assembler, self.cells, self.material.density, self.degree)
 
-    def energy(self, state):
+    def energy(self, state: State) -> float:
         f = self.deformation_gradient(state.x).reshape(-1, 3, 3)
         jacobian = determinant(f)
         c = np.matmul(f.transpose(0, 2, 1), f)

@@ -28,12 +28,12 @@ MIDDLE = np.full((1, 3), 0.25)  # reference coordinates
 # Times that an undecided element is cut into eight; what is undecided then counts as sound.
 CUTS = 2
 
-# Corners of the eight pieces, by corners of the whole: one at each, and four around the line from
+# Corners of the eight pieces, from corners of the whole: one at each, and four around the line from
 # the middle of 03 to that of 12.
-EIGHT = (
-    *([(i,), *(tuple(sorted((i, j))) for j in range(4) if j != i)] for i in range(4)),
+EIGHT: tuple[tuple[tuple[int, ...], ...], ...] = (
+    *(((i,), *(tuple(sorted((i, j))) for j in range(4) if j != i)) for i in range(4)),
     *(
-        [(0, 3), (1, 2), a, b]
+        ((0, 3), (1, 2), a, b)
         for a, b in itertools.pairwise([(0, 1), (0, 2), (2, 3), (1, 3), (0, 1)])
     ),
 )
@@ -56,6 +56,11 @@ def lattice(order: int) -> np.ndarray:
     return np.array([(order - sum(n), *n) for n in numbers if sum(n) <= order])
 
 
+def _place(point: np.ndarray) -> tuple[float, float, float]:
+    x, y, z = map(float, point)
+    return x, y, z
+
+
 @functools.cache
 def _to_bernstein() -> np.ndarray:
     """Matrix (20, 20): Bernstein coefficients of a cubic from its values on its lattice."""
@@ -72,7 +77,7 @@ def _pieces(cuts: int) -> tuple[np.ndarray, np.ndarray]:
     (m, 20) of its points that each piece has."""
     corners = np.eye(4, dtype=int)[None] * 2**cuts
     for _ in range(cuts):
-        corner = {(i,): corners[:, i] for i in range(4)}
+        corner: dict[tuple[int, ...], np.ndarray] = {(i,): corners[:, i] for i in range(4)}
         pairs = itertools.combinations(range(4), 2)
         corner |= {(i, j): (corners[:, i] + corners[:, j]) // 2 for i, j in pairs}
         corners = np.concatenate([np.stack([corner[c] for c in part], axis=1) for part in EIGHT])
@@ -91,7 +96,7 @@ def smallest_in_the_middle(solid: Solid, x: np.ndarray) -> Smallest:
     gradients = compat.tabulate_gradients(solid.degree, MIDDLE)
     jacobian = determinant(solid.deformation_gradient(x, gradients))[:, 0]
     least = int(np.argmin(jacobian))
-    return Smallest(float(jacobian[least]), tuple(map(float, solid.centres()[least])))
+    return Smallest(float(jacobian[least]), _place(solid.centres()[least]))
 
 
 def smallest_jacobian(solid: Solid, x: np.ndarray) -> Smallest:
@@ -106,7 +111,7 @@ def smallest_jacobian(solid: Solid, x: np.ndarray) -> Smallest:
         least = np.unravel_index(np.argmin(jacobian), jacobian.shape)
         if jacobian[least] < best.jacobian:
             place = barycentric[least[1]] @ solid.corners(cells[least[0]])
-            best = Smallest(float(jacobian[least]), tuple(map(float, place)))
+            best = Smallest(float(jacobian[least]), _place(place))
         bounds = (jacobian[:, members] @ _to_bernstein().T).min(axis=(1, 2))
         cells = cells[(bounds <= 0) & (jacobian.min(axis=1) > 0)]
     return best

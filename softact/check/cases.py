@@ -22,8 +22,8 @@ from softact.units import Dimensionless
 FOLDER = Path("configs") / "reference"
 
 
-class State(BaseModel):
-    """A state of the curve: where a column passes a value."""
+class CurvePoint(BaseModel):
+    """A point of the curve: where a column passes a value."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
@@ -44,7 +44,7 @@ class Value(BaseModel):
         "computed: what softact gave; only these can be updated"
     )
     source: str = Field(min_length=1, description="where the value is from")
-    at: State | None = Field(None, description="interpolated there; default: the last state")
+    at: CurvePoint | None = Field(None, description="interpolated there; default: the last state")
 
     @property
     def title(self) -> str:

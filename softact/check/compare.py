@@ -106,7 +106,7 @@ def figure(results: Results, value: Value) -> tuple[float, str]:
     for left in range(len(where) - 1):
         low, high = where[left], where[left + 1]
         if low != high and min(low, high) <= value.at.value <= max(low, high):
-            part = (value.at.value - low) / (high - low)
-            return float(column[left] + part * (column[left + 1] - column[left])), ""
+            fraction = (value.at.value - low) / (high - low)
+            return float(column[left] + fraction * (column[left + 1] - column[left])), ""
     reach = f"{np.nanmin(where):g} to {np.nanmax(where):g}"
     return math.nan, f"{value.at.column} goes from {reach}"

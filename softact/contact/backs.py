@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import scipy.sparse.csgraph
+
+if TYPE_CHECKING:
+    from softact.contact.facets import ContactFacets
+    from softact.model import Model
 
 # Planes nearer than this coincide, of the element size.
 COINCIDENT = 1e-6
@@ -20,7 +26,7 @@ class Backs:
     plane or in it, and they are joined by sheets, or near each other.
     """
 
-    def __init__(self, model, facets):
+    def __init__(self, model: Model, facets: ContactFacets):
         points = facets.points
         self._sheet, self._size = facets.of_sheet, facets.size
         self._centre = points[:, :3].mean(axis=1)
@@ -40,7 +46,7 @@ class Backs:
         return self._sheet[i] & self._sheet[j] & opposed & (ahead <= small) & (joined | near)
 
 
-def _pieces(model) -> np.ndarray:
+def _pieces(model: Model) -> np.ndarray:
     """Number (nodes,) of the piece of sheets that hang together, of each node."""
     count = len(model.nodes.places)
     parts = [part.triangles.nodes for part in model.sheets.values()]

@@ -22,7 +22,10 @@ class Contact(Term, Protocol):
 
     name: str
     symmetric: bool
-    obstacle: Obstacle | None
+
+    @property
+    def obstacle(self) -> Obstacle | None:
+        """See the class."""
 
     def remember(self, state: State) -> dict[str, np.ndarray]:
         """What is to be kept of a new equilibrium; candidates are sought anew."""
@@ -31,10 +34,11 @@ class Contact(Term, Protocol):
         """Take up a run at an equilibrium that was stored with its memory."""
 
     def strayed(self, state: State) -> float:
-        """How far surfaces have moved since candidates were sought, by how far they may."""
+        """How far surfaces have moved since candidates were sought, relative to how far they
+        may."""
 
     def smallest_gap(self, state: State) -> tuple[float, float]:
-        """Smallest gap in mm and by the element size, below zero where bodies overlap."""
+        """Smallest gap in mm and its ratio to the element size, below zero where bodies overlap."""
 
     def force(self, state: State) -> np.ndarray:
         """Force (3,) N on the body."""
@@ -54,5 +58,5 @@ class Contact(Term, Protocol):
     def stands(self, state: State) -> bool:
         """Whether an obstacle is there, so that a body may not begin inside of it."""
 
-    def deepest(self, state: State) -> tuple[float, tuple[float, float, float]]:
-        """Smallest gap (mm) and where it is, for an obstacle that stands."""
+    def deepest(self, state: State) -> tuple[float, np.ndarray]:
+        """Smallest gap (mm) and where it is (3,), for an obstacle that stands."""

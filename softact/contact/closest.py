@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -12,6 +13,9 @@ from scipy.spatial import cKDTree
 from softact.contact.backs import Backs
 from softact.contact.sight import spheres
 from softact.system import jit
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 # How far beyond its edge a facet still counts, barycentric: it closes the wedges between facets.
 SLACK = 0.01
@@ -22,7 +26,7 @@ FACING = 0.5
 SECOND = np.array([[4, 4, 0, -8, 0, 0], [4, 0, 0, -4, 4, -4], [4, 0, 4, 0, 0, -8]], float)
 
 
-def derivatives(place: np.ndarray, nodes: int):
+def derivatives(place: np.ndarray, nodes: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Shape functions of facets at places (m, 2): values (m, n), first (m, 2, n), second (3, n)
     derivatives ss, st, tt."""
     s, t = place.T
@@ -52,7 +56,7 @@ def candidates(
     reach: np.ndarray,
     backs: Backs,
     overlooks: Callable[[np.ndarray, np.ndarray], np.ndarray],
-):
+) -> tuple[np.ndarray, np.ndarray]:
     """Facets that each facet may touch before the next search, as (start (k + 1,), facet).
 
     nodes: (k, n, 3) places, numbers: (k, n) which nodes they are (facets with a common node are
@@ -85,11 +89,20 @@ def candidates(
 class Closest:
     """The compiled search; see ``_closest.c``."""
 
-    def __init__(self, comm):
+    def __init__(self, comm: MPI.Comm):
         source = Path(__file__).with_name("_closest.c")
         self._function = jit.load_library(comm, source).closest
 
-    def __call__(self, places, nodes, start, candidate, reach, depth, before=None):
+    def __call__(
+        self,
+        places: np.ndarray,
+        nodes: np.ndarray,
+        start: np.ndarray,
+        candidate: np.ndarray,
+        reach: np.ndarray,
+        depth: np.ndarray,
+        before: np.ndarray | None = None,
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Partner (k, q) (−1: none), place on it (k, q, 2) and signed gap (k, q) mm of points
         (k, q, 3) on facets (k, n, 3). reach, depth: (k,) largest gap and overlap, mm. before:
         partners that are kept where they still are."""

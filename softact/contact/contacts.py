@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Container, Iterable, Iterator
 
+import numpy as np
 from mpi4py import MPI
 
 from softact.contact.base import Contact
+from softact.contact.memory import stiffness_factor, stiffness_key
 from softact.errors import SpecError
+from softact.system.term import State
 
 # Overlap that is still contact, of the element size; stiffer from ENOUGH of it on.
 LIMIT = 0.02
@@ -26,10 +29,10 @@ class Contacts:
         self._comm = comm
         self._all = list(contacts)
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[Contact]:
         return iter(self._all)
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self._all)
 
     @property
@@ -37,60 +40,61 @@ class Contacts:
         """Whether the tangent is: without friction."""
         return all(contact.symmetric for contact in self._all)
 
-    def remember(self, state) -> None:
+    def remember(self, state: State) -> None:
         """Take ``state`` as the last equilibrium: from it friction is counted on."""
         for contact in self._all:
-            state.memory = state.memory | contact.remember(state)
+            state.memory = {**state.memory, **contact.remember(state)}
 
-    def resume(self, state) -> None:
+    def resume(self, state: State) -> None:
         """Take up a run at an equilibrium that was stored with its ``shift``, ``presence`` and
         ``memory``: all else that contact needs follows from these."""
         for contact in self._all:
             contact.resume(state)
 
-    def stiffen(self, state) -> bool:
+    def stiffen(self, state: State) -> bool:
         """Raise the stiffness where bodies overlap too far; whether it was raised anywhere."""
         raised = False
         for contact in self._all:
             overlap = -self.smallest_gap(contact, state)[1]
-            key = f"{contact.name}.stiffness"
-            factor = state.memory.get(key, 1.0)
+            factor = stiffness_factor(state, contact.name)
             if overlap > ENOUGH * LIMIT and factor < STIFFEST:
-                state.memory = state.memory | {key: STIFFER * factor}
+                state.memory = state.memory | {stiffness_key(contact.name): STIFFER * factor}
                 raised = True
         return raised
 
-    def strayed(self, state) -> float:
-        """How far surfaces have moved since contact looked about, by how far they may; above 1 they
-        may have passed something unseen."""
+    def strayed(self, state: State) -> float:
+        """How far surfaces have moved since contact looked about, relative to how far they may;
+        above 1 they may have passed something unseen."""
         return max((contact.strayed(state) for contact in self._all), default=0.0)
 
-    def smallest_gap(self, contact, state) -> tuple[float, float]:
-        """Smallest gap (mm) and smallest gap by element size over all processes; inf: none."""
-        return tuple(self._comm.allreduce(v, op=MPI.MIN) for v in contact.smallest_gap(state))
+    def smallest_gap(self, contact: Contact, state: State) -> tuple[float, float]:
+        """Smallest gap (mm) and smallest ratio of a gap to the element size, over all processes;
+        inf: none."""
+        gap, ratio = contact.smallest_gap(state)
+        return self._comm.allreduce(gap, op=MPI.MIN), self._comm.allreduce(ratio, op=MPI.MIN)
 
-    def touch(self, state) -> bool:
+    def touch(self, state: State) -> bool:
         """Whether anything is in touch."""
         return any(self.smallest_gap(contact, state)[0] < 0.0 for contact in self._all)
 
-    def area(self, contact, state) -> float:
+    def area(self, contact: Contact, state: State) -> float:
         """Undeformed area (mm²) of the meshed part that is in touch."""
         return self._comm.allreduce(contact.area(state))
 
-    def force(self, contact, state):
+    def force(self, contact: Contact, state: State) -> np.ndarray:
         """Force (3,) N on the meshed part of the body."""
         return self._comm.allreduce(contact.force(state))
 
-    def admissible(self, state, x, to) -> bool:
+    def admissible(self, state: State, x: np.ndarray, to: np.ndarray) -> bool:
         """Whether Newton may go from ``x`` to ``to`` (local unknowns) at the loads of ``state``."""
         fine = all([contact.admissible(state, x, to) for contact in self._all])
         return bool(self._comm.allreduce(fine, op=MPI.LAND)) if self._all else True
 
-    def passed(self, before, after) -> str | None:
+    def passed(self, before: State, after: State) -> str | None:
         """What was passed through between two states, as a reason to give the second one up."""
         return self._first(PASSED, [c.passed(before, after) for c in self._all])
 
-    def overlap_fault(self, state) -> str | None:
+    def overlap_fault(self, state: State) -> str | None:
         """Which contact overlaps beyond the limit, as such a reason."""
         for contact in self._all:
             overlap = -self.smallest_gap(contact, state)[1]
@@ -98,7 +102,7 @@ class Contacts:
                 return OVERLAP.format(contact.name, overlap, LIMIT)
         return None
 
-    def overrun(self, before, after) -> str | None:
+    def overrun(self, before: State, after: State) -> str | None:
         """Which obstacle moved too far into a body that had not moved, as such a reason."""
         return self._first(OVERRUN, [c.overrun(before, after) for c in self._all])
 
@@ -108,7 +112,7 @@ class Contacts:
                 return reason.format(contact.name)
         return None
 
-    def check_clear(self, state, names=None) -> None:
+    def check_clear(self, state: State, names: Container[str] | None = None) -> None:
         """Raise SpecError where an obstacle (one of ``names``) that is there overlaps the body."""
         for contact in self._all:
             if not contact.stands(state):

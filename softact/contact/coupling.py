@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
+
+if TYPE_CHECKING:
+    from softact.contact.facets import ContactFacets
+    from softact.system.assembly import Assembler
 
 
 class Coupling:
@@ -12,7 +19,7 @@ class Coupling:
     that is not within what it has room for already.
     """
 
-    def __init__(self, assembler, facets):
+    def __init__(self, assembler: Assembler, facets: ContactFacets):
         self._assembler = assembler
         self._nodes, self._first = facets.nodes, facets.dofs[..., 0]
         self._count = int(self._nodes.max(initial=0)) + 1
@@ -23,7 +30,7 @@ class Coupling:
         self._groups = np.empty(0, dtype=np.int64)
         self._slots = assembler.couple_loosely()
 
-    def make_room(self, groups) -> None:
+    def make_room(self, groups: Sequence[np.ndarray]) -> None:
         """groups: arrays (m, 2 or 3) of facets all of whose nodes may be coupled."""
         total = len(self._nodes)
         wanted = np.unique(
@@ -81,7 +88,9 @@ class Coupling:
         )
 
 
-def _grouped(facets: np.ndarray, left: np.ndarray, right: np.ndarray):
+def _grouped(
+    facets: np.ndarray, left: np.ndarray, right: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Points of the same facets (m, 4) put together: the facets (g, 4) of each group, and its left
     and right (g, k r, 6 n), filled up with zeros. Of one facet's points many face the same one."""
     groups, number, counts = np.unique(facets, axis=0, return_inverse=True, return_counts=True)
@@ -91,4 +100,5 @@ def _grouped(facets: np.ndarray, left: np.ndarray, right: np.ndarray):
     within[order] = np.arange(len(facets)) - np.repeat(np.cumsum(counts) - counts, counts)
     filled = np.zeros((2, len(groups), counts.max(initial=0), *left.shape[1:]))
     filled[0, number, within], filled[1, number, within] = left, right
-    return groups, *filled.reshape(2, len(groups), -1, left.shape[2])
+    left, right = filled.reshape(2, len(groups), -1, left.shape[2])
+    return groups, left, right

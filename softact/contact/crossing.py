@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from softact.contact.facets import PIECES
@@ -41,7 +43,13 @@ def crossed(
     return False
 
 
-def _from_front_to_back(points, corners, i, j, size):
+def _from_front_to_back(
+    points: Sequence[np.ndarray],
+    corners: Sequence[np.ndarray],
+    i: np.ndarray,
+    j: np.ndarray,
+    size: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
     """Numbers (m,) of pairs (i, j) and of points that begin before the plane of the triangle and
     end behind it, near it."""
     heights = []
@@ -59,7 +67,9 @@ def _from_front_to_back(points, corners, i, j, size):
     return pair[near], point[near]
 
 
-def _through(points, corners, depth) -> np.ndarray:
+def _through(
+    points: Sequence[np.ndarray], corners: Sequence[np.ndarray], depth: np.ndarray
+) -> np.ndarray:
     """Whether (m,) points cross the inside of triangles, ``depth`` (m,) behind them, both on
     straight ways: (m, 3), (m, 3, 3) at the beginning and at the end."""
     heights, inside = [], []

@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from softact.contact.pressure import ONSET, SHEET_STIFFNESS, STIFFNESS
 from softact.mesh.triangles import shape_functions
+
+if TYPE_CHECKING:
+    from softact.bodies.sheet import SheetPart
+    from softact.mesh.tetrahedra import Mesh
+    from softact.model import Model
 
 # A quadratic facet is split into four triangles on its own nodes; each has the three points of
 # the rule that integrates quadratics exactly. A uniform pressure then gives exact nodal forces.
@@ -14,6 +22,10 @@ CORNERS = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0.5, 0], [0, 0.5, 0.5
 RULE = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6
 HALF = 0.5
 POINTS = np.vstack([RULE @ CORNERS[list(piece)] for piece in PIECES])  # barycentric (12, 3)
+
+
+#: Nodes (k, n), stiffness of the penalty (k,), whether of a sheet, whether that lies on a solid.
+Group = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
 class ContactFacets:
@@ -26,7 +38,7 @@ class ContactFacets:
     covering: (k,) of one that lies on a solid.
     """
 
-    def __init__(self, model, surfaces):
+    def __init__(self, model: Model, surfaces: Iterable[str]):
         sheets = [model.sheets[name] for name in surfaces if name in model.sheets]
         others = [name for name in surfaces if name not in model.sheets]
         groups = [_of_sheet(model, sheet) for sheet in sheets]
@@ -47,10 +59,12 @@ class ContactFacets:
         self.onset = ONSET * self.size
         self._table = model.assembler.add_table(model.nodes.blocks[self.nodes])
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.nodes)
 
-    def counting_areas(self, facet, point, partner) -> np.ndarray:
+    def counting_areas(
+        self, facet: np.ndarray, point: np.ndarray, partner: np.ndarray
+    ) -> np.ndarray:
         """Area (m,) that counts for each point: one half where the partner looks back, all of it
         where a sheet lies on a solid, which does not."""
         one_sided = self.covering[facet] & ~self.of_sheet[partner]
@@ -64,7 +78,9 @@ class ContactFacets:
         """Deformed places (k, 12, 3) of the quadrature points, mm."""
         return np.einsum("qn,knc->kqc", self.values, self.node_places(x))
 
-    def add_force(self, tractions: np.ndarray, out: np.ndarray, on=slice(None)) -> None:
+    def add_force(
+        self, tractions: np.ndarray, out: np.ndarray, on: np.ndarray | slice = slice(None)
+    ) -> None:
         """Add the nodal forces of tractions (k', 12, 3), force per area, of the facets ``on``."""
         forces = np.einsum("qn,kq,kqc->knc", self.values, self.areas[on], tractions)
         out += np.bincount(self.dofs[on].ravel(), forces.ravel(), len(out))
@@ -76,20 +92,20 @@ class ContactFacets:
         self._table.add(matrices, on)
 
 
-def _of_solids(model, names):
+def _of_solids(model: Model, names: Iterable[str]) -> Group:
     """Nodes (k, n), stiffness of the penalty times size (k,) MPa, and that they are no sheets."""
     facets = outside(model.mesh, np.unique(model.surfaces.facets(*names), axis=0))
     nodes, none = model.surfaces.facet_nodes(facets), np.zeros(len(facets), dtype=bool)
     return nodes, _of_rubber(model, facets), none, none
 
 
-def _of_rubber(model, facets):
+def _of_rubber(model: Model, facets: np.ndarray) -> np.ndarray:
     """Stiffness of the penalty times size (k,), MPa, of a solid's facets."""
     shear = np.array([s.material.shear_modulus for s in model.solids.values()])
     return STIFFNESS * shear[model.mesh.region[facets[:, 0]]]
 
 
-def _of_sheet(model, part):
+def _of_sheet(model: Model, part: SheetPart) -> Group:
     """Nodes (k, n), stiffness of the penalty times size² (k,) N/mm, that they are a sheet, and
     whether on a solid; then the stiffness is the solid's, times size."""
     nodes, covered = part.triangles.nodes, model.mesh.layout.covers.get(part.name)
@@ -100,7 +116,7 @@ def _of_sheet(model, part):
     return nodes, np.full(len(nodes), modulus), every, every & (covered is not None)
 
 
-def outside(mesh, facets: np.ndarray) -> np.ndarray:
+def outside(mesh: Mesh, facets: np.ndarray) -> np.ndarray:
     """Those of ``facets`` (k, 2: cell, local facet) that lie on the boundary of the body."""
     import dolfinx
 

@@ -15,9 +15,9 @@ import numpy as np
 ELASTIC_SLIP = 0.005
 
 
-def _mapped(along, limit):
+def _mapped(along: np.ndarray, limit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Elastic part (n, 3) of a slip ``along`` (n, 3) the surface, mm, no longer than ``limit``
-    (n,), and its derivative by ``along`` (n, 3, 3)."""
+    (n,), and its derivative with respect to ``along`` (n, 3, 3)."""
     length = np.linalg.norm(along, axis=1)
     slips = length > limit
     part = np.where(slips, limit / np.where(slips, length, 1.0), 1.0)
@@ -28,8 +28,16 @@ def _mapped(along, limit):
     return part[:, None] * along, part[:, None, None] * across
 
 
-def friction(coefficient, pressure, slope, limit, normal, curvature, trial):
-    """Tangential traction and its derivative by the place of the point.
+def friction(
+    coefficient: float,
+    pressure: np.ndarray,
+    slope: np.ndarray,
+    limit: np.ndarray,
+    normal: np.ndarray,
+    curvature: np.ndarray,
+    trial: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Tangential traction and its derivative with respect to the place of the point.
 
     pressure p (n,) MPa; slope −dp/dg (n,); limit (n,) of the elastic slip, mm; normal (n, 3) and
     curvature (n, 3, 3) of the distance; trial (n, 3) elastic slip of the last equilibrium plus
@@ -45,20 +53,27 @@ def friction(coefficient, pressure, slope, limit, normal, curvature, trial):
     elastic, mapped = _mapped(along, limit)
     stick = (coefficient * pressure / limit)[:, None]
     # p falls along the normal by the slope.
-    by_gap = (coefficient * slope / limit)[:, None] * elastic
-    modulus = by_gap[:, :, None] * normal[:, None] - stick[:, None] * (mapped @ change)
+    gap_derivative = (coefficient * slope / limit)[:, None] * elastic
+    modulus = gap_derivative[:, :, None] * normal[:, None] - stick[:, None] * (mapped @ change)
     return -stick * elastic, modulus, elastic * (pressure > 0.0)[:, None]
 
 
-def slide(coefficient, pressure, slope, limit, normal, trial):
+def slide(
+    coefficient: float,
+    pressure: np.ndarray,
+    slope: np.ndarray,
+    limit: np.ndarray,
+    normal: np.ndarray,
+    trial: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """The same where the normal is that of the last equilibrium and the point faced moves too.
 
-    Arguments as in ``friction``. Returns (traction (n, 3), its derivative by the trial slip
-    (n, 3, 3), its derivative by the gap (n, 3), elastic slip (n, 3)), none where no pressure is.
+    Arguments as in ``friction``. Returns (traction (n, 3), its derivatives with respect to the
+    trial slip (n, 3, 3) and to the gap (n, 3), elastic slip (n, 3)), none where no pressure is.
     """
     tangent = np.eye(3) - normal[:, :, None] * normal[:, None]
     elastic, mapped = _mapped(np.einsum("nab,nb->na", tangent, trial), limit)
     stick = (coefficient * pressure / limit)[:, None]
-    by_gap = (coefficient * slope / limit)[:, None] * elastic
+    gap_derivative = (coefficient * slope / limit)[:, None] * elastic
     kept = elastic * (pressure > 0.0)[:, None]
-    return -stick * elastic, -stick[:, None] * (mapped @ tangent), by_gap, kept
+    return -stick * elastic, -stick[:, None] * (mapped @ tangent), gap_derivative, kept

@@ -5,9 +5,18 @@ from __future__ import annotations
 import numpy as np
 
 
-def gap_hessian(gap, across, tangents, normal, first, bend, outer, inner):
-    """outer ∇g ∇gᵀ + inner ∇∇g by the nodes of both facets, as factors left and right (m, 5, 6 n)
-    of leftᵀ right.
+def gap_hessian(
+    gap: np.ndarray,
+    across: np.ndarray,
+    tangents: np.ndarray,
+    normal: np.ndarray,
+    first: np.ndarray,
+    bend: np.ndarray,
+    outer: np.ndarray,
+    inner: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """outer ∇g ∇gᵀ + inner ∇∇g with respect to the nodes of both facets, as factors left and right
+    (m, 5, 6 n) of leftᵀ right.
 
     With v = δx − δy at the fixed place, t_α = y,α·v, s_α = n·δy,α, a the metric, b the curvature
     and A = a − g b: δg = n·v and δ²g = −(t a⁻¹ b A⁻¹ t + t A⁻¹ s + s A⁻¹ t + g s A⁻¹ s). It

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-# Stiffness by shear modulus over element size: a pressure of one shear modulus presses 1 % of an
-# element in. It is raised where that is not enough (see ``limits``).
+# Ratio of the stiffness to shear modulus over element size: a pressure of one shear modulus presses
+# 1 % of an element in. It is raised where that is not enough (see ``limits``).
 STIFFNESS = 100.0
-# Of sheets: by Young's modulus times thickness over the element size squared. A pressure p then
+# Of sheets: to Young's modulus times thickness over the element size squared. A pressure p then
 # presses p h/(E t) of an element h in: the strain of a cylinder of the radius h under it, less than
 # that of the sheet itself, whose radius is larger. The forces on a node change with its place as
 # those of the membrane do, by E t.
@@ -16,7 +16,9 @@ SHEET_STIFFNESS = 4.0
 ONSET = 0.005
 
 
-def pressure(gap, stiffness, onset):
+def pressure(
+    gap: np.ndarray, stiffness: np.ndarray, onset: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Contact pressure, slope and potential at signed gaps (mm; below zero: overlap).
 
     All arrays of one shape. stiffness k: MPa/mm; onset d: mm. Returns (p, −dp/dg, φ), in MPa,

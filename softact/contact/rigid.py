@@ -12,10 +12,11 @@ import numpy as np
 
 from softact.contact.facets import ContactFacets
 from softact.contact.friction import ELASTIC_SLIP, friction
+from softact.contact.memory import remembered, stiffness_factor
 from softact.contact.obstacles.base import Shape
 from softact.contact.pressure import pressure
 from softact.contact.way import goes_deeper
-from softact.system.term import State
+from softact.system.term import Origin, State
 
 # What a step of Newton's method may press in on its way, of the element size and of the
 # obstacle's room.
@@ -40,6 +41,18 @@ class Obstacle:
     surfaces: tuple[str, ...] | None = None
 
 
+@dataclass(frozen=True)
+class _Touch:
+    """Facets ``on`` (m,) in touch with an obstacle; at their points (m, 12): pressure p, slope
+    −dp/dg, normals (..., 3) and curvatures (..., 3, 3) of the distance."""
+
+    on: np.ndarray
+    pressure: np.ndarray
+    slope: np.ndarray
+    normal: np.ndarray
+    curvature: np.ndarray
+
+
 class RigidContact:
     """Contact of some facets of the body with one obstacle.
 
@@ -52,94 +65,102 @@ class RigidContact:
         self.obstacle, self.facets = obstacle, facets
         self.name, self.symmetric = obstacle.name, obstacle.friction == 0
 
-    def _memory(self, state, what, default):
-        return state.memory.get(f"{self.name}.{what}", default)
-
     def stands(self, state: State) -> bool:
         """See ``Contact``."""
         return self.presence(state) == 1.0
 
-    def presence(self, state) -> float:
+    def presence(self, state: State) -> float:
         """See the class."""
         return float(state["presence"].get(self.name, self.obstacle.active))
 
-    def gaps(self, state, x=None):
+    def gaps(
+        self, state: State, x: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Signed gap (k, 12) mm at the quadrature points, normals and curvatures there."""
         places = self._places(state, state.x if x is None else x)
         g, n, h = self.obstacle.shape.distance(places.reshape(-1, 3))
         form = places.shape[:2]
         return g.reshape(form), n.reshape(*form, 3), h.reshape(*form, 3, 3)
 
-    def _places(self, state, x):
+    def _places(self, state: State, x: np.ndarray) -> np.ndarray:
         """Places of the points (k, 12, 3) as seen from the obstacle."""
         return self.facets.places(x) - state["shift"].get(self.name, np.zeros(3))
 
-    def _stiffness(self, state):
-        return self.facets.stiffness * self._memory(state, "stiffness", 1.0)
+    def _stiffness(self, state: State) -> np.ndarray:
+        return self.facets.stiffness * stiffness_factor(state, self.name)
 
-    def _evaluate(self, state, moduli=False):
-        """Facets in touch, their tractions (m, 12, 3) on the body, moduli or None, slip or None."""
+    def _touch(self, state: State) -> _Touch:
+        """The facets in touch."""
         g, n, h = self.gaps(state)
         on = np.flatnonzero((g < 0).any(axis=1))
         g, n, h = g[on], n[on], h[on]
         stiffness = np.broadcast_to(self._stiffness(state)[on, None], g.shape)
         p, slope, _ = pressure(g, stiffness, self.facets.onset[on, None])
-        traction, modulus, slip = p[..., None] * n, None, None
-        if moduli:
-            normals = n[..., :, None] * n[..., None, :]
-            modulus = p[..., None, None] * h - slope[..., None, None] * normals
-        if self.obstacle.friction:
-            limit = np.broadcast_to(ELASTIC_SLIP * self.facets.size[on, None], g.shape)
-            arguments = (p, slope, limit, n, h, self._trial_slip(state, on))
-            flat = (a.reshape(-1, *a.shape[2:]) for a in arguments)
-            t, m, slip = friction(self.obstacle.friction, *flat)
-            traction = traction + t.reshape(traction.shape)
-            slip = slip.reshape(traction.shape)
-            if modulus is not None:
-                modulus = modulus + m.reshape(modulus.shape)
-        return on, traction, modulus, slip
+        return _Touch(on, p, slope, n, h)
 
-    def _trial_slip(self, state, on):
+    def _traction(self, state: State, touch: _Touch) -> np.ndarray:
+        """Tractions (m, 12, 3) on the body."""
+        traction = touch.pressure[..., None] * touch.normal
+        return traction + self._friction(state, touch)[0] if self.obstacle.friction else traction
+
+    def _modulus(self, state: State, touch: _Touch) -> np.ndarray:
+        """Their derivatives (m, 12, 3, 3) with respect to the places of the points."""
+        p, slope, n = touch.pressure, touch.slope, touch.normal
+        normals = n[..., :, None] * n[..., None, :]
+        modulus = p[..., None, None] * touch.curvature - slope[..., None, None] * normals
+        return modulus + self._friction(state, touch)[1] if self.obstacle.friction else modulus
+
+    def _friction(self, state: State, touch: _Touch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Tangential tractions (m, 12, 3), their moduli (m, 12, 3, 3) and the elastic slip."""
+        p, n, h = touch.pressure, touch.normal, touch.curvature
+        limit = np.broadcast_to(ELASTIC_SLIP * self.facets.size[touch.on, None], p.shape)
+        arguments = (p, touch.slope, limit, n, h, self._trial_slip(state, touch.on))
+        flat = (a.reshape(-1, *a.shape[2:]) for a in arguments)
+        traction, modulus, slip = friction(self.obstacle.friction, *flat)
+        return traction.reshape(n.shape), modulus.reshape(h.shape), slip.reshape(n.shape)
+
+    def _trial_slip(self, state: State, on: np.ndarray) -> np.ndarray:
         now = self._places(state, state.x)[on]
-        before = self._memory(state, "place", None)
-        if before is None:
+        before = remembered(state, self.name, "place")
+        slip = remembered(state, self.name, "slip")
+        if before is None or slip is None:
             return np.zeros_like(now)
-        return self._memory(state, "slip", None)[on] + now - before[on]
+        return slip[on] + now - before[on]
 
-    def tractions(self, state) -> np.ndarray:
+    def tractions(self, state: State) -> np.ndarray:
         """Force per undeformed area (k, 12, 3) of the obstacle on the body, MPa."""
         everywhere = np.zeros((*self.facets.areas.shape, 3))
         presence = self.presence(state)
         if presence == 1.0:
-            on, traction, _, _ = self._evaluate(state)
-            everywhere[on] = traction
-        elif presence > 0.0:
-            everywhere += presence * self._memory(state, "traction", 0.0)
+            touch = self._touch(state)
+            everywhere[touch.on] = self._traction(state, touch)
+        elif presence > 0.0 and (last := remembered(state, self.name, "traction")) is not None:
+            everywhere += presence * last
         return everywhere
 
-    def force(self, state) -> np.ndarray:
+    def force(self, state: State) -> np.ndarray:
         """Force (3,) N of the obstacle on this process's part of the body."""
         return np.einsum("kq,kqc->c", self.facets.areas, self.tractions(state))
 
-    def area(self, state) -> float:
+    def area(self, state: State) -> float:
         """Undeformed area in touch on this process, mm²."""
         if self.presence(state) != 1.0:
             return 0.0
         return float(self.facets.areas[self.gaps(state)[0] < 0.0].sum())
 
-    def add_force(self, state, out):
+    def add_force(self, state: State, out: np.ndarray) -> None:
         if self.presence(state) == 1.0:
-            on, traction, _, _ = self._evaluate(state)
-            self.facets.add_force(-traction, out, on)
+            touch = self._touch(state)
+            self.facets.add_force(-self._traction(state, touch), out, touch.on)
         elif self.presence(state) > 0.0:
             self.facets.add_force(-self.tractions(state), out)
 
-    def add_tangent(self, state, origin):
+    def add_tangent(self, state: State, origin: Origin | None) -> None:
         if self.presence(state) == 1.0:
-            on, _, modulus, _ = self._evaluate(state, moduli=True)
-            self.facets.add_tangent(-modulus, on)
+            touch = self._touch(state)
+            self.facets.add_tangent(-self._modulus(state, touch), touch.on)
 
-    def energy(self, state):
+    def energy(self, state: State) -> float:
         if self.presence(state) != 1.0:
             return 0.0
         g, _, _ = self.gaps(state)
@@ -147,23 +168,23 @@ class RigidContact:
         _, _, potential = pressure(g, stiffness, self.facets.onset[:, None])
         return float(np.sum(self.facets.areas * potential))
 
-    def remember(self, state) -> dict[str, np.ndarray]:
+    def remember(self, state: State) -> dict[str, np.ndarray]:
         """Memory of this equilibrium."""
         if self.presence(state) != 1.0:
             return {}
         found = {f"{self.name}.traction": self.tractions(state)}
         if self.obstacle.friction:
-            on, _, _, slip = self._evaluate(state)
+            touch = self._touch(state)
             everywhere = np.zeros((*self.facets.areas.shape, 3))
-            everywhere[on] = slip
+            everywhere[touch.on] = self._friction(state, touch)[2]
             found[f"{self.name}.slip"] = everywhere
             found[f"{self.name}.place"] = self._places(state, state.x)
         return found
 
-    def resume(self, state) -> None:
+    def resume(self, state: State) -> None:
         """See ``Contacts.resume``: nothing is kept outside the state."""
 
-    def admissible(self, state, x, to) -> bool:
+    def admissible(self, state: State, x: np.ndarray, to: np.ndarray) -> bool:
         """Whether Newton may go from ``x`` to ``to``: no point so deep that it is lost, nor on the
         other side."""
         if self.presence(state) != 1.0 or not len(self.facets):
@@ -171,14 +192,14 @@ class RigidContact:
         now, then = (self._places(state, u).reshape(-1, 3) for u in (x, to))
         return not self._went_through(now, then)
 
-    def passed(self, before, after) -> bool:
+    def passed(self, before: State, after: State) -> bool:
         """Whether a point went through the obstacle on its way between two equilibria."""
         if not self._there(before, after):
             return False
         start, end = (self._places(s, s.x).reshape(-1, 3) for s in (before, after))
         return self._went_through(start, end)
 
-    def overrun(self, before, after) -> bool:
+    def overrun(self, before: State, after: State) -> bool:
         """Whether the obstacle, moved as between two states, has come so far over a body that
         stayed where it was that points would leave it on another side."""
         room = ROOM * self.obstacle.shape.room
@@ -187,7 +208,7 @@ class RigidContact:
         start, end = (self._places(s, after.x).reshape(-1, 3) for s in (before, after))
         return bool(goes_deeper(self._gap, start, end, np.full(len(start), room)).any())
 
-    def _there(self, before, after) -> bool:
+    def _there(self, before: State, after: State) -> bool:
         present = self.presence(before) == 1.0 == self.presence(after)
         return present and len(self.facets) > 0
 
@@ -208,18 +229,18 @@ class RigidContact:
             allowed = np.where(touches, np.maximum(allowed, CHORD * room), allowed)
         return bool(goes_deeper(self._gap, start, end, allowed).any())
 
-    def strayed(self, state) -> float:
+    def strayed(self, state: State) -> float:
         """See ``SurfaceContact.strayed``: an obstacle is always seen."""
         return 0.0
 
-    def smallest_gap(self, state) -> tuple[float, float]:
+    def smallest_gap(self, state: State) -> tuple[float, float]:
         """Smallest gap, and its smallest ratio to the element size (both below zero: overlap)."""
         if self.presence(state) != 1.0 or not len(self.facets):
             return np.inf, np.inf
         g, _, _ = self.gaps(state)
         return float(g.min()), float((g / self.facets.size[:, None]).min())
 
-    def deepest(self, state) -> tuple[float, np.ndarray]:
+    def deepest(self, state: State) -> tuple[float, np.ndarray]:
         """Smallest gap (mm) and where it is (3,), mm."""
         if not len(self.facets):
             return np.inf, np.zeros(3)

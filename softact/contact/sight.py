@@ -16,8 +16,8 @@ def spheres(nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def strayed(before: np.ndarray, now: np.ndarray, reach: np.ndarray, side: np.ndarray) -> float:
-    """How far facets have moved towards or past others, by how far they were from them, LITTLE at
-    least; above 1 a pair may have met that was out of reach at the search.
+    """How far facets have moved towards or past others, relative to how far they were from them,
+    LITTLE at least; above 1 a pair may have met that was out of reach at the search.
 
     before, now: (k, n, 3) nodes at the search and after it; reach: (k,) how far was looked;
     side: (k,) see ``closest.candidates``. Only the motion of one facet against the other counts: a
@@ -69,7 +69,9 @@ def _groups(centre: np.ndarray) -> np.ndarray:
     return np.array([np.concatenate([g, np.repeat(g[:1], size - len(g))]) for g in groups])
 
 
-def _bounds(groups, centre, mean, radius):
+def _bounds(
+    groups: np.ndarray, centre: np.ndarray, mean: np.ndarray, radius: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Centres (g, 3) and mean motions (g, 3) of groups, radii (g,) around their members, and by how
     much (g,) the motion of one may differ from the mean."""
     g_centre, g_mean = centre[groups].mean(axis=1), mean[groups].mean(axis=1)

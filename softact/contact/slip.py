@@ -10,6 +10,13 @@ from softact.contact.closest import derivatives
 from softact.contact.coupling import Coupling
 from softact.contact.facets import ContactFacets
 from softact.contact.friction import ELASTIC_SLIP, slide
+from softact.contact.memory import remembered
+from softact.system.term import State
+
+#: Facet, number of a point of it, the facet it faces and the place on that.
+Where = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+#: Facet and number of points, their shape functions of the gap vector and their normals.
+Faced = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -29,7 +36,7 @@ class InTouch:
     potential: np.ndarray
 
     @property
-    def where(self) -> tuple[np.ndarray, ...]:
+    def where(self) -> Where:
         """Facet, number, partner and place on it."""
         return self.facet, self.point, self.partner, self.place
 
@@ -45,7 +52,7 @@ class Slipping:
     weight: np.ndarray
     traction: np.ndarray
     modulus: np.ndarray
-    by_gap: np.ndarray
+    gap_derivative: np.ndarray
     elastic: np.ndarray
 
 
@@ -60,31 +67,34 @@ class SurfaceFriction:
         self._name, self._coefficient = name, coefficient
         self._facets, self._coupling = facets, coupling
 
-    def _memory(self, state, what):
-        return state.memory.get(f"{self._name}.{what}")
+    def _last(self, state: State, what: str, width: int = 3) -> np.ndarray:
+        """What was kept of each quadrature point (k, 12, width), zeros where nothing was."""
+        kept = remembered(state, self._name, what)
+        return np.zeros((*self._facets.areas.shape, width)) if kept is None else kept
 
-    def pairs(self, state, facet, point, partner) -> list[np.ndarray]:
+    def pairs(
+        self, state: State, facet: np.ndarray, point: np.ndarray, partner: np.ndarray
+    ) -> list[np.ndarray]:
         """(m', 3) own facet, partner now and partner at the last equilibrium, where both are; none
         where nothing is remembered."""
-        before = self._memory(state, "partner")
+        before = remembered(state, self._name, "partner")
         if before is None:
             return []
         old = before[facet, point]
         return [np.column_stack([facet, partner, old])[old >= 0]]
 
-    def at(self, state, touch: InTouch) -> Slipping:
+    def at(self, state: State, touch: InTouch) -> Slipping:
         """Friction of the points in touch that had a partner at the last equilibrium."""
-        old = self._memory(state, "partner")
+        old = remembered(state, self._name, "partner")
         if old is None:
             old = np.full(self._facets.areas.shape, -1)
         on = np.flatnonzero(old[touch.facet, touch.point] >= 0)
         facet, point = touch.facet[on], touch.point[on]
         old = old[facet, point]
-        if len(on):
-            then = [self._memory(state, w) for w in ("place", "offset", "normal", "slip")]
-            place, offset, normal, slip = (array[facet, point] for array in then)
-        else:
-            place, (offset, normal, slip) = np.zeros((0, 2)), np.zeros((3, 0, 3))
+        place = self._last(state, "place", 2)[facet, point]
+        offset, normal, slip = (
+            self._last(state, what)[facet, point] for what in ("offset", "normal", "slip")
+        )
         values, _, _ = derivatives(place, self._facets.nodes.shape[1])
         across = np.hstack([self._facets.values[point], -values])
         pairs = np.column_stack([facet, old])
@@ -95,14 +105,16 @@ class SurfaceFriction:
         weight = self._facets.counting_areas(facet, point, old)
         return Slipping(on, pairs, across, weight, *found)
 
-    def add_force(self, state, touch: InTouch, out: np.ndarray) -> None:
+    def add_force(self, state: State, touch: InTouch, out: np.ndarray) -> None:
         """Add the nodal forces of friction."""
         found = self.at(state, touch)
         forces = -found.weight[:, None, None] * found.across[:, :, None] * found.traction[:, None]
         dofs = self._facets.dofs[found.pairs].reshape(forces.shape)
         out += np.bincount(dofs.ravel(), forces.ravel(), len(out))
 
-    def add_tangent(self, state, touch: InTouch, across: np.ndarray, normal: np.ndarray) -> None:
+    def add_tangent(
+        self, state: State, touch: InTouch, across: np.ndarray, normal: np.ndarray
+    ) -> None:
         """Add their derivatives. across, normal: of the points in touch, see ``SurfaceContact``."""
         found = self.at(state, touch)
         on, count = found.on, len(found.on)
@@ -111,19 +123,21 @@ class SurfaceFriction:
         along = (weighted * np.eye(3)[:, None]).reshape(count, 3, -1)
         self._coupling.add(found.pairs, along, moved.reshape(count, 3, -1))
         # The bound follows the pressure, so the traction follows the gap: dt = (dt/dg) dg.
-        traction = (weighted * found.by_gap[:, None, None]).reshape(count, 1, -1)
+        traction = (weighted * found.gap_derivative[:, None, None]).reshape(count, 1, -1)
         gap_change = (across[on, :, None] * normal[on, None]).reshape(count, 1, -1)
         now = np.column_stack([touch.facet[on], touch.partner[on]])
         self._coupling.add(found.pairs, traction, gap_change, now)
 
-    def remember(self, state, touch: InTouch, partner, place, geometry) -> dict[str, np.ndarray]:
+    def remember(
+        self, state: State, touch: InTouch, partner: np.ndarray, place: np.ndarray, faced: Faced
+    ) -> dict[str, np.ndarray]:
         """What is to be kept of an equilibrium. partner, place: of all quadrature points;
-        geometry: facet and number of those with a partner, and their ``across`` and normals."""
+        faced: of those with a partner."""
         shape = self._facets.areas.shape
         slip, offset, normal = np.zeros((3, *shape, 3))
         found = self.at(state, touch)
         slip[touch.facet[found.on], touch.point[found.on]] = found.elastic
-        facet, point, across, normals = geometry
+        facet, point, across, normals = faced
         nodes = self._facets.node_places(state.x)
         nodes = np.concatenate([nodes[facet], nodes[partner[facet, point]]], axis=1)
         offset[facet, point] = np.einsum("mn,mnc->mc", across, nodes)

@@ -9,6 +9,7 @@ that a point faces and of the curvature there.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,11 +19,16 @@ from softact.contact.coupling import Coupling
 from softact.contact.crossing import crossed
 from softact.contact.facets import ContactFacets
 from softact.contact.gap_hessian import gap_hessian
+from softact.contact.memory import stiffness_factor
 from softact.contact.pressure import pressure
 from softact.contact.sight import strayed
 from softact.contact.slip import InTouch, SurfaceFriction
 from softact.errors import SpecError
-from softact.system.term import State
+from softact.system.term import Origin, State
+
+if TYPE_CHECKING:
+    from softact.contact.rigid import Obstacle
+    from softact.model import Model
 
 Partners = tuple[np.ndarray, np.ndarray, np.ndarray]
 
@@ -58,9 +64,9 @@ class SurfaceContact:
     ``memory[name.stiffness]``: factor of the penalty. friction: None where there is none.
     """
 
-    obstacle = None
+    obstacle: Obstacle | None = None
 
-    def __init__(self, touching: Touching, model):
+    def __init__(self, touching: Touching, model: Model):
         if model.comm.size > 1:
             raise SpecError(f"contact.{touching.name}: runs on one process only; leave out -n")
         self.touching, self.name = touching, touching.name
@@ -84,15 +90,12 @@ class SurfaceContact:
         self._search(np.zeros(model.unknowns.local))
         self._last: tuple[bytes, Partners] | None = None
 
-    def _overlooks(self, i, j):
+    def _overlooks(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
         """Whether points of the facets i do not look at the facets j: of a sheet that lies on a
         solid only its own points look, for the solid's would lose it at once at its edge."""
         return ~self.facets.of_sheet[i] & self.facets.covering[j]
 
-    def _memory(self, state, what, default=None):
-        return state.memory.get(f"{self.name}.{what}", default)
-
-    def _search(self, x) -> None:
+    def _search(self, x: np.ndarray) -> None:
         """Which facets may come to touch before the next equilibrium."""
         nodes = self.facets.node_places(x)
         numbers = self.facets.nodes
@@ -104,6 +107,10 @@ class SurfaceContact:
     def stands(self, state: State) -> bool:
         """See ``Contact``."""
         return False
+
+    def deepest(self, state: State) -> tuple[float, np.ndarray]:
+        """See ``Contact``: no obstacle stands."""
+        return np.inf, np.zeros(3)
 
     def overrun(self, before: State, after: State) -> bool:
         """See ``Contact``."""
@@ -122,16 +129,23 @@ class SurfaceContact:
             self._last = (key, (partner, place, gap - self.touching.distance))
         return self._last[1]
 
-    def _touch(self, state) -> InTouch:
+    def _touch(self, state: State) -> InTouch:
         partner, place, gap = self.gaps(state.x)
         facet, point = np.nonzero(gap < 0)
         partner, place, gap = (values[facet, point] for values in (partner, place, gap))
-        stiffness = self.facets.stiffness[facet] * self._memory(state, "stiffness", 1.0)
+        stiffness = self.facets.stiffness[facet] * stiffness_factor(state, self.name)
         found = pressure(gap, stiffness, self.facets.onset[facet])
         area = self.facets.counting_areas(facet, point, partner)
         return InTouch(facet, point, partner, place, gap, area, stiffness, *found)
 
-    def _geometry(self, state, facet, point, partner, place):
+    def _geometry(
+        self,
+        state: State,
+        facet: np.ndarray,
+        point: np.ndarray,
+        partner: np.ndarray,
+        place: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Values (m, 2 n) of the shape functions of the gap vector (own nodes, then minus the
         partner's), tangents (m, 2, 3), normal (m, 3), derivatives, second derivatives."""
         nodes = self.facets.node_places(state.x)[partner]
@@ -143,7 +157,7 @@ class SurfaceContact:
         bend = np.einsum("kn,mnc,mc->mk", second, nodes, normal)
         return across, tangents, normal, first, bend
 
-    def add_force(self, state, out):
+    def add_force(self, state: State, out: np.ndarray) -> None:
         touch = self._touch(state)
         if not len(touch.facet):
             return
@@ -155,7 +169,7 @@ class SurfaceContact:
         if self.friction is not None:
             self.friction.add_force(state, touch, out)
 
-    def add_tangent(self, state, origin):
+    def add_tangent(self, state: State, origin: Origin | None) -> None:
         self._make_room(state)
         touch = self._touch(state)
         if not len(touch.facet):
@@ -168,7 +182,7 @@ class SurfaceContact:
         if self.friction is not None:
             self.friction.add_tangent(state, touch, across, normal)
 
-    def _make_room(self, state):
+    def _make_room(self, state: State) -> None:
         """Keep room in the matrix for what touches or nearly does."""
         partner, _, gap = self.gaps(state.x)
         facet, point = np.nonzero(gap < ROOM * self.facets.size[:, None])
@@ -177,15 +191,19 @@ class SurfaceContact:
             pairs += self.friction.pairs(state, facet, point, partner[facet, point])
         self.coupling.make_room(pairs)
 
-    def area(self, state) -> float:
+    def area(self, state: State) -> float:
         """Undeformed area in touch on this process, mm²."""
         return float(self._touch(state).area.sum())
 
-    def energy(self, state):
+    def force(self, state: State) -> np.ndarray:
+        """See ``Contact``: what bodies do to each other adds up to nothing."""
+        return np.zeros(3)
+
+    def energy(self, state: State) -> float:
         touch = self._touch(state)
         return float(touch.area @ touch.potential)
 
-    def remember(self, state) -> dict[str, np.ndarray]:
+    def remember(self, state: State) -> dict[str, np.ndarray]:
         """Memory of this equilibrium; also looks for what may touch next."""
         self.resume(state)
         if self.friction is None:
@@ -207,18 +225,18 @@ class SurfaceContact:
         found = self.friction.at(state, touch)
         return found.weight * touch.pressure[found.on], found.weight[:, None] * found.traction
 
-    def resume(self, state) -> None:
+    def resume(self, state: State) -> None:
         """See ``Contacts.resume``: looks for what may touch next."""
         self._search(state.x)
         self._last = None
 
     # --- limits -----------------------------------------------------------------------------
 
-    def presence(self, state) -> float:
+    def presence(self, state: State) -> float:
         """1: surfaces are always there."""
         return 1.0
 
-    def admissible(self, state, x, to) -> bool:
+    def admissible(self, state: State, x: np.ndarray, to: np.ndarray) -> bool:
         """Whether Newton may go from ``x`` to ``to``: no point so deep that it is lost."""
         partner, place, now = self.gaps(x)
         facet, point = np.nonzero(partner >= 0)
@@ -233,20 +251,20 @@ class SurfaceContact:
         lowest = np.minimum(DEEPER * now[facet, point], -DEEPEST * self.facets.size[facet])
         return bool((then - self.touching.distance >= lowest).all())
 
-    def passed(self, before, after) -> bool:
+    def passed(self, before: State, after: State) -> bool:
         """Whether a point went through a surface on its way between two equilibria, of which the
         first one is that of the last search."""
         places, moved = (self.facets.node_places(s.x) for s in (before, after))
         start, candidate = self._candidates
         return crossed(places, moved, self.facets.values, start, candidate, self.facets.size)
 
-    def strayed(self, state) -> float:
-        """How far facets have moved since they looked for what they may touch, by how far they may
-        without passing it unseen."""
+    def strayed(self, state: State) -> float:
+        """How far facets have moved since they looked for what they may touch, relative to how far
+        they may without passing it unseen."""
         now = self.facets.node_places(state.x)
         return strayed(self._looked_from, now, self._reach, self._side)
 
-    def smallest_gap(self, state) -> tuple[float, float]:
+    def smallest_gap(self, state: State) -> tuple[float, float]:
         """Smallest gap, and its smallest ratio to the element size (both below zero: overlap)."""
         _, _, gap = self.gaps(state.x)
         ratio = gap / self.facets.size[:, None]

@@ -72,9 +72,9 @@ def carry_into(study: Convergence, directory: Path) -> str:
     return f"{what}: {directory / 'summary.csv'} and {write_report(directory)}"
 
 
-def _story(study: Convergence, level: int) -> dict:
+def _story(study: Convergence, level: int) -> dict[str, Any]:
     """The study, with the verdict on one of its meshes instead of that on the finest."""
     story = summary(study)
-    for measure, told in story["measures"].items():
-        told["verdict"] = study.verdict_of(measure, level)
+    for measure, entry in story["measures"].items():
+        entry["verdict"] = study.verdict_of(measure, level)
     return story | {"verdict": study.verdict(level), "converged": study.verdict(level) == WITHIN}

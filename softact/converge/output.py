@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any, TypeAlias
 
 from markupsafe import Markup
 
@@ -14,16 +15,17 @@ from softact.report import base, labels, mesh_error
 from softact.report.base import Section
 from softact.results.own_folder import Output
 
+Row: TypeAlias = dict[str, float | str]
 _UNKNOWN = "not known"
 
 
-def rows(study: Convergence) -> list[dict[str, float | str]]:
+def rows(study: Convergence) -> list[Row]:
     """A row for each mesh: sizes, cells, unknowns, seconds, whether it counts, the measures and
     their error bars and changes, empty where they are not known."""
     estimates = {measure: study.estimate(measure) for measure in study.measures}
     found = []
     for number, level in enumerate(study.levels):
-        row: dict[str, float | str] = {f"{name}_mm": size for name, size in level.sizes.items()}
+        row: Row = {f"{name}_mm": size for name, size in level.sizes.items()}
         row |= level.steps
         row |= {"cells": level.record.cells, "unknowns": level.record.unknowns}
         row |= {"edge_mm": level.edge, "seconds": level.record.seconds, "run": level.record.key}
@@ -40,7 +42,7 @@ def _or_empty(value: float | None) -> float | str:
     return "" if value is None else value
 
 
-def summary(study: Convergence) -> dict:
+def summary(study: Convergence) -> dict[str, Any]:
     """The study in plain data: what converge.json holds, and mesh_error.json under the same
     names. docs/sweeps.md says what they mean."""
     advice = study.recommended
@@ -123,7 +125,7 @@ def _why(study: Convergence, measure: str) -> str:
     return f"{moved}{e.note}"
 
 
-def told(study: Convergence) -> list[str]:
+def limit_lines(study: Convergence) -> list[str]:
     """One line for each measure: limit, order, error bar of the coarsest mesh."""
     lines = []
     for measure in study.measures:
@@ -142,7 +144,7 @@ def told(study: Convergence) -> list[str]:
     return lines
 
 
-def html(study: Convergence, name: str, table: list[dict]) -> str:
+def html(study: Convergence, name: str, table: list[Row]) -> str:
     """The page: a plot with error bars for each measure, the estimates and all meshes."""
     heads = ["Measure", "Mesh of the spec", "Error bar", "Limit", "Order", "Finest mesh", "Note"]
     sections = [
@@ -181,7 +183,7 @@ def _estimates(study: Convergence, measure: str) -> tuple[str | float, ...]:
     return str(label), study.values(measure)[0] * label.factor, bar, limit, order, verdict, e.note
 
 
-def _meshes(study: Convergence, table: list[dict]) -> Markup:
+def _meshes(study: Convergence, table: list[Row]) -> Markup:
     shown = {"edge_mm": "Mean cell size (mm)", "cells": "Elements", "seconds": "Run (s)"}
     shown |= {"counts": "Counts"} | {
         n: n.replace("_", " ").capitalize() for n in study.levels[0].steps
@@ -194,10 +196,12 @@ def _meshes(study: Convergence, table: list[dict]) -> Markup:
         factors |= {measure: label.factor, f"{measure}_error": label.factor}
         factors[f"{measure}_change"] = 100.0
     names = [*(name for name in heads if name != "run"), "run"]
-    rows = [
-        [row[n] if isinstance(row[n], str) else row[n] * factors[n] for n in names] for row in table
-    ]
+    rows = [[_scaled(row[n], factors[n]) for n in names] for row in table]
     return base.table([heads[n] for n in names], rows)
+
+
+def _scaled(value: float | str, factor: float) -> float | str:
+    return value if isinstance(value, str) else value * factor
 
 
 def _plot(study: Convergence, measure: str) -> base.Plot:
@@ -205,7 +209,7 @@ def _plot(study: Convergence, measure: str) -> base.Plot:
     edges = [level.edge for level in study.levels]
     values = [value * label.factor for value in study.values(measure)]
     x, layout = "Mean cell size (mm)", {"xaxis": {"rangemode": "tozero"}}
-    table: dict[str, list] = {x: edges, str(label): values}
+    table: dict[str, list[float]] = {x: edges, str(label): values}
     if e.limit is None:
         traces = [base.xy("computed", edges, values)]
         note = f"No error bars: {e.note}."

@@ -137,10 +137,10 @@ def finer(geometry: Geometry, factor: float, times: int = 1) -> dict[str, str | 
     Sizes are divided. What counts elements grows by the factor as well, but by one each time at
     least: where there is one element through a wall, that wall is refined in no other way.
     """
-    by = factor**times
-    sizes = {name: f"{size / by:.6g} mm" for name, size in mesh_sizes(geometry).items()}
+    ratio = factor**times
+    sizes = {name: f"{size / ratio:.6g} mm" for name, size in mesh_sizes(geometry).items()}
     return sizes | {
-        name: max(least + times, math.ceil(least * by - NOTHING))
+        name: max(least + times, math.ceil(least * ratio - NOTHING))
         for name, least in mesh_steps(geometry).items()
     }
 
@@ -162,11 +162,11 @@ def converge(
     factor: float = 1.5,
     most: int = 5,
     jobs: int = 1,
-    told: Callable[[Level, Answer], None] = lambda level, answer: None,
+    tell: Callable[[Level, Answer], None] = lambda level, answer: None,
 ) -> Convergence:
     """Refine by ``factor`` until no measure is known to be further than ``tolerance`` from its
     limit, or still changes by so much, at most ``most`` meshes, and at least three that count, so
-    that an order can be told.
+    that an order can be found. tell: is called with each mesh and the answer of its run.
 
     Raises SpecError for a measure that the run does not have, SoftactError where one of the first
     three runs fails; where a later one does, the study ends with those before it.
@@ -180,7 +180,7 @@ def converge(
         count = 3 if first == 0 else 1  # three are needed in any case
         try:
             specs = [refined(spec, factor, n) for n in range(first, min(first + count, most))]
-            for level in _levels(specs, cache, jobs, told):
+            for level in _levels(specs, cache, jobs, tell):
                 _check_reached(level, measures)
                 study.levels.append(level)
         except SoftactError as error:
@@ -191,7 +191,9 @@ def converge(
     return study
 
 
-def _levels(specs: Sequence[Spec], cache: Cache, jobs: int, told) -> list[Level]:
+def _levels(
+    specs: Sequence[Spec], cache: Cache, jobs: int, tell: Callable[[Level, Answer], None]
+) -> list[Level]:
     keys = {run_key(spec): spec for spec in specs}
     found: dict[str, Level] = {}
     for answer in run_all({key: partial(_same, spec) for key, spec in keys.items()}, cache, jobs):
@@ -202,7 +204,7 @@ def _levels(specs: Sequence[Spec], cache: Cache, jobs: int, told) -> list[Level]
             raise NoEquilibriumError(f"{mesh_words(spec.geometry)}: {answer.cause}")
         folder = cache.folder(answer.key)
         found[answer.key] = Level(spec, answer.record, _edge(spec, answer.record, folder))
-        told(found[answer.key], answer)
+        tell(found[answer.key], answer)
     return [found[key] for key in keys]
 
 

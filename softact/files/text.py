@@ -139,11 +139,11 @@ def digest(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()[:16]
 
 
-def csv_text(rows: Sequence[Mapping[str, float | str]]) -> str:
+def csv_text(rows: Sequence[Mapping[str, float | str | None]]) -> str:
     """CSV of ``rows``; columns in order of first appearance, numbers with all their digits.
 
-    A column that a row lacks is left empty in it. A text that a spreadsheet would take for a
-    formula gets an apostrophe, as spreadsheets do it; ``csv_rows`` takes it away.
+    A column that a row lacks, or has as None, is left empty in it. A text that a spreadsheet would
+    take for a formula gets an apostrophe, as spreadsheets do it; ``csv_rows`` takes it away.
     """
     columns = list(dict.fromkeys(name for row in rows for name in row))
     out = io.StringIO()

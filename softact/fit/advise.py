@@ -2,14 +2,14 @@
 
 import re
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
 from softact.fit.choose import DEFORMATIONS, LOADS, TRAVEL
 from softact.fit.sheet import TestSheet
 from softact.fit.trimming import turning_points
-from softact.measured.headings import QUANTITIES, Column, read_heading
+from softact.measured.headings import QUANTITIES, Column, Quantity, read_heading
 from softact.measured.spelling import is_time, registry_unit
 from softact.units import LENGTH, PRESSURE
 
@@ -58,9 +58,15 @@ def _file(sheet: TestSheet) -> str:
     return f"{sheet.file}{mode}{f'@{sheet.direction}' if sheet.direction else ''}"
 
 
-def _names(columns, values, sheet: TestSheet, renamed) -> tuple[list[str], bool]:
+def _names(
+    columns: Sequence[Column],
+    values: np.ndarray,
+    sheet: TestSheet,
+    renamed: Mapping[int, str],
+) -> tuple[list[str], bool]:
     """A heading for each column, '-' for those that are not read, and whether any is a guess."""
-    names, taken, guessed = ["-"] * len(columns), {}, False
+    names, guessed = ["-"] * len(columns), False
+    taken: dict[str, int] = {}  # role -> place
     directed = any(c.direction and c.quantity.role for c in columns)
     for i, column in enumerate(columns):
         if column.quantity.role and directed:
@@ -76,7 +82,11 @@ def _names(columns, values, sheet: TestSheet, renamed) -> tuple[list[str], bool]
             guessed = True
         if place is not None:
             taken[role] = place
-            names[place] = _written(columns[place], sheet, role, values[:, place])
+            names[place] = (
+                _written(columns[place], sheet)
+                if columns[place].quantity.role
+                else _suggested(columns[place], role, values[:, place])
+            )
     for i, name in renamed.items():
         names[i] = name
     for i, column in enumerate(columns):
@@ -89,7 +99,9 @@ def _holds(values: np.ndarray, i: int) -> bool:
     return bool(np.isfinite(values[:, i]).any())
 
 
-def _guess(columns, values, role: str, taken) -> int | None:
+def _guess(
+    columns: Sequence[Column], values: np.ndarray, role: str, taken: Collection[int]
+) -> int | None:
     """A column of numbers that move and of unknown name, for a deformation one that goes one way.
 
     Lengths come first for a deformation. Where there are columns enough, even steps are the time.
@@ -117,15 +129,16 @@ def _unit_of(column: Column) -> str:
     return inside[-1] if inside else words[-1] if len(words) > 1 else ""
 
 
-def _written(column: Column, sheet: TestSheet, role: str = "", numbers=None) -> str:
-    """The heading of a column as it is read without a question."""
-    name, fault = column.quantity.name, column.fault is not None
-    if column.quantity.role:
-        unit = _USUAL.get(name, "MPa" if column.quantity.role == "y" else "")
-        written = f"{column.written} {unit}".strip() if fault else column.written
-        return (
-            written.replace("nominal", sheet.stress) if name in _OPEN and sheet.stress else written
-        )
+def _written(column: Column, sheet: TestSheet) -> str:
+    """The heading of a column with a role as it is read without a question."""
+    name = column.quantity.name
+    unit = _USUAL.get(name, "MPa" if column.quantity.role == "y" else "")
+    written = f"{column.written} {unit}".strip() if column.fault is not None else column.written
+    return written.replace("nominal", sheet.stress) if name in _OPEN and sheet.stress else written
+
+
+def _suggested(column: Column, role: str, numbers: np.ndarray) -> str:
+    """A heading for a column of unknown quantity, from its unit and its numbers."""
     unit = _unit_of(column)
     if role == "y":
         return f"nominal_stress {registry_unit(unit, PRESSURE) or 'MPa'}"
@@ -137,7 +150,9 @@ def _written(column: Column, sheet: TestSheet, role: str = "", numbers=None) -> 
     return "strain %" if np.max(np.abs(finite)) > 25 or "%" in column.heading else "strain"
 
 
-def _needed(sheet: TestSheet, names, known: Mapping[str, float], values) -> list[str]:
+def _needed(
+    sheet: TestSheet, names: Sequence[str], known: Mapping[str, float], values: np.ndarray
+) -> list[str]:
     """Options without which columns of these names cannot be read."""
     meant = [read_heading(name).quantity for name in names]
     kinds = {quantity.name for quantity in meant}
@@ -153,7 +168,7 @@ def _needed(sheet: TestSheet, names, known: Mapping[str, float], values) -> list
     return options + _branch(sheet, meant, values)
 
 
-def _branch(sheet: TestSheet, meant, values) -> list[str]:
+def _branch(sheet: TestSheet, meant: Sequence[Quantity], values: np.ndarray) -> list[str]:
     """--loading where the deformation turns back."""
     place = next((i for i, quantity in enumerate(meant) if quantity.role == "x"), None)
     if place is None or sheet.loading or sheet.cycle:

@@ -50,7 +50,7 @@ class _Search:
         measured: Measured,
         cache: Cache,
         say: Callable[[str], None],
-    ):
+    ) -> None:
         self.request, self.spec, self.knobs, self.measured = request, spec, knobs, measured
         self.cache, self.say = cache, say
         self.sizes = np.array([knob.size for knob in knobs])
@@ -71,9 +71,9 @@ class _Search:
     def _run(self, values: tuple[float, ...]) -> Trial:
         started, number = time.perf_counter(), len(self.trials) + 1
         spec = turned(self.spec, self.knobs, values)
-        speed = {"processes": self.request.processes, "threads": None}
-        key = run_key(spec, **speed)
-        answer = compute(spec, key, self.cache, **speed)
+        processes = self.request.processes
+        key = run_key(spec, processes=processes, threads=None)
+        answer = compute(spec, key, self.cache, processes=processes, threads=None)
         if answer.record is None:
             raise answer.error()
         folder = self.cache.folder(key)
@@ -119,7 +119,7 @@ class _Search:
         return self._scaled(trial)
 
     def sensitivities(self, position: np.ndarray) -> np.ndarray:
-        """Derivatives of the residuals by the knobs, one run for each."""
+        """Derivatives of the residuals with respect to the knobs, one run for each."""
         here, columns = self._scaled(self.trial(position)), []
         for i, value in enumerate(position):
             change = STEP * max(abs(value), 0.1)
@@ -217,12 +217,12 @@ def _interval(search: _Search, remarks: list[str]) -> np.ndarray:
     best = search.best
     position = np.array(best.values) / search.sizes
     margin = 1e-3 * (search.high - search.low)
-    held = (position < search.low + margin) | (position > search.high - margin)
-    for knob, at_bound in zip(search.knobs, held, strict=True):
-        if at_bound:
+    at_bound = (position < search.low + margin) | (position > search.high - margin)
+    for knob, stuck in zip(search.knobs, at_bound, strict=True):
+        if stuck:
             remarks.append(f"{knob.path} is at a bound: the data pull it further")
     interval = np.full(len(position), np.nan)
-    free = np.flatnonzero(~held)
+    free = np.flatnonzero(~at_bound)
     if search.jacobian is None or not len(free):
         return interval
     freedom = search.measured.count - len(free)

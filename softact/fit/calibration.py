@@ -38,6 +38,13 @@ class Trial:
     columns: dict[str, np.ndarray] | None
     folder: Path
 
+    @property
+    def curves(self) -> dict[str, np.ndarray]:
+        """The predicted columns of a run that did not end early. Raises ValueError for another."""
+        if self.columns is None:
+            raise ValueError(f"{self.folder}: the run ended before the data do")
+        return self.columns
+
 
 @dataclass
 class Calibration:
@@ -60,6 +67,6 @@ class Calibration:
     def rmse(self, trial: Trial) -> dict[str, float]:
         """Root mean square error of each measured column in its unit."""
         return {
-            name: float(np.sqrt(np.mean((trial.columns[name] - self.measured.values[name]) ** 2)))
+            name: float(np.sqrt(np.mean((trial.curves[name] - self.measured.values[name]) ** 2)))
             for name in self.measured.names
         }

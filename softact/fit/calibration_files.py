@@ -50,14 +50,14 @@ def write(request: Request, outcome: Calibration, output: Output) -> list[str]:
         "curves": (curves, csv_text(_rows(outcome))),
         "numbers": (numbers, json_text(_numbers(request, outcome))),
     }
-    said = []
+    lines = []
     for what, (name, text) in texts.items():
         write_atomic(output.file(name), text)
-        said.append(f"{what + ':':9s}{output.directory / name}")
+        lines.append(f"{what + ':':9s}{output.directory / name}")
     _plot(output.file(plot), outcome)
-    said.append(f"plot:    {output.directory / plot}")
+    lines.append(f"plot:    {output.directory / plot}")
     folder = output.results(run, outcome.best.folder)
-    return [*said, f"run:     {folder} (softact report makes its report)"]
+    return [*lines, f"run:     {folder} (softact report makes its report)"]
 
 
 def _rows(outcome: Calibration) -> list[dict[str, float]]:
@@ -68,13 +68,13 @@ def _rows(outcome: Calibration) -> list[dict[str, float]]:
         row = {measured.x: float(x)}
         for name in measured.names:
             row[f"measured_{name}"] = float(measured.values[name][i])
-            row[f"before_{name}"] = float(outcome.first.columns[name][i])
-            row[f"after_{name}"] = float(outcome.best.columns[name][i])
+            row[f"before_{name}"] = float(outcome.first.curves[name][i])
+            row[f"after_{name}"] = float(outcome.best.curves[name][i])
         rows.append(row)
     return rows
 
 
-def _numbers(request: Request, outcome: Calibration) -> dict:
+def _numbers(request: Request, outcome: Calibration) -> dict[str, object]:
     return {
         "spec": request.spec.name,
         "data": request.data.name,
@@ -115,7 +115,7 @@ def _plot(path: Path, outcome: Calibration) -> None:
             (outcome.first, {"color": "0.55", "ls": "--"}, "before"),
             (outcome.best, {"color": "#0b62a4"}, "calibrated"),
         ):
-            panel.plot(x, trial.columns[name][order] * label.factor, label=said, **style)
+            panel.plot(x, trial.curves[name][order] * label.factor, label=said, **style)
         panel.plot(x, measured.values[name][order] * label.factor, "o", ms=4, mfc="none",
                    mec="k", label=f"measured ({Path(measured.source).name})")  # fmt: skip
         panel.set(xlabel=str(abscissa), ylabel=str(label))

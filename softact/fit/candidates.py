@@ -2,10 +2,11 @@
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import SimpleNamespace
+from typing import TypeAlias
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from softact.errors import SpecError
 from softact.materials import LAWS, Law
 from softact.materials.base import VOLUMETRIC
 from softact.nearest import nearest
+
+#: Constants by name in MPa, as the formula of a law reads them: free ones, or a law that has them.
+Constants: TypeAlias = SimpleNamespace | Law
 
 INFINITY = float("inf")
 SMALLEST_EXPONENT = 1e-4  # of Ogden's law, which divides by it; its limit at 0 is met to 1e-8
@@ -38,7 +42,10 @@ class Parameter:
     def range_at(self, invariant: float) -> tuple[float, float]:
         """Where starts are drawn for data that reach an invariant, within the bounds."""
         low, high = self.seek_at(invariant) if self.seek_at else self.seek
-        return tuple(min(max(end, self.lower), self.upper) for end in (low, high))
+        return self._bounded(low), self._bounded(high)
+
+    def _bounded(self, value: float) -> float:
+        return min(max(value, self.lower), self.upper)
 
     def settled(self, value: float) -> float:
         """The value, moved away from 0 where the law has none there."""
@@ -56,7 +63,7 @@ class Candidate:
     parameters: tuple[Parameter, ...]
     fixed: dict[str, object] = field(default_factory=dict)
 
-    def constants(self, vector: np.ndarray) -> SimpleNamespace:
+    def constants(self, vector: np.ndarray) -> Constants:
         """Return the constants by name (MPa), for the law's energy."""
         values = dict(self._held)
         for parameter, value in zip(self.parameters, vector, strict=True):
@@ -73,7 +80,7 @@ class Candidate:
                if name not in Law.model_fields}  # fmt: skip
         return {**own, **self.fixed}
 
-    def make(self, vector: np.ndarray, **fields) -> Law:
+    def make(self, vector: np.ndarray, **fields: object) -> Law:
         """Return the law with these constants; ``fields`` are of the card, in internal units."""
         values = {p.name: float(v) for p, v in zip(self.parameters, vector, strict=True)}
         return self.law.of(**self.fixed, **values, **fields)
@@ -99,7 +106,7 @@ class Candidate:
         """Upper bounds."""
         return np.array([p.upper for p in self.parameters])
 
-    def fix(self, values: dict[str, object]) -> "Candidate":
+    def fix(self, values: Mapping[str, object]) -> "Candidate":
         """Return the candidate with some constants held. Raises SpecError for unknown names."""
         for name in values:
             if name not in self.law.model_fields:
@@ -116,7 +123,7 @@ class Candidate:
 class Held(Candidate):
     """A material whose constants are all given, to be evaluated as a fit is."""
 
-    material: Law | None = None
+    material: Law = field(kw_only=True)
 
     def constants(self, vector: np.ndarray) -> Law:
         """Return the law itself: it holds its constants by name."""
@@ -125,7 +132,7 @@ class Held(Candidate):
 
 def as_candidate(law: Law) -> Held:
     """Return a material as a candidate without free constants."""
-    return Held(law.name or law.law, type(law), (), {}, law)
+    return Held(law.name or law.law, type(law), (), material=law)
 
 
 def _polynomial(name: str, law: str, constants: str) -> Candidate:

@@ -16,7 +16,7 @@ def card_text(fit: Fit, density: float | None, strength: float | None) -> str:
     density: tonne/mm³ or None for the default. strength: MPa or None.
     """
     low, high = fit.stretch_range
-    fields = {
+    fields: dict[str, object] = {
         "stretch_range": [float(f"{low:.6g}"), float(f"{high:.6g}")],
         "test": "; ".join(_described(fit)),
         "source": f"softact fit, {', '.join(sorted({t.name for t in fit.problem.tests}))}",
@@ -55,7 +55,7 @@ def numbers(fits: list[Fit]) -> str:
     return json_text(found)
 
 
-def _numbers(fit: Fit) -> dict:
+def _numbers(fit: Fit) -> dict[str, object]:
     names = fit.candidate.names
     return {
         "law": fit.candidate.law.model_fields["law"].default,

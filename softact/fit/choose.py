@@ -1,6 +1,6 @@
 """Which columns of a table are the deformation and the load, where it has several of each."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,8 +34,8 @@ def choose(sheet: TestSheet, table: Table, rows: np.ndarray, direction: str | No
     """
     x = pick(sheet, table, rows, "x", direction)
     y = pick(sheet, table, rows, "y", direction)
-    stress, said = _kind_of_stress(sheet, table, rows, x, y)
-    messages = [*_taken(table, rows, x, y, direction), *said]
+    stress, lines = _kind_of_stress(sheet, table, rows, x, y)
+    messages = [*_taken(table, rows, x, y, direction), *lines]
     return Choice(x, y, stress, tuple(messages))
 
 
@@ -87,7 +87,7 @@ def _moves(values: np.ndarray) -> bool:
     return len(values) > 0 and float(np.ptp(values)) > 0.0
 
 
-def _preference(sheet: TestSheet, role: str):
+def _preference(sheet: TestSheet, role: str) -> Callable[[Column], int]:
     """Order of the quantities: what the options ask for comes first."""
     names = list(DEFORMATIONS if role == "x" else LOADS)
     asked: tuple[str, ...] = ()
@@ -116,7 +116,9 @@ def _taken(table: Table, rows: np.ndarray, x: int, y: int, direction: str | None
     return messages
 
 
-def _kind_of_stress(sheet: TestSheet, table: Table, rows: np.ndarray, x: int, y: int):
+def _kind_of_stress(
+    sheet: TestSheet, table: Table, rows: np.ndarray, x: int, y: int
+) -> tuple[str, list[str]]:
     """Return 'nominal', 'cauchy' or 'force', and what to say of it."""
     column = table.columns[y]
     kind = column.quantity.name
@@ -147,7 +149,7 @@ def _kind_of_stress(sheet: TestSheet, table: Table, rows: np.ndarray, x: int, y:
     )
 
 
-def _by_load(table: Table, rows: np.ndarray, x: int, y: int):
+def _by_load(table: Table, rows: np.ndarray, x: int, y: int) -> tuple[str, list[str]] | None:
     """What a column of the load beside it says of a stress."""
     stretch = rough_stretch(table.columns[x], table.values[rows, x])
     for i, column in enumerate(table.columns):

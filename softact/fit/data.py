@@ -1,5 +1,6 @@
 """From a table to tests: stretch and nominal stress, and whether they can be right."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -43,6 +44,13 @@ class Test:
         """Name, mode and direction for people."""
         return f"{self.name} ({self.mode}{' ' + self.direction if self.direction else ''})"
 
+    @property
+    def across(self) -> np.ndarray:
+        """Stretch across the load of a biaxial test. Raises ValueError for another."""
+        if self.other is None:
+            raise ValueError(f"{self.label}: no stretch across the load is given")
+        return self.other
+
 
 def read_tests(sheet: TestSheet) -> list[Test]:
     """Return the tests of a file: one per specimen and measured direction.
@@ -54,8 +62,8 @@ def read_tests(sheet: TestSheet) -> list[Test]:
     try:
         table = read_table(sheet.file, sheet.columns)
         sizes = table.sizes
-        sheet, said = _in_its_mode(sheet, table)
-        return _specimens(sheet, table, said)
+        sheet, lines = _in_its_mode(sheet, table)
+        return _specimens(sheet, table, lines)
     except UnreadableError as error:
         command = advice(sheet, error.columns, error.values, sizes, error.renamed)
         raise SpecError(f"{sheet.file}: {error}{command}") from None
@@ -66,23 +74,25 @@ def _in_its_mode(sheet: TestSheet, table: Table) -> tuple[TestSheet, list[str]]:
     if "mode" in sheet.model_fields_set:
         return sheet, []
     if any(column.compressive and column.quantity.role for column in table.columns):
-        said = f"the headings say compression ({sheet.file.name}:uniaxial if it is tension)"
-        return sheet.model_copy(update={"mode": "compression"}), [said]
+        line = f"the headings say compression ({sheet.file.name}:uniaxial if it is tension)"
+        return sheet.model_copy(update={"mode": "compression"}), [line]
     if sheet.named_mode is None:
         return sheet, []
     other = f"{sheet.file.name}:{sheet.named_mode}"
     return sheet, [f"attention: read as uniaxial tension; {other} if it is not"]
 
 
-def _specimens(sheet: TestSheet, table: Table, said: list[str]) -> list[Test]:
-    labels = sorted(set(table.specimens)) if table.specimens else [None]
+def _specimens(sheet: TestSheet, table: Table, lines: list[str]) -> list[Test]:
+    every: Sequence[str | None] = [None] * len(table.rows)
+    labels: Sequence[str | None] = [None]
+    if table.specimens:
+        every, labels = table.specimens, sorted(set(table.specimens))
     tests = []
     for label in labels:
-        every = table.specimens or [None] * len(table.rows)
         rows = np.array([i for i, specimen in enumerate(every) if specimen == label], dtype=int)
         name = sheet.name if label is None else f"{sheet.name}:{label}"
         for direction in _directions(sheet, table):
-            tests.append(_read_one(sheet, table, rows, name, direction, said))
+            tests.append(_read_one(sheet, table, rows, name, direction, lines))
     return tests
 
 
@@ -93,7 +103,14 @@ def _directions(sheet: TestSheet, table: Table) -> list[str | None]:
     return [sheet.direction]
 
 
-def _read_one(sheet: TestSheet, table: Table, rows, name: str, direction, said) -> Test:
+def _read_one(
+    sheet: TestSheet,
+    table: Table,
+    rows: np.ndarray,
+    name: str,
+    direction: str | None,
+    lines: list[str],
+) -> Test:
     if not table.faults:
         _check_count(sheet, len(rows))
     choice = choose(sheet, table, rows, direction)
@@ -102,7 +119,7 @@ def _read_one(sheet: TestSheet, table: Table, rows, name: str, direction, said) 
     _check_cells(sheet, table, used)
     full, messages = _full_rows(table, rows, used)
     _check_count(sheet, len(full))
-    reading = Reading(sheet, table, choice, full, [*said, *table.messages, *choice.messages])
+    reading = Reading(sheet, table, choice, full, [*lines, *table.messages, *choice.messages])
     x = stretch_of(reading, choice.x)
     other = None if across is None else stretch_of(reading, across)
     y = stress_of(reading, x)
@@ -118,7 +135,7 @@ def _read_one(sheet: TestSheet, table: Table, rows, name: str, direction, said) 
     return test
 
 
-def _across(sheet: TestSheet, table: Table, rows, direction) -> int | None:
+def _across(sheet: TestSheet, table: Table, rows: np.ndarray, direction: str | None) -> int | None:
     """The column of the stretch across a biaxial test."""
     if sheet.mode != "biaxial":
         return None

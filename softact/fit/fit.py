@@ -81,6 +81,13 @@ class Fit:
         return self.candidate.name
 
     @property
+    def worth(self) -> Merit:
+        """The merit of a fit out of ``ranked``. Raises ValueError for one that was never ranked."""
+        if self.merit is None:
+            raise ValueError(f"the fit of {self.name} has not been ranked")
+        return self.merit
+
+    @property
     def r2(self) -> float:
         """The smallest R² of the tests."""
         return min(q.r2 for q in self.qualities)
@@ -206,7 +213,9 @@ def fit(tests: list[Test], candidate: Candidate, options: Options | None = None)
     )
 
 
-def _with_own_weights(problem: Problem, candidate: Candidate, solution: Solution, method: str):
+def _with_own_weights(
+    problem: Problem, candidate: Candidate, solution: Solution, method: str
+) -> tuple[Problem, Solution]:
     """Weigh by the law's stress and solve again until the constants stay."""
     for _ in range(REWEIGHTINGS):
         before = solution.vector
@@ -218,7 +227,7 @@ def _with_own_weights(problem: Problem, candidate: Candidate, solution: Solution
 
 
 def _each_specimen(
-    tests, candidate: Candidate, vector: np.ndarray, options
+    tests: list[Test], candidate: Candidate, vector: np.ndarray, options: Options
 ) -> tuple[Specimen, ...]:
     """Fit every specimen alone, from the joint solution, where several were tested in one mode."""
     modes = [(t.mode, t.direction) for t in tests]
@@ -243,5 +252,5 @@ def ranked(fits: list[Fit]) -> list[Fit]:
     found = merits(fits[0].problem, laws)
     return sorted(
         (replace(f, merit=m) for f, m in zip(fits, found, strict=True)),
-        key=lambda f: (not f.sound, f.merit.error),
+        key=lambda f: (not f.sound, f.worth.error),
     )

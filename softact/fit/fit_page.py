@@ -69,7 +69,7 @@ def _constants(fit: Fit) -> Markup:
 
 
 def _agreement(fit: Fit) -> Markup:
-    rows = [
+    rows: list[list[str | float | None]] = [
         [q.name, float(q.r2), 1e3 * float(q.rmse), 1e3 * float(q.largest_error)]
         for q in fit.qualities
     ]
@@ -77,16 +77,16 @@ def _agreement(fit: Fit) -> Markup:
 
 
 def _ranking(fits: Sequence[Fit]) -> dict[str, str]:
-    rows = [
+    rows: list[list[str | float | None]] = [
         [
             f.name,
             remark_of(f),
             len(f.vector),
-            f.merit.loose,
+            f.worth.loose,
             f"{f.r2:.4f}",
-            _unbroken(f.merit.fitted),
-            _unbroken(f.merit.predicted),
-            _unbroken(f.merit.error),
+            _unbroken(f.worth.fitted),
+            _unbroken(f.worth.predicted),
+            _unbroken(f.worth.error),
             round(float(f.information.bic), 1),
         ]
         for f in fits
@@ -95,7 +95,7 @@ def _ranking(fits: Sequence[Fit]) -> dict[str, str]:
     return {
         "reason": reason(fits),
         "table": base.table(heads, rows, file="ranking.csv"),
-        "pieces": "modes" if fits[0].merit.modes else "quarters of the stretch",
+        "pieces": "modes" if fits[0].worth.modes else "quarters of the stretch",
     }
 
 
@@ -107,7 +107,7 @@ def _curves(fits: Sequence[Fit], others: Mapping[str, Law]) -> list[Plot]:
     return [_mode(mode, direction, fits, others) for mode, direction in drawn_modes(fits[0])]
 
 
-def _mode(mode, direction, fits: Sequence[Fit], others: Mapping[str, Law]) -> Plot:
+def _mode(mode: str, direction: str | None, fits: Sequence[Fit], others: Mapping[str, Law]) -> Plot:
     best = fits[0]
     tests = [t for t in best.problem.tests if (t.mode, t.direction) == (mode, direction)]
     path = path_of(mode, direction, tests, *best.range_of(mode))

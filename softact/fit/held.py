@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from typing import Annotated
+from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -33,11 +33,10 @@ def _value(candidate: Candidate, name: str, text: str) -> object:
             f"--fix: {candidate.name} has no constant {show(name)}; {nearest(name, known)}"
         )
     entry = candidate.law.model_fields[name]
-    value: object = text
-    if dimension_of(entry) is None:
-        value = int(text) if text.isdecimal() and len(text) < 4 else text
+    whole = dimension_of(entry) is None and text.isdecimal() and len(text) < 4
+    adapter: TypeAdapter[Any] = TypeAdapter(entry.rebuild_annotation())
     try:
-        value = TypeAdapter(Annotated[entry.annotation, entry]).validate_python(value)
+        value = adapter.validate_python(int(text) if whole else text)
     except ValidationError as error:
         raise SpecError(f"--fix {name}: {first_fault(error)}") from None
     parameter = next((p for p in candidate.parameters if p.name == name), None)

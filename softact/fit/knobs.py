@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from softact.errors import SpecError
 from softact.geometry.base import is_of_mesh
@@ -55,7 +54,7 @@ def read_knobs(options: Sequence[str], spec: Spec) -> list[Knob]:
     return knobs
 
 
-def _knob(option: str, dumped: dict) -> Knob:
+def _knob(option: str, dumped: dict[str, object]) -> Knob:
     path, equals, bounds = option.partition("=")
     if is_of_mesh(path):
         raise SpecError(
@@ -80,7 +79,7 @@ def _knob(option: str, dumped: dict) -> Knob:
     return Knob(joined(place), value, unit, low, high)
 
 
-def _split(value: Any) -> tuple[float, str]:
+def _split(value: object) -> tuple[float, str]:
     """'0.11 MPa' -> (0.11, 'MPa'). Raises SpecError for what cannot be varied steadily."""
     if isinstance(value, float):
         return value, ""

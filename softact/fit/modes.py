@@ -5,13 +5,17 @@ it. Fibre laws are evaluated in the plane of the sheet, with the stretch across 
 solved for.
 """
 
+import operator
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from functools import reduce
 
 import numpy as np
 from scipy.optimize import brentq
 
+from softact.fit.candidates import Constants
 from softact.materials import Law
+from softact.materials.invariants import InvariantLaw
 from softact.materials.jets import Exponential, Jet, Series, variables
 from softact.materials.stretches import StretchLaw
 
@@ -42,30 +46,39 @@ MODES = {
 DIRECTIONS = ("course", "wale")
 
 
-def nominal_stress(law: type[Law] | Law, k: Any, mode: str, stretch: np.ndarray) -> np.ndarray:
+def nominal_stress(
+    law: type[Law] | Law, k: Constants, mode: str, stretch: np.ndarray
+) -> np.ndarray:
     """Return the nominal stress (n,) in MPa of an isotropic law.
 
-    law: the law or its class. k: object with the constants in MPa. stretch: (n,). A stretch beyond
-    a locking law's limit gives a value that is not finite.
+    law: the law or its class. k: the constants by name. stretch: (n,). A stretch beyond a locking
+    law's limit gives a value that is not finite.
     """
     path = MODES[mode]
     powers = np.array(path.powers)[:, None]
     return path_stress(law, k, powers, path.pairs, np.asarray(stretch, dtype=float))
 
 
-def path_stress(law: type[Law] | Law, k: Any, powers: np.ndarray, pairs, stretch: np.ndarray):
+def path_stress(
+    law: type[Law] | Law,
+    k: Constants,
+    powers: np.ndarray,
+    pairs: np.ndarray | int,
+    stretch: np.ndarray,
+) -> np.ndarray:
     """Return the nominal stress (n,) in MPa along paths λ -> λ^powers.
 
     powers: (3, n) or (3, 1). pairs: (n,) or a number. Points of several modes go in one call.
     """
+    kind = _class_of(law)
     with np.errstate(all="ignore"):
         log = np.log(stretch)
         principal = Exponential(log, powers + 0.0 * log)
-        if _is_stretch_law(law):
-            slope = law.stretch_energy(k, principal).terms[1].sum(axis=0)
+        if issubclass(kind, StretchLaw):
+            slope = kind.stretch_energy(k, principal).terms[1].sum(axis=0)
         else:
             first, second = (_trace(principal**power) for power in (2.0, -2.0))
-            slope = law.strain_energy(k, first, second).terms[1]
+            slope = kind.strain_energy(k, first, second).terms[1]
         return slope / (pairs * stretch)
 
 
@@ -73,16 +86,11 @@ def _trace(squares: Series) -> Series:
     return Series(*(term.sum(axis=0) for term in squares.terms))
 
 
-def _sum(parts):
-    total = None
-    for part in parts:
-        total = part if total is None else total + part
-    return total
-
-
-def first_invariant(mode: str, stretch: np.ndarray) -> np.ndarray:
+def first_invariant(mode: str, stretch: np.ndarray | float) -> np.ndarray:
     """Return Ī1 (n,) along a mode."""
-    return sum(np.asarray(stretch, dtype=float) ** (2 * power) for power in MODES[mode].powers)
+    s = np.asarray(stretch, dtype=float)
+    a, b, c = (2 * power for power in MODES[mode].powers)
+    return s**a + s**b + s**c
 
 
 def stretch_reaching(mode: str, invariant: float, side: float) -> float:
@@ -91,31 +99,46 @@ def stretch_reaching(mode: str, invariant: float, side: float) -> float:
     return float(brentq(lambda s: first_invariant(mode, s) - invariant, 1.0, end))
 
 
-def _is_stretch_law(law: Any) -> bool:
-    return issubclass(law if isinstance(law, type) else type(law), StretchLaw)
+def _class_of(law: type[Law] | Law) -> type[StretchLaw] | type[InvariantLaw]:
+    """The class that has the law's formula."""
+    kind = law if isinstance(law, type) else type(law)
+    if issubclass(kind, StretchLaw) or issubclass(kind, InvariantLaw):
+        return kind
+    raise TypeError(f"{kind.__name__}: a formula in stretches or in invariants is wanted")
 
 
-def sheet_energy(law: Any, k: Any, logarithms: tuple[np.ndarray, np.ndarray]) -> Jet:
+def _fibres(k: Constants) -> tuple[float, int]:
+    """Angle (degrees) and number of the fibre families of a law that has some."""
+    by_name = vars(k)
+    return by_name["angle"], by_name["families"]
+
+
+def sheet_energy(
+    law: type[Law] | Law, k: Constants, logarithms: tuple[np.ndarray, np.ndarray]
+) -> Jet:
     """Return W̄ of an incompressible sheet as a jet in the logarithmic stretches ε1, ε2 (n,) each.
 
     The gradient holds the Cauchy stresses σ1, σ2 in plane stress, in MPa; the Hessian is Drucker's
-    matrix. Fibres lie in the sheet at ± the angle k.angle to direction 1.
+    matrix. Fibres lie in the sheet at ± the constant ``angle`` to direction 1.
     """
+    kind = _class_of(law)
     x, y = variables(*(np.asarray(e, dtype=float) for e in logarithms))
     a, b, c = np.exp(x), np.exp(y), np.exp(-x - y)
-    if _is_stretch_law(law):
-        return _sum(law.stretch_energy(k, stretch) for stretch in (a, b, c))
+    if issubclass(kind, StretchLaw):
+        return reduce(operator.add, (kind.stretch_energy(k, stretch) for stretch in (a, b, c)))
     squares = [stretch * stretch for stretch in (a, b, c)]
     fibres = []
-    if law.anisotropic:
-        cosine, sine = np.cos(np.radians(k.angle)) ** 2, np.sin(np.radians(k.angle)) ** 2
-        fibres = [cosine * squares[0] + sine * squares[1]] * k.families
-    return law.strain_energy(k, _sum(squares), _sum(1.0 / s for s in squares), *fibres)
+    if kind.anisotropic:
+        angle, families = _fibres(k)
+        cosine, sine = np.cos(np.radians(angle)) ** 2, np.sin(np.radians(angle)) ** 2
+        fibres = [cosine * squares[0] + sine * squares[1]] * families
+    i1, i2 = reduce(operator.add, squares), reduce(operator.add, (1.0 / s for s in squares))
+    return kind.strain_energy(k, i1, i2, *fibres)
 
 
 def sheet_stress(
-    law: Any,
-    k: Any,
+    law: type[Law] | Law,
+    k: Constants,
     mode: str,
     direction: str,
     stretch: np.ndarray,
@@ -143,7 +166,7 @@ def sheet_stress(
         return np.broadcast_to(energy(across).gradient[along] / np.exp(log), log.shape).copy()
 
 
-def _free_stretch(energy, log: np.ndarray, normal: int) -> np.ndarray:
+def _free_stretch(energy: Callable[[np.ndarray], Jet], log: np.ndarray, normal: int) -> np.ndarray:
     """Logarithmic stretch across a uniaxial test, where the stress across is zero (Newton)."""
     across = -0.5 * log
     for _ in range(60):

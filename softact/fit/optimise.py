@@ -31,7 +31,7 @@ def solve(
     method: str = "least-squares",
     starts: int = 8,
     seed: int = 0,
-    first: np.ndarray | None | None = None,
+    first: np.ndarray | None = None,
 ) -> Solution:
     """Return the best solution found from several starts.
 
@@ -104,9 +104,12 @@ def _starts(problem: Problem, candidate: Candidate, count: int, seed: int) -> li
     return _apart([np.array(vector) for _, vector in drawn], curved, span, count)
 
 
-def _apart(points: list[np.ndarray], curved, span: np.ndarray, count: int) -> list[np.ndarray]:
+def _apart(
+    points: list[np.ndarray], curved: list[int], span: np.ndarray, count: int
+) -> list[np.ndarray]:
     """The first ``count`` of the points, best first, that are not all in one valley."""
-    chosen, left = [], []
+    chosen: list[np.ndarray] = []
+    left: list[np.ndarray] = []
     for point in points:
         near = any(np.max(np.abs((point - other)[curved] / span)) < APART for other in chosen)
         (left if near else chosen).append(point)
@@ -191,12 +194,13 @@ def _descend_scalar(
         outside = float(np.sum((z - inside) ** 2))
         return float(np.sum(residuals(problem, candidate, inside * scale) ** 2)) / total + outside
 
-    options = {"maxiter": 20000 if method in ("Nelder-Mead", "Powell", "COBYLA") else 2000}
-    extra = {}
+    options: dict[str, float] = {
+        "maxiter": 20000 if method in ("Nelder-Mead", "Powell", "COBYLA") else 2000
+    }
+    bounds = None
     if method in ("L-BFGS-B", "SLSQP", "Nelder-Mead", "Powell"):
         bounds = [(a if np.isfinite(a) else None, b if np.isfinite(b) else None)
                   for a, b in zip(low, high, strict=True)]  # fmt: skip
-        extra["bounds"] = bounds
     if method in ("Nelder-Mead",):
         options |= {"adaptive": True, "xatol": 1e-9, "fatol": 1e-14}
     if method in ("L-BFGS-B", "SLSQP"):
@@ -206,6 +210,6 @@ def _descend_scalar(
         # Powell warns of starts on a bound and CG of lost precision; the cost decides anyway.
         warnings.simplefilter("ignore")
         found = minimize(
-            cost, start / scale, method=method, tol=tolerance, options=options, **extra
+            cost, start / scale, method=method, bounds=bounds, tol=tolerance, options=options
         )
     return np.clip(found.x, low, high) * scale, int(found.nfev)

@@ -59,7 +59,7 @@ class Problem:
                 powers = np.array(MODES[test.mode].powers)[:, None]
                 stretches = test.stretch**powers
             else:
-                stretches = np.stack([test.stretch, test.other, 1 / (test.stretch * test.other)])
+                stretches = np.stack([test.stretch, test.across, 1 / (test.stretch * test.across)])
             for sign in (2, -2):
                 largest = max(largest, float(np.max(np.sum(stretches**sign, axis=0))))
         return largest
@@ -119,11 +119,9 @@ def reweighted(problem: Problem, candidate: Candidate, vector: np.ndarray) -> Pr
 def model_stress(candidate: Candidate, vector: np.ndarray, test: Test) -> np.ndarray:
     """Return the law's nominal stress (n,) in MPa at the stretches of ``test``."""
     k = candidate.constants(vector)
-    if candidate.law.anisotropic:
-        direction = test.direction or "course"
+    if candidate.law.anisotropic or test.mode == "biaxial":
+        direction = test.direction or "course"  # one is named for every biaxial test
         return sheet_stress(candidate.law, k, test.mode, direction, test.stretch, test.other)
-    if test.mode == "biaxial":
-        return sheet_stress(candidate.law, k, test.mode, test.direction, test.stretch, test.other)
     return nominal_stress(candidate.law, k, test.mode, test.stretch)
 
 

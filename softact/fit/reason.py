@@ -18,10 +18,10 @@ def reason(fits: Sequence[Fit]) -> str:
     by_bayes = min(others, key=lambda f: f.information.bic)
     rival = fits[1] if by_bayes is best else by_bayes
     follows = ""
-    if rival.merit.fitted < CLEARLY * best.merit.fitted:
+    if rival.worth.fitted < CLEARLY * best.worth.fitted:
         follows = (
             f", though {rival.name} follows the data more closely "
-            f"({_percent(rival.merit.fitted)} off instead of {_percent(best.merit.fitted)})"
+            f"({_percent(rival.worth.fitted)} off instead of {_percent(best.worth.fitted)})"
         )
     return f"{best.name} is first: {_because(best, rival)}{follows}."
 
@@ -44,14 +44,13 @@ def _because(best: Fit, rival: Fit) -> str:
 
 def _errors(best: Fit, rival: Fit) -> list[str]:
     clauses = []
-    mine, other = best.merit, rival.merit
-    if None not in (mine.predicted, other.predicted) and (
-        mine.predicted < CLEARLY * other.predicted
-    ):
+    mine, other = best.worth, rival.worth
+    ahead, behind = mine.predicted, other.predicted
+    if ahead is not None and behind is not None and ahead < CLEARLY * behind:
         what = "a mode" if mine.modes else "a part of the stretch"
         clauses.append(
-            f"predicts {what} that was held out of the fit to {_percent(mine.predicted)} "
-            f"({rival.name} to {_percent(other.predicted)})"
+            f"predicts {what} that was held out of the fit to {_percent(ahead)} "
+            f"({rival.name} to {_percent(behind)})"
         )
     if mine.fitted < CLEARLY * other.fitted:
         clauses.append(
@@ -63,7 +62,7 @@ def _errors(best: Fit, rival: Fit) -> list[str]:
 
 def _constants(best: Fit, rival: Fit) -> list[str]:
     clauses = []
-    mine, other = best.merit, rival.merit
+    mine, other = best.worth, rival.worth
     if mine.constants < other.constants:
         clauses.append(f"needs {_number(mine.constants)} instead of {other.constants}")
     if mine.loose < other.loose:

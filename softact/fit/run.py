@@ -100,7 +100,10 @@ def _candidates(request: Request, tests: list[Test]) -> list[Candidate]:
 
 
 def _fit_all(
-    tests, candidates: list[Candidate], options: Options, say: Callable[[str], None]
+    tests: list[Test],
+    candidates: list[Candidate],
+    options: Options,
+    say: Callable[[str], None],
 ) -> list[Fit]:
     fits, refused = [], []
     for candidate in candidates:

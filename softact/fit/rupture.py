@@ -61,7 +61,9 @@ def _unloads(deformation: np.ndarray, size: np.ndarray, i: int, low: int) -> boo
 def hold_from(stretch: np.ndarray) -> int | None:
     """Return the place of the first point at which the machine stands still until the end."""
     span = float(np.ptp(stretch)) if len(stretch) else 0.0
-    moved = np.flatnonzero(np.abs(stretch - stretch[-1]) > STILL * span) if span else []
+    if not span:
+        return None
+    moved = np.flatnonzero(np.abs(stretch - stretch[-1]) > STILL * span)
     if not len(moved):
         return None
     first = int(moved[-1]) + 1

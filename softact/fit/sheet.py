@@ -3,7 +3,7 @@
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, get_args
 
 from pydantic import (
     BaseModel,
@@ -22,6 +22,9 @@ from softact.spec.faults import validated
 from softact.spec.kinds import read_as
 from softact.units import Dimension, Dimensionless, Length, Pressure
 
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
+
 AREA = Dimension("area", "mm^2", shown=("mm^2",), other=("cm^2", "m^2"), example="18 mm^2")
 # What a file's name says of the mode of its test, where nobody says it.
 _NAMED = (
@@ -31,7 +34,8 @@ _NAMED = (
 )
 _AREA_SCHEMA = {"type": "string", "description": f"area with unit, such as '{AREA.example}'"}
 Area = Annotated[float, BeforeValidator(AREA.parse), WithJsonSchema(_AREA_SCHEMA)]
-MODE_NAMES = ("uniaxial", "compression", "equibiaxial", "planar", "biaxial")
+ModeName = Literal["uniaxial", "compression", "equibiaxial", "planar", "biaxial"]
+MODE_NAMES: tuple[str, ...] = get_args(ModeName)
 
 
 def _headings(value: object) -> object:
@@ -43,9 +47,11 @@ def _headings(value: object) -> object:
 
 
 def _cycle(value: object) -> int | str | None:
+    if value is None:
+        return None
     text = str(value)
-    if value is None or text == "last":
-        return value
+    if text == "last":
+        return text
     if isinstance(value, bool) or not text.isdigit() or int(text) < 1:
         raise ValueError(f"'{text}' is no cycle; write 1, 2, ... or last")
     return int(text)
@@ -61,7 +67,7 @@ class TestSheet(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     file: Path
-    mode: Literal[MODE_NAMES] = "uniaxial"
+    mode: ModeName = "uniaxial"
     direction: Literal["course", "wale"] | None = Field(
         default=None, description="of the load in a sheet with fibres; course is the fibre axis"
     )
@@ -134,7 +140,7 @@ class TestList(BaseModel):
     )
 
 
-def make_sheet(data: dict, where: str) -> TestSheet:
+def make_sheet(data: Mapping[str, Any], where: str) -> TestSheet:
     """Return a sheet; raises SpecError with one line per fault, each starting with ``where``."""
     try:
         return TestSheet(**data)
@@ -142,7 +148,7 @@ def make_sheet(data: dict, where: str) -> TestSheet:
         raise SpecError(*(_line(where, fault) for fault in error.errors())) from None
 
 
-def _line(where: str, fault: dict) -> str:
+def _line(where: str, fault: "ErrorDetails") -> str:
     path = ".".join(str(part) for part in fault["loc"])
     if fault["type"] == "extra_forbidden":
         return f"{where}: unknown key '{path}'"
@@ -150,7 +156,7 @@ def _line(where: str, fault: dict) -> str:
     return f"{where}: {path}: {message}" if path else f"{where}: {message}"
 
 
-def sheets_from_argument(argument: str, options: dict) -> list[TestSheet]:
+def sheets_from_argument(argument: str, options: Mapping[str, Any]) -> list[TestSheet]:
     """Return the sheets of one command line argument: FILE, FILE:MODE, FILE:MODE@DIRECTION or YAML.
 
     options: fields of ``TestSheet`` from the command line. A YAML file holds ``tests:``, a list of

@@ -1,11 +1,12 @@
 """Drucker stability of a law: does more stretch always need more stress, in every mode?"""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from softact.fit.candidates import Constants
 from softact.fit.modes import MODES, sheet_energy
+from softact.materials import Law
 
 # Searched in every mode; a law that is stable as far as this is called stable throughout.
 SMALLEST, LARGEST = 0.1, 10.0
@@ -21,16 +22,15 @@ class Stability:
 
     def fails_within(self, low: float, high: float) -> float | None:
         """Return the stretch nearest to 1 at which the law fails between ``low`` and ``high``."""
-        failures = [
-            s
-            for s, hit in ((self.below, self.below is not None and self.below > low),
-                           (self.above, self.above is not None and self.above < high))
-            if hit
-        ]  # fmt: skip
+        failures = []
+        if self.below is not None and self.below > low:
+            failures.append(self.below)
+        if self.above is not None and self.above < high:
+            failures.append(self.above)
         return min(failures, key=lambda s: abs(np.log(s))) if failures else None
 
 
-def drucker(law: Any, k: Any) -> list[Stability]:
+def drucker(law: type[Law] | Law, k: Constants) -> list[Stability]:
     """Return where a law is stable in uniaxial, equibiaxial and planar deformation.
 
     Stable: the matrix d(σ1, σ2)/d(ε1, ε2) of Cauchy stress and logarithmic strain in plane stress
@@ -40,7 +40,7 @@ def drucker(law: Any, k: Any) -> list[Stability]:
     return [_range(law, k, mode) for mode in MODES]
 
 
-def _range(law: Any, k: Any, mode: str) -> Stability:
+def _range(law: type[Law] | Law, k: Constants, mode: str) -> Stability:
     powers = MODES[mode].powers
     # Start a hair off the undeformed state, where some laws have no second derivative.
     up = np.concatenate([[1e-4], np.linspace(0.005, np.log(LARGEST), 460)])
@@ -48,7 +48,9 @@ def _range(law: Any, k: Any, mode: str) -> Stability:
     return Stability(mode, _first_failure(law, k, powers, down), _first_failure(law, k, powers, up))
 
 
-def _is_stable(law: Any, k: Any, powers: tuple[float, float, float], log: np.ndarray) -> np.ndarray:
+def _is_stable(
+    law: type[Law] | Law, k: Constants, powers: tuple[float, float, float], log: np.ndarray
+) -> np.ndarray:
     with np.errstate(all="ignore"):
         energy = sheet_energy(law, k, (powers[0] * log, powers[1] * log))
         a = energy.hessian.get((0, 0), 0.0)
@@ -59,7 +61,7 @@ def _is_stable(law: Any, k: Any, powers: tuple[float, float, float], log: np.nda
 
 
 def _first_failure(
-    law: Any, k: Any, powers: tuple[float, float, float], path: np.ndarray
+    law: type[Law] | Law, k: Constants, powers: tuple[float, float, float], path: np.ndarray
 ) -> float | None:
     failed = np.flatnonzero(~_is_stable(law, k, powers, path))
     if not len(failed):

@@ -93,7 +93,7 @@ def certainty(problem: Problem, candidate: Candidate, vector: np.ndarray) -> Cer
 
 
 def _jacobian(problem: Problem, candidate: Candidate, vector: np.ndarray) -> np.ndarray:
-    """Derivatives of the residuals in the constants, central differences."""
+    """Derivatives of the residuals with respect to the constants, central differences."""
     columns = []
     # In parts of the constant's size: one that is nearly 0 would give a step of no effect, or of 0.
     for i, size in enumerate(parameter_scale(problem, candidate, vector)):
@@ -105,7 +105,7 @@ def _jacobian(problem: Problem, candidate: Candidate, vector: np.ndarray) -> np.
     return np.stack(columns, axis=1)
 
 
-def _direction(candidate: Candidate, inside, direction: np.ndarray) -> dict[str, float]:
+def _direction(candidate: Candidate, inside: np.ndarray, direction: np.ndarray) -> dict[str, float]:
     largest = np.argmax(np.abs(direction))
     share = direction / direction[largest]
     return {
@@ -117,12 +117,13 @@ def _direction(candidate: Candidate, inside, direction: np.ndarray) -> dict[str,
 
 def explain(free: tuple[dict[str, float], ...], tests: tuple[Test, ...]) -> str:
     """Return a sentence about constants that the tests do not tell apart."""
-    modes = tuple(sorted({test.mode for test in tests}))
+    modes = sorted({test.mode for test in tests})
     said = " and ".join(modes)
     names = list(dict.fromkeys(name for direction in free for name in direction))
-    advice = {("planar",): "uniaxial or equibiaxial", ("uniaxial",): "equibiaxial",
-              ("equibiaxial",): "uniaxial"}.get(modes, "another")  # fmt: skip
-    advice = f"add a test in {advice} tension"
+    beside = {"planar": "uniaxial or equibiaxial", "uniaxial": "equibiaxial",
+              "equibiaxial": "uniaxial"}  # fmt: skip
+    wanted = beside.get(modes[0], "another") if len(modes) == 1 else "another"
+    advice = f"add a test in {wanted} tension"
     if len(names) == len(free):
         return f"{' and '.join(names)} change no stress in these tests ({said}): not determined"
     if len(names) == 2:
@@ -214,7 +215,7 @@ def spreads(tests: tuple[Test, ...]) -> list[Spread]:
 
 
 def _groups(tests: tuple[Test, ...]) -> list[list[Test]]:
-    kinds: dict[tuple, list[Test]] = {}
+    kinds: dict[tuple[str, str | None, bool], list[Test]] = {}
     for test in tests:
         if test.mode != "biaxial":
             sense = bool(np.mean(test.stretch) > 1.0)
@@ -233,7 +234,7 @@ def reduced_chi_square(
     total, points = 0.0, 0
     groups = {id(t): group for group in _groups(problem.tests) for t in group}
     for test in problem.tests:
-        deviation = sigma
+        deviation: np.ndarray | float | None = sigma
         if deviation is None:
             common = _common(groups[id(test)]) if id(test) in groups else None
             if common is None:

@@ -91,20 +91,20 @@ def _tell_scatter(fit: Fit) -> list[str]:
 def tell_ranking(fits: list[Fit]) -> list[str]:
     """Return a table of the fits, best first, and why the first is first."""
     width = max(len(f.name) for f in fits)
-    held = "modes" if fits[0].merit.modes else "quarters of the stretch"
+    held = "modes" if fits[0].worth.modes else "quarters of the stretch"
     heads = ("smallest R²", "error", "held out", "AICc", "BIC")
     lines = [f"{'law':{width}s}  constants  {'  '.join(f'{h:>10s}' for h in heads)}  remark"]
     for f in fits:
-        loose = f"{f.merit.loose} poorly determined" if f.merit.loose else ""
+        loose = f"{f.worth.loose} poorly determined" if f.worth.loose else ""
         figures = (
-            f"{f.r2:.5f}", percent(f.merit.fitted), percent(f.merit.predicted),
+            f"{f.r2:.5f}", percent(f.worth.fitted), percent(f.worth.predicted),
             f"{f.information.aicc:.1f}", f"{f.information.bic:.1f}",
         )  # fmt: skip
         row = "  ".join(
             f"{text:>{max(len(h), 10)}s}" for text, h in zip(figures, heads, strict=True)
         )
         said = "; ".join(filter(None, (remark_of(f), loose)))
-        lines.append(f"{f.name:{width}s}  {f.merit.constants:9d}  {row}  {said}".rstrip())
+        lines.append(f"{f.name:{width}s}  {f.worth.constants:9d}  {row}  {said}".rstrip())
     lines.append(f"(held out: error over {held} that the law was not fitted to, each in turn)")
     return [*lines, reason(fits)]
 

@@ -61,7 +61,7 @@ def branch(sheet: TestSheet, x: np.ndarray, messages: list[str]) -> slice:
         loadings = [
             slice(a, b + 1) for a, b in pairwise(turns) if abs(x[b] - 1.0) > abs(x[a] - 1.0)
         ]
-        which = len(loadings) if sheet.cycle == "last" else sheet.cycle or 1
+        which = len(loadings) if isinstance(sheet.cycle, str) else sheet.cycle or 1  # "last"
         if not 1 <= which <= len(loadings):
             raise SpecError(f"{sheet.file}: there is no cycle {which}; {len(loadings)} were found")
         kept = loadings[which - 1]
@@ -114,7 +114,7 @@ def prepare(sheet: TestSheet, test: Test) -> Test:
         y = savgol_filter(y, sheet.smooth, 2)
         messages.append(f"stress smoothed (Savitzky-Golay, {sheet.smooth} points, order 2)")
     if sheet.toe and len(y):
-        x, y, other = _cut_toe(sheet, x, y, other, messages)
+        x, y, other = _cut_toe(sheet, sheet.toe, x, y, other, messages)
     window = np.ones(len(x), dtype=bool)
     if sheet.stretch_from is not None:
         window &= x >= sheet.stretch_from
@@ -130,12 +130,22 @@ def prepare(sheet: TestSheet, test: Test) -> Test:
     return replace(test, stretch=x, stress=y, other=other, messages=tuple(messages))
 
 
-def _cut_toe(sheet, x, y, other, messages):
-    """Drop the toe and move the zero of strain to where the curve above it points."""
-    start = int(np.argmax(np.abs(y) >= sheet.toe))
-    if abs(y[start]) < sheet.toe:
+def _cut_toe(
+    sheet: TestSheet,
+    toe: float,
+    x: np.ndarray,
+    y: np.ndarray,
+    other: np.ndarray | None,
+    messages: list[str],
+) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    """Drop the toe and move the zero of strain to where the curve above it points.
+
+    toe: stress in MPa at which it ends.
+    """
+    start = int(np.argmax(np.abs(y) >= toe))
+    if abs(y[start]) < toe:
         raise SpecError(f"{sheet.file}: no point reaches the toe stress")
-    end = max(start + MIN_POINTS, int(np.searchsorted(np.abs(y), 2 * sheet.toe)))
+    end = max(start + MIN_POINTS, int(np.searchsorted(np.abs(y), 2 * toe)))
     slope, offset = np.polyfit(x[start:end], y[start:end], 1)
     shift = -offset / slope - 1.0
     messages.append(f"toe: {start} points dropped, zero of strain moved by {shift:.4f}")

@@ -15,7 +15,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import (
@@ -23,6 +23,7 @@ from pydantic import (
     ConfigDict,
     Field,
     ValidationError,
+    ValidationInfo,
     field_validator,
     model_validator,
 )
@@ -161,6 +162,10 @@ class Geometry(BaseModel):
         sizes unless ``mesh`` is written too."""
         raise NotImplementedError
 
+    def export_sheets(self, path: Path, suffix: str) -> None:
+        """Write the mesh of a geometry without a solid (.msh, .vtu, .stl)."""
+        raise NotImplementedError
+
     def mesh(self, gmsh: ModuleType) -> None:
         """Makes the current gmsh model hold a mesh of first-order tetrahedra in named groups."""
         from softact.geometry.subdivide import cut_mesh, fill
@@ -171,10 +176,11 @@ class Geometry(BaseModel):
 
     @field_validator("*")
     @classmethod
-    def _lengths_of_this_world(cls, value, info):
-        if value is None or dimension_of(cls.model_fields[info.field_name]) is not LENGTH:
+    def _lengths_of_this_world(cls, value: Any, info: ValidationInfo) -> Any:
+        name = info.field_name or ""
+        if value is None or dimension_of(cls.model_fields[name]) is not LENGTH:
             return value
-        what, fault = info.field_name.replace("_", " "), ""
+        what, fault = name.replace("_", " "), ""
         if value < THINNEST:
             fault = f"at {value:g} mm the {what} would vanish; write a length above 0 mm"
         elif value > LONGEST:
@@ -184,7 +190,7 @@ class Geometry(BaseModel):
         return value
 
     @model_validator(mode="after")
-    def _refuse_what_cannot_be_built(self):
+    def _refuse_what_cannot_be_built(self) -> Self:
         found = list(self.faults()) or list(self._too_many())
         if found:
             raise ValidationError.from_exception_data(
@@ -192,7 +198,7 @@ class Geometry(BaseModel):
             )
         return self
 
-    def _too_many(self):
+    def _too_many(self) -> Iterator[tuple[str, str]]:
         volume = sum(self.volumes()[region] for region in self.layout().regions)
         sizes = {name: getattr(self, name, None) for name in ("mesh_size", "cavity_mesh_size")}
         for name, size in sizes.items():
@@ -287,9 +293,10 @@ def _write(
     notes: list[str] = []
     if not path.parent.is_dir():
         raise SpecError(f"{path}: there is no folder '{path.parent}'")
+    pattern = geometry.pattern() if suffix in PATTERNS else None
     with replacing(path, suffix) as temporary:
-        if suffix in PATTERNS:
-            temporary.write_text(geometry.pattern().text(suffix), encoding="utf-8")
+        if pattern is not None:
+            temporary.write_text(pattern.text(suffix), encoding="utf-8")
         elif not geometry.layout().regions:
             geometry.export_sheets(temporary, suffix)
         else:
@@ -380,7 +387,7 @@ def main(kind: type[Geometry]) -> None:
     """Lets a geometry file run by itself: its fields become options, it writes one file."""
     import click
 
-    def write(output, timeout, **texts):
+    def write(output: Path, timeout: float, **texts: str | None) -> None:
         values = {name: _as_in_spec(text) for name, text in texts.items() if text is not None}
         try:
             export(kind.model_validate(values), output, timeout)
@@ -410,7 +417,7 @@ def main(kind: type[Geometry]) -> None:
     command()
 
 
-def _as_in_spec(text: str):
+def _as_in_spec(text: str) -> Any:
     """6 is a number, true a truth, and '16 mm' a text, as YAML reads them."""
     from softact.files.document import scalar
 

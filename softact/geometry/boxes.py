@@ -7,7 +7,7 @@ as good as the flattest cell allows. The split (one tetrahedron on every second 
 four at the other corners) fits between neighbours, since these corners alternate over the grid.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from types import ModuleType
@@ -149,7 +149,7 @@ class Boxes:
         solids: dict[str, list[tuple[int, int]]] = {name: [] for name in self.regions}
         pending: list[tuple[int, int]] = []
 
-        def cut_pending():
+        def cut_pending() -> None:
             # One cut by many boxes is much quicker than one cut each.
             for name in self.regions:
                 if pending and solids[name]:
@@ -176,7 +176,7 @@ class Boxes:
 
 
 def _cells_within(lines: list[np.ndarray], box: Box) -> tuple[slice, ...]:
-    def index(axis: int, at: float):
+    def index(axis: int, at: float) -> int:
         return int(np.searchsorted(lines[axis], at - SAME_PLANE))
 
     return tuple(slice(index(a, box.lower[a]), index(a, box.upper[a])) for a in range(3))
@@ -190,7 +190,7 @@ class BoxMesh:
     lines: list[np.ndarray]
     label: np.ndarray
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         # Counted from the origin, so that a half and a whole are split alike.
         self._odd = sum(int(np.argmin(abs(line))) for line in self.lines) % 2
 
@@ -226,7 +226,9 @@ class BoxMesh:
         ordered = sorted(pieces.items(), key=lambda piece: sorted(piece[0]))
         return [(names, np.vstack(parts)) for names, parts in ordered]
 
-    def _faces(self, axis: int, below: np.ndarray, above: np.ndarray):
+    def _faces(
+        self, axis: int, below: np.ndarray, above: np.ndarray
+    ) -> Iterator[tuple[frozenset[str], np.ndarray]]:
         """Pairs of surface names and (k, 3) grid indices of faces normal to ``axis``."""
         count = len(self.solid.regions)
         solid_below, solid_above = (0 < below) & (below <= count), (0 < above) & (above <= count)
@@ -252,7 +254,7 @@ class BoxMesh:
                 faces = np.argwhere(inside & solid_below & solid_above)
                 yield frozenset({sheet.name}), faces
 
-    def _split_faces(self, axis: int, faces: np.ndarray):
+    def _split_faces(self, axis: int, faces: np.ndarray) -> np.ndarray:
         """Two triangles for each face, cut from inner corner to inner corner of its cell."""
         across = [a for a in range(3) if a != axis]
         square = np.zeros((4, 3), dtype=int)
@@ -263,7 +265,8 @@ class BoxMesh:
         return np.vstack([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]])
 
     def _number(self, grid: np.ndarray) -> np.ndarray:
-        return np.ravel_multi_index(np.moveaxis(grid, -1, 0), [len(line) for line in self.lines])
+        shape = [len(line) for line in self.lines]
+        return np.ravel_multi_index(tuple(np.moveaxis(grid, -1, 0)), shape)
 
     def add_to(self, gmsh: ModuleType) -> None:
         """Puts the mesh and its named groups into a new, discrete gmsh model."""

@@ -27,12 +27,16 @@ class Corrugated(Geometry):
         top_wall: float
         midsection_radius: float
         symmetry: bool
-        length: float
 
     @property
     @abstractmethod
     def outside(self) -> tuple[str, float]:
         """Name and value of the parameter that is the radius of the chambers' outside, mm."""
+
+    @property
+    @abstractmethod
+    def length(self) -> float:
+        """Length of the actuator, mm."""
 
     @abstractmethod
     def _meshed(self) -> Mapping[str, tuple]:

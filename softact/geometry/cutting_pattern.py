@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+
+import numpy as np
 
 COLOURS = {"cut": ("red", 1), "seam": ("blue", 5)}  # SVG name, AutoCAD index
 MARGIN = 5.0  # mm around an SVG
@@ -11,7 +14,7 @@ MARGIN = 5.0  # mm around an SVG
 Line = tuple[tuple[float, float], tuple[float, float]]
 
 
-def rectangle(centre, width: float, height: float) -> list[Line]:
+def rectangle(centre: Sequence[float] | np.ndarray, width: float, height: float) -> list[Line]:
     """Its four sides."""
     x, y = map(float, centre)
     w, h = width / 2, height / 2
@@ -32,7 +35,7 @@ class Pattern:
         """The whole file in the format of ``suffix``, .dxf or .svg."""
         return self.dxf() if suffix == ".dxf" else self.svg()
 
-    def _lines(self):
+    def _lines(self) -> list[tuple[str, Line]]:
         return [("cut", line) for line in self.cut] + [("seam", line) for line in self.seam]
 
     def dxf(self) -> str:

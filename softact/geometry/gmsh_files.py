@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
+from typing import BinaryIO
 
 from softact.errors import MeshError
 from softact.units import show
@@ -49,7 +50,7 @@ def check_mesh(path: Path) -> None:
                 )
 
 
-def _group_lines(file) -> Iterator[tuple[int, bytes]]:
+def _group_lines(file: BinaryIO) -> Iterator[tuple[int, bytes]]:
     """The lines of $PhysicalNames, numbered, without the count."""
     inside = False
     for number, line in enumerate(file, start=1):

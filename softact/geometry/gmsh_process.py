@@ -85,6 +85,8 @@ def load(job: dict) -> Geometry:
         # A script of the user's, or one that runs by itself; what lies beside it comes last.
         sys.path.append(os.path.dirname(job["file"]))
         spec = importlib.util.spec_from_file_location("geometry_script", job["file"])
+        if spec is None or spec.loader is None:
+            raise ImportError(f"{job['file']} is no Python file") from None
         module = importlib.util.module_from_spec(spec)
         sys.modules["geometry_script"] = module
         spec.loader.exec_module(module)
@@ -115,14 +117,15 @@ def write(geometry: Geometry, path: Path, part: str) -> list[str]:
     return []
 
 
-def faults_of(geometry: Geometry) -> tuple[Parts | None, list[str]]:
-    """The named groups of the current gmsh model, and what is wrong with them."""
-    parts, faults = read_parts(geometry)
-    return parts, faults or check(geometry, parts)
+def faults_of(geometry: Geometry) -> tuple[Parts, list[str]]:
+    """The named groups of the current gmsh model, and what is wrong with them. Raises MeshError
+    where one is missing."""
+    parts = read_parts(geometry)
+    return parts, check(geometry, parts)
 
 
-def read_parts(geometry: Geometry) -> tuple[Parts | None, list[str]]:
-    """The named groups of the current gmsh model, and which of them are missing."""
+def read_parts(geometry: Geometry) -> Parts:
+    """The named groups of the current gmsh model. Raises MeshError where one is missing."""
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     number = np.zeros(int(tags.max(initial=0)) + 1, dtype=np.int64)
     number[tags] = np.arange(len(tags))
@@ -144,10 +147,10 @@ def read_parts(geometry: Geometry) -> tuple[Parts | None, list[str]]:
         if not len(named.get((d, name), ()))
     ]
     if faults:
-        return None, faults
+        raise MeshError(*faults)
     regions = {name: named[3, name] for name in layout.regions}
     surfaces = {name: named[2, name] for name in layout.surfaces}
-    return Parts(coordinates.reshape(-1, 3), regions, surfaces), []
+    return Parts(coordinates.reshape(-1, 3), regions, surfaces)
 
 
 def signed_volumes(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
@@ -206,7 +209,7 @@ def check(geometry: Geometry, parts: Parts) -> list[str]:
         edges = leaks.open_edges(points, triangles, closing)
         if len(edges):
             why = leaks.reason(points, parts.regions, triangles, edges)
-            faults.append(leaks.told(cavity, points, edges) + why)
+            faults.append(leaks.line(cavity, points, edges) + why)
     if faults:
         return faults
     found = measure(geometry, parts)

@@ -68,7 +68,7 @@ class Imported(Geometry):
             if not walls:
                 yield "cavities", f"'{cavity}' has no walls; write the names of its surfaces"
 
-    def _too_many(self):
+    def _too_many(self) -> Iterator[tuple[str, str]]:
         return iter(())  # nobody knows before the file is read
 
     def layout(self) -> Layout:

@@ -89,7 +89,7 @@ class Oblique:
                 found.append(band[_delaunay(points[band], size)])
         return self._apart(points, np.vstack(found))
 
-    def _apart(self, points: np.ndarray, triangles: np.ndarray):
+    def _apart(self, points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Points and triangles with a point on each side from rim to rim that the turned rectangle
         has too, as across a corner: the sheets of a pillow would be one there."""
         rim = np.flatnonzero(self.on_rim(points))
@@ -125,7 +125,9 @@ class Oblique:
         return (np.minimum(x, self.length - x) < small) | (self.width / 2 - np.abs(y) < small)
 
 
-def pillow(rectangle: Oblique, points: np.ndarray, triangles: np.ndarray):
+def pillow(
+    rectangle: Oblique, points: np.ndarray, triangles: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Points (n, 3) and triangles (2 m, 3) of a sheet and the same turned by half a turn about x,
     which are joined along the rim; normals point out. Lines keep their sense seen from outside.
 

@@ -6,7 +6,7 @@ into faces, gmsh meshes these with triangles, and every stretch of x between two
 with prisms over those triangles that are solid there, each split into three tetrahedra.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import groupby, pairwise
 from math import pi
@@ -23,7 +23,9 @@ from softact.mesh.cells import check_number
 
 # The least number of edges of a full circle: its polygon lacks 2.6 % of the area.
 EDGES_OF_A_CIRCLE = 16
-Shapes = dict[str, list[tuple[int, int]]]
+Entities = list[tuple[int, int]]  # gmsh's dimensions and tags
+Shapes = dict[str, Entities]
+Named = tuple[frozenset[str], np.ndarray]
 
 
 def lacking(radius: float, size: float, circle_edges: int = EDGES_OF_A_CIRCLE) -> float:
@@ -129,11 +131,11 @@ class Prisms:
         check_number(made.cells())
         made.add_to(gmsh)
 
-    def build(self, gmsh: ModuleType) -> dict[str, list[tuple[int, int]]]:
+    def build(self, gmsh: ModuleType) -> Shapes:
         """Adds the solid to the current gmsh model as OCC volumes; returns them by region."""
         occ = gmsh.model.occ
         shapes = self.shapes(occ)
-        solids: dict[str, list[tuple[int, int]]] = {name: [] for name in self.regions}
+        solids: Shapes = {name: [] for name in self.regions}
         # One operation with many prisms is much quicker than one for each.
         for name, prisms in groupby(self.prisms, lambda p: p.name if p.name in solids else None):
             tools = [solid for prism in prisms for solid in _extrude(occ, shapes, prism)]
@@ -151,7 +153,7 @@ class Prisms:
         return solids
 
 
-def _extrude(occ: Any, shapes: Shapes, prism: Prism) -> list[tuple[int, int]]:
+def _extrude(occ: Any, shapes: Shapes, prism: Prism) -> Entities:
     """The volume of a prism over a copy of its shape."""
     faces = occ.copy(shapes[prism.shape])
     occ.rotate(faces, 0, 0, 0, 1, 1, 1, 2 * pi / 3)  # first two coordinates become y and z
@@ -223,7 +225,7 @@ class PrismMesh:
         ]
         return np.vstack(pieces)
 
-    def triangles(self) -> list[tuple[frozenset[str], np.ndarray]]:
+    def triangles(self) -> list[Named]:
         """Triangles (k, 3) of every surface piece with the names of the surfaces it is in."""
         pieces: dict[frozenset[str], list[np.ndarray]] = {}
         for names, triangles in (*self._caps(), *self._sides()):
@@ -232,18 +234,18 @@ class PrismMesh:
         ordered = sorted(pieces.items(), key=lambda piece: sorted(piece[0]))
         return [(names, np.vstack(parts)) for names, parts in ordered]
 
-    def _walls(self, below: np.ndarray, above: np.ndarray):
+    def _walls(self, below: np.ndarray, above: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Whether there is a solid on one side only (k,), and what is on the other side (k,)."""
         count = len(self.solid.regions)
         solid_below, solid_above = (0 < below) & (below <= count), (0 < above) & (above <= count)
         return solid_below != solid_above, np.where(solid_below, above, below)
 
-    def _cavity_walls(self, wall, other):
+    def _cavity_walls(self, wall: np.ndarray, other: np.ndarray) -> Iterator[Named]:
         first = len(self.solid.regions) + 1
         for number, name in enumerate(self.solid.cavities, start=first):
             yield frozenset({name}), wall & (other == number)
 
-    def _caps(self):
+    def _caps(self) -> Iterator[Named]:
         """Names and triangles of the faces across x."""
         count, flat = len(self.section.points), np.zeros_like(self.label[:1])
         padded = np.vstack([flat, self.label, flat])
@@ -258,7 +260,7 @@ class PrismMesh:
                     names = _names(plane)
             yield names, free
 
-    def _sides(self):
+    def _sides(self) -> Iterator[Named]:
         """Names and triangles of the faces along x."""
         edges, left, right = _edges(self.section.triangles)
         middle = self.section.points[edges].mean(axis=1)
@@ -266,7 +268,7 @@ class PrismMesh:
         for layer, row in enumerate(self.label):
             wall, other = self._walls(row[left], np.where(right < 0, 0, row[right]))
 
-            def sides(members, layer=layer):
+            def sides(members: np.ndarray, layer: int = layer) -> np.ndarray:
                 return prism_sides(edges[members], 1, count) + layer * count
 
             for names, members in self._cavity_walls(wall, other):

@@ -8,7 +8,7 @@ from typing import Any
 DATA = (".msh",)  # what ``from_script`` takes beside code
 
 
-def told(spec: Any, other_files: Iterable[Any] = ()) -> list[str]:
+def scripts_as_code(spec: Any, other_files: Iterable[Any] = ()) -> list[str]:
     """A line for each script that runs where the plain data of a spec, as it stands in a file, are
     run. other_files: that take the place of the spec's, as an axis of a sweep does."""
     geometry = spec.get("geometry") if isinstance(spec, dict) else None

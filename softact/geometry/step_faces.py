@@ -113,7 +113,7 @@ class Face:
     normal: np.ndarray
     flat: bool
 
-    def told(self, owner: str) -> str:
+    def line(self, owner: str) -> str:
         """A line about it; owner: name of its solid, "" where there is one only."""
         numbers = " and ".join(map(str, sorted(self.numbers)))
         kind = "flat" if self.flat else "curved"

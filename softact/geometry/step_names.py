@@ -5,6 +5,7 @@ MANIFOLD_SOLID_BREP or BREP_WITH_VOIDS; where the solid has none, the name of it
 """
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -151,7 +152,7 @@ class StepFile:
     def _entity(self, number: int) -> tuple[str, str]:
         return self.entities.get(number, ("", ""))
 
-    def _faces(self, shell: int):
+    def _faces(self, shell: int) -> Iterator[Face]:
         kind = self._entity(shell)[0]
         for number in self.references(shell):
             inner = self._entity(number)[0]
@@ -210,7 +211,7 @@ def _number(text: str) -> float:
         return float("nan")
 
 
-def _statements(text: str):
+def _statements(text: str) -> Iterator[str]:
     """Statements of a data section without the semicolons and comments."""
     start = 0
     for token in TOKEN.finditer(text):

@@ -161,7 +161,8 @@ class StepPart:
 
     def parts(self) -> list[list[str]]:
         """The names of the solids of each part that hangs together."""
-        touching, number = [face.solids for face in self.faces], {}
+        touching = [face.solids for face in self.faces]
+        number: dict[int, int] = {}
         for solids, label in zip(touching, linked(touching), strict=True):
             number |= dict.fromkeys(solids, label)
         labels = [number[solid.tag] for solid in self.solids]
@@ -170,7 +171,7 @@ class StepPart:
             for label in dict.fromkeys(labels)
         ]
 
-    def told(self) -> Iterator[str]:
+    def overview(self) -> Iterator[str]:
         """Lines about the whole: size, unit, solids, and over what area they are joined."""
         source = f"the file says {self.drawn.unit}" if self.drawn.said else f"in {self.drawn.unit}"
         count = len({number for face in self.faces for number in face.numbers})
@@ -193,7 +194,7 @@ class StepPart:
         if len(owners) == 1:
             owners = dict.fromkeys(owners, "")
         for face in self.faces[:MOST_FACES]:
-            yield face.told(" and ".join(owners[solid] for solid in face.solids))
+            yield face.line(" and ".join(owners[solid] for solid in face.solids))
         if len(self.faces) > MOST_FACES:
             yield f"and {len(self.faces) - MOST_FACES} more faces"
 

@@ -40,9 +40,9 @@ def named(gmsh: ModuleType, bodies: Sequence[Body], scale: float | None) -> list
     for position, tag in enumerate(tags):
         faces = tuple(f for _, f in gmsh.model.getBoundary([(3, tag)], oriented=False))
         corners = [_corners(gmsh, face) for face in faces]
-        moved = [_moved(corners, body.faces, scale) for body in bodies]
-        fitting = [b for b, by in zip(bodies, moved, strict=True) if by is not None]
-        in_place = [b for b, by in zip(bodies, moved, strict=True) if by is not None and not by]
+        distances = [_moved(corners, body.faces, scale) for body in bodies]
+        fitting = [b for b, d in zip(bodies, distances, strict=True) if d is not None]
+        in_place = [b for b, d in zip(bodies, distances, strict=True) if d == 0.0]
         label = gmsh.model.getEntityName(3, tag)  # ends with the product
         of_product = [b for b in fitting if b.product and label.endswith(b.product)]
         both = [body for body in of_product if body in in_place]

@@ -81,7 +81,8 @@ class CavityPressure:
         return self._volume.scalar(self._u(x))
 
     def add_volume_gradient(self, x: np.ndarray, factor: float, out: np.ndarray) -> None:
-        """Add ``factor`` times the derivative of the volume by the unknowns to ``out`` (local,)."""
+        """Add ``factor`` times the derivative of the volume with respect to the unknowns to ``out``
+        (local,)."""
         self._force.add_vector(out, self._size, self._u(x), [-factor])
 
     def add_force(self, state: State, out: np.ndarray) -> None:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from softact.mesh.triangles import VOLUME_RULE, Triangles, shape_gradients
+from softact.system.term import Origin, State
 
 
 class SheetCavity:
@@ -15,25 +18,30 @@ class SheetCavity:
     left out; with W = diag(0, 0, 1), any wall along z, such as the ends of a long strip.
     """
 
-    def __init__(self, name: str, walls: list[Triangles], flux=(1 / 3, 1 / 3, 1 / 3)):
+    def __init__(
+        self, name: str, walls: list[Triangles], flux: Sequence[float] = (1 / 3, 1 / 3, 1 / 3)
+    ):
         self.name, self._walls = name, walls
         self._flux = np.asarray(flux, dtype=float)
         points, weights = VOLUME_RULE
         self._weights = weights / 2  # area of the reference triangle
         self._values = walls[0].values(points)
         gradients = shape_gradients(points, walls[0].nodes.shape[1])
-        self._by_r, self._by_s = gradients[..., 0], gradients[..., 1]
+        self._values_r, self._values_s = gradients[..., 0], gradients[..., 1]
 
-    def _places(self, wall, x):
+    def _pressure(self, state: State) -> float:
+        return float(state["pressure"].get(self.name, 0.0))
+
+    def _places(self, wall: Triangles, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """W x and the tangents ∂x/∂r and ∂x/∂s at the quadrature points, each (k, q, 3)."""
         current = wall.current(x)
         place, r, s = (
             np.einsum("qn,knc->kqc", table, current)
-            for table in (self._values, self._by_r, self._by_s)
+            for table in (self._values, self._values_r, self._values_s)
         )
         return place * self._flux, r, s
 
-    def volume(self, x) -> float:
+    def volume(self, x: np.ndarray) -> float:
         """The enclosed volume, mm³."""
         total = 0.0
         for wall in self._walls:
@@ -41,8 +49,9 @@ class SheetCavity:
             total += float(np.einsum("q,kqc,kqc->", self._weights, place, np.cross(r, s)))
         return total
 
-    def add_volume_gradient(self, x, factor: float, out: np.ndarray) -> None:
-        """Add ``factor`` times the derivative of the volume by the unknowns to ``out`` (local,)."""
+    def add_volume_gradient(self, x: np.ndarray, factor: float, out: np.ndarray) -> None:
+        """Add ``factor`` times the derivative of the volume with respect to the unknowns to ``out``
+        (local,)."""
         for wall in self._walls:
             place, r, s = self._places(wall, x)
             weight = factor * self._weights[:, None]
@@ -50,24 +59,26 @@ class SheetCavity:
                 np.einsum("qn,kqc->knc", weight * table, vector)
                 for table, vector in (
                     (self._values, self._flux * np.cross(r, s)),
-                    (self._by_r, np.cross(s, place)),
-                    (self._by_s, np.cross(place, r)),
+                    (self._values_r, np.cross(s, place)),
+                    (self._values_s, np.cross(place, r)),
                 )
             )
             wall.add_force(forces, out)
 
-    def add_force(self, state, out):
-        if pressure := state["pressure"].get(self.name, 0.0):
+    def add_force(self, state: State, out: np.ndarray) -> None:
+        """See ``Term``."""
+        if pressure := self._pressure(state):
             self.add_volume_gradient(state.x, -pressure, out)
 
-    def add_tangent(self, state, origin):
-        pressure = state["pressure"].get(self.name, 0.0)
+    def add_tangent(self, state: State, origin: Origin | None) -> None:
+        """See ``Term``."""
+        pressure = self._pressure(state)
         if not pressure:
             return
         weight = -pressure * self._weights
-        n, r = (table * weight[:, None] for table in (self._values, self._by_r))
+        n, r = (table * weight[:, None] for table in (self._values, self._values_r))
 
-        def cross(one, two, vectors):
+        def cross(one: np.ndarray, two: np.ndarray, vectors: np.ndarray) -> np.ndarray:
             """Σ one_a two_b [v]× over the quadrature points: (k, a, b, 3, 3)."""
             axial = np.einsum("qa,qb,kqc->kabc", one, two, vectors, optimize=True)
             return np.tensordot(axial, _CROSS, 1)
@@ -75,15 +86,16 @@ class SheetCavity:
         for wall in self._walls:
             place, along_r, along_s = self._places(wall, state.x)
             half = (
-                self._flux[:, None] * cross(n, self._by_s, along_r)
-                - self._flux[:, None] * cross(n, self._by_r, along_s)
-                - cross(r, self._by_s, place)
+                self._flux[:, None] * cross(n, self._values_s, along_r)
+                - self._flux[:, None] * cross(n, self._values_r, along_s)
+                - cross(r, self._values_s, place)
             )
             matrices = half + half.transpose(0, 2, 1, 4, 3)
             wall.table.add(np.moveaxis(matrices, 3, 2))
 
-    def energy(self, state):
-        return -state["pressure"].get(self.name, 0.0) * self.volume(state.x)
+    def energy(self, state: State) -> float:
+        """See ``Term``."""
+        return -self._pressure(state) * self.volume(state.x)
 
 
 # v · _CROSS is the matrix of w -> v × w.

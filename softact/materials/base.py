@@ -3,7 +3,7 @@
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -91,6 +91,11 @@ class Law(BaseModel):
     strength: Pressure | None = Field(default=None, gt=0, description="nominal tensile strength")
     notes: str | None = None
 
+    @classmethod
+    def states_poissons_ratio(cls) -> bool:
+        """Whether a law of which no compressibility is given has the usual Poisson's ratio."""
+        return not cls.model_fields["poissons_ratio"].is_required()
+
     @model_validator(mode="before")
     @classmethod
     def _fill_volumetric(cls, data: Any) -> Any:
@@ -99,7 +104,7 @@ class Law(BaseModel):
             given = [key for key in VOLUMETRIC if data.get(key) is not None]
             if len(given) > 1:
                 raise ValueError(f"{' and '.join(given)} both set the bulk modulus; give one")
-            if not given and not cls.model_fields["poissons_ratio"].is_required():
+            if not given and cls.states_poissons_ratio():
                 return {**data, "poissons_ratio": DEFAULT_POISSONS_RATIO}
         return data
 
@@ -149,11 +154,41 @@ class Law(BaseModel):
             return self.bulk_modulus
         if self.d1 is not None:
             return 2.0 / self.d1
-        return bulk_modulus(self.shear_modulus, self.poissons_ratio)
+        nu = DEFAULT_POISSONS_RATIO if self.poissons_ratio is None else self.poissons_ratio
+        return bulk_modulus(self.shear_modulus, nu)
 
     def material(self) -> "Material":
         """Return what the solver evaluates."""
         raise NotImplementedError
+
+
+class FibreLaw(Law):
+    """Base of the laws with fibres: one family at an angle to an axis, or two at ± the angle."""
+
+    anisotropic: ClassVar[bool] = True
+
+    if TYPE_CHECKING:  # Fields of each law: they stand where its page shows them.
+        k1: float
+        angle: float
+        families: Literal[1, 2]
+        normal: tuple[float, float, float] | None
+
+    def fibre_directions(self, axis: np.ndarray, normal: np.ndarray) -> np.ndarray:
+        """Return unit vectors (n, families, 3) in the plane normal to ``normal``.
+
+        axis: direction (n,3) from which the angle counts, towards normal × axis; only its part in
+        the plane counts. normal: of the wall (n,3), of any length. Raises ValueError where the two
+        are parallel.
+        """
+        normal = normal / np.linalg.norm(normal, axis=1)[:, None]
+        across = np.cross(normal, axis)
+        length = np.linalg.norm(across, axis=1)[:, None]
+        if np.any(length < 1e-9 * np.linalg.norm(axis, axis=1)[:, None]):
+            raise ValueError("the wall's normal is parallel to the axis of the fibre angle")
+        across = across / length
+        axis = np.cross(across, normal)
+        angles = np.radians([self.angle, -self.angle][: self.families])
+        return np.stack([np.cos(a) * axis + np.sin(a) * across for a in angles], axis=1)
 
 
 class Material(ABC):
@@ -191,7 +226,7 @@ class Material(ABC):
     def check_fibres(self, fibres: np.ndarray | None) -> None:
         """Raise SpecError where a law does not get the fibres that it has: without them it would
         silently be its matrix alone."""
-        wanted = self.law.families if self.law.anisotropic else None
+        wanted = self.law.families if isinstance(self.law, FibreLaw) else None
         given = None if fibres is None else np.shape(fibres)[1]
         if given != wanted:
             raise SpecError(

@@ -4,28 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from softact.materials.base import VOLUMETRIC, Law
-from softact.materials.laws.holzapfel import BULK_BY_FIBRES
+from softact.materials.base import VOLUMETRIC, FibreLaw, Law
+from softact.materials.laws.holzapfel import BULK_TO_FIBRES
+from softact.materials.laws.linear import Linear
 
-#: K by shear modulus of the softest elastomer of which a test gave it: Ecoflex, with ν = 0.48.
+#: Ratio of K to the shear modulus of the softest elastomer of which a test gave it: Ecoflex, with
+#: ν = 0.48.
 SOFTEST = 24.0
-#: K by shear modulus below which a material is foam, which is told as a Poisson's ratio.
+#: Ratio of K to the shear modulus below which a material is foam, of which the Poisson's ratio is
+#: told.
 FOAM = 2.2
-#: K by shear modulus that keeps the volume at all stretches that rubber bears.
+#: Ratio of K to the shear modulus that keeps the volume at all stretches that rubber bears.
 KEEPS = 1000.0
 
 
 def remarks(law: Law) -> Iterator[str]:
     """What to say of the bulk modulus K of a solid that is neither linear nor a foam."""
     bulk, mu = law.initial_bulk_modulus, law.shear_modulus
-    if law.anisotropic and bulk < law.k1:
+    if isinstance(law, FibreLaw) and bulk < law.k1:
         yield (
             f"a bulk modulus K of {bulk:.4g} MPa beside fibres of {law.k1:.4g} MPa: where fibres "
             "should stretch, volume grows instead, and K decides the result; "
-            f"bulk_modulus: {_round(BULK_BY_FIBRES * law.k1)} MPa, or none of "
+            f"bulk_modulus: {_round(BULK_TO_FIBRES * law.k1)} MPa, or none of "
             f"{', '.join(VOLUMETRIC)}, lets the fibres decide"
         )
-    elif law.law != "linear" and FOAM < bulk / mu < SOFTEST:
+    elif not isinstance(law, Linear) and FOAM < bulk / mu < SOFTEST:
         yield (
             f"a bulk modulus K of {bulk:.4g} MPa, {bulk / mu:.3g} times the shear modulus: the "
             "volume grows as the material is stretched, and K decides the forces; elastomers have "

@@ -6,12 +6,14 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from softact.materials.base import FibreLaw, Law
+
 # Points (n, 3) mm of a region -> the wall's normal (n, 3) there.
 WallNormal = Callable[[np.ndarray], np.ndarray]
 
 
 def fibre_field(
-    law, axis: Sequence[float], wall_normal: WallNormal
+    law: Law, axis: Sequence[float], wall_normal: WallNormal
 ) -> Callable[[np.ndarray], np.ndarray] | None:
     """Return a function from points (n, 3) mm to unit vectors (n, families, 3).
 
@@ -19,7 +21,7 @@ def fibre_field(
     from which the law's angle counts. wall_normal: of the geometry; the fibres lie in the wall,
     unless the law has a ``normal`` of its own.
     """
-    if not law.anisotropic:
+    if not isinstance(law, FibreLaw):
         return None
 
     def directions(points: np.ndarray) -> np.ndarray:

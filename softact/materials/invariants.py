@@ -29,7 +29,7 @@ class InvariantLaw(Law):
     """A law with one formula ``strain_energy(k, i1, i2, *fibre invariants)``."""
 
     @staticmethod
-    def strain_energy(k: Any, i1: Number, i2: Number, *fibre_invariants):
+    def strain_energy(k: Any, i1: Number, i2: Number, *fibre_invariants: Number) -> Number:
         """Return W̄ in MPa at the isochoric invariants; k holds the constants by name.
 
         The invariants are floats, arrays, jets or series alike.
@@ -51,16 +51,21 @@ class InvariantLaw(Law):
 class InvariantMaterial(Material):
     """Stress and tangent of an invariant law."""
 
+    law: InvariantLaw
+
+    def __init__(self, law: InvariantLaw):
+        super().__init__(law)
+
     def energy(self, C: np.ndarray, fibres: np.ndarray | None = None) -> np.ndarray:
         """See ``Material.energy``."""
         self.check_fibres(fibres)
         with np.errstate(all="ignore"):
-            C = components(np.asarray(C, dtype=float))
+            entries = components(np.asarray(C, dtype=float))
             families = structure_tensors(fibres, slice(None))
-            scale = determinant(C) ** (-1.0 / 3.0)
-            trace = C[0] + C[1] + C[2]
-            second = _second_invariant(C, trace)
-            linear = [scale * contract(M, C) for M in families]
+            scale = determinant(entries) ** (-1.0 / 3.0)
+            trace = entries[0] + entries[1] + entries[2]
+            second = _second_invariant(entries)
+            linear = [scale * contract(M, entries) for M in families]
             result = self.law.strain_energy(
                 self.law, scale * trace, scale * scale * second, *linear
             )
@@ -78,7 +83,7 @@ class InvariantMaterial(Material):
         B = np.stack(inverse(C, det))
         scale = det ** (-1.0 / 3.0)
         trace = C[0] + C[1] + C[2]
-        values = [scale * trace, scale * scale * _second_invariant(C, trace)]
+        values = [scale * trace, scale * scale * _second_invariant(C)]
         values += [scale * contract(M, C) for M in families]
         energy = self.law.strain_energy(self.law, *variables(*values))
         gradients = {
@@ -89,7 +94,7 @@ class InvariantMaterial(Material):
         return _assemble(energy, gradients, values, B, scale)
 
 
-def _second_invariant(C: Tensor, trace: np.ndarray) -> np.ndarray:
+def _second_invariant(C: Tensor) -> np.ndarray:
     xx, yy, zz, xy, xz, yz = C
     return xx * yy + yy * zz + xx * zz - xy * xy - xz * xz - yz * yz
 
@@ -123,14 +128,18 @@ def _gradient(
 
 
 def _assemble(
-    energy: Jet, gradients: dict, values: list, B: np.ndarray, scale: np.ndarray
+    energy: Jet,
+    gradients: dict[int, np.ndarray],
+    values: list[np.ndarray],
+    B: np.ndarray,
+    scale: np.ndarray,
 ) -> tuple[Tensor, Tangent]:
     """Return S and D from the derivatives of W̄ and the gradients of the invariants.
 
     With m = 1 for invariants linear in C and m = 2 for Ī2, the Hessian of an isochoric invariant is
     −m/3 (g⊗B + B⊗g) − m²/9 Ī B⊗B + m/3 Ī B⊙B, for Ī2 also J^(−4/3) (1⊗1 − 𝟙); B = C⁻¹.
     """
-    first = {k: 2.0 * energy.gradient[k] for k in gradients}
+    first = {k: 2.0 * g for k, g in enumerate(energy.gradient) if g is not None}
     order = {k: 2.0 if k == 1 else 1.0 for k in gradients}
     S = np.add.reduce([first[k] * g for k, g in gradients.items()])
     spherical = sum((2.0 / 3.0) * order[k] * first[k] * values[k] for k in gradients)

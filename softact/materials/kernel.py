@@ -1,11 +1,12 @@
 """Symmetric tensors at many points as lists of contiguous arrays, and the loop over chunks.
 
-A tensor is a list of six arrays (m,) in Voigt order, a tangent an array (6, 6, m) of which the
+A tensor is a sequence of six arrays (m,) in Voigt order, a tangent an array (6, 6, m) of which the
 pairs a <= b are filled. Points are taken in chunks that stay in the processor's cache: numpy then
 runs at the speed of arithmetic and not of memory.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import TypeAlias
 
 import numpy as np
 
@@ -13,7 +14,7 @@ VOIGT = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 PAIRS = tuple((a, b) for a in range(6) for b in range(a, 6))
 CHUNK = 4096
 
-Tensor = list[np.ndarray]
+Tensor: TypeAlias = Sequence[np.ndarray] | np.ndarray
 Tangent = np.ndarray
 
 
@@ -71,7 +72,7 @@ def determinant(C: Tensor) -> np.ndarray:
     return xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
 
 
-def inverse(C: Tensor, det: np.ndarray) -> Tensor:
+def inverse(C: Tensor, det: np.ndarray) -> list[np.ndarray]:
     """Return the components of C⁻¹."""
     xx, yy, zz, xy, xz, yz = C
     r = 1.0 / det

@@ -10,6 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
+from softact.materials.base import Law, Material
 from softact.materials.laws.linear import Linear
 from softact.materials.tensors import determinant, volumetric_response
 
@@ -37,7 +38,7 @@ class GreenLaw:
             [[1, poisson, 0], [poisson, 1, 0], [0, 0, (1 - poisson) / 2]], dtype=float
         )
 
-    def evaluate(self, c):
+    def evaluate(self, c: np.ndarray) -> Response:
         strain = (c[:, [0, 1, 0], [0, 1, 1]] - [1.0, 1.0, 0.0]) / 2
         stress = (strain * [1, 1, 2]) @ self.moduli
         energy = (stress * strain * [1, 1, 2]).sum(axis=1) / 2
@@ -47,10 +48,10 @@ class GreenLaw:
 class SolidLaw:
     """A law of solids with S33 = 0. fibres: (n, families, 3) in the sheet's frame, or None."""
 
-    def __init__(self, material, fibres=None):
+    def __init__(self, material: Material, fibres: np.ndarray | None = None):
         self.material, self.fibres = material, fibres
 
-    def evaluate(self, c):
+    def evaluate(self, c: np.ndarray) -> Response:
         """Newton's method for C33; not finite where it does not converge."""
         full = np.zeros((len(c), 3, 3))
         full[:, :2, :2] = c
@@ -78,7 +79,7 @@ class SolidLaw:
             )
         return energy, stress[:, IN_PLANE], condensed
 
-    def _total(self, c):
+    def _total(self, c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """S and D of W̄ + U(J)."""
         stress, moduli = self.material.stress_tangent(c, self.fibres)
         jacobian = np.sqrt(determinant(c))
@@ -96,10 +97,10 @@ class IncompressibleLaw:
     bulk modulus, no iterations and no rounding of its size. fibres: as of ``SolidLaw``.
     """
 
-    def __init__(self, material, fibres=None):
+    def __init__(self, material: Material, fibres: np.ndarray | None = None):
         self.material, self.fibres = material, fibres
 
-    def evaluate(self, c):
+    def evaluate(self, c: np.ndarray) -> Response:
         """Not finite where det C ≤ 0."""
         full = np.zeros((len(c), 3, 3))
         full[:, :2, :2] = c
@@ -131,14 +132,14 @@ class IncompressibleLaw:
         return energy, stress[:, IN_PLANE] + out[:, None] * rate, condensed
 
 
-def _inverse(c):
+def _inverse(c: np.ndarray) -> np.ndarray:
     """Of symmetric (n, 3, 3); not finite where it is singular, as in a triangle that collapsed."""
     one, two, three = np.moveaxis(c, 1, 0)
     cofactors = np.cross(two, three), np.cross(three, one), np.cross(one, two)
     return np.stack(cofactors, axis=1) / determinant(c)[:, None, None]
 
 
-def sheet_law(law, fibres=None, incompressible: bool = False) -> SheetLaw:
+def sheet_law(law: Law, fibres: np.ndarray | None = None, incompressible: bool = False) -> SheetLaw:
     """The plane-stress form of a law of the library; see ``SolidLaw`` for ``fibres``.
 
     incompressible: volume is constant, and the law's own bulk modulus does not count.
@@ -148,7 +149,7 @@ def sheet_law(law, fibres=None, incompressible: bool = False) -> SheetLaw:
     return (IncompressibleLaw if incompressible else SolidLaw)(law.material(), fibres)
 
 
-def small_strain_constants(law) -> tuple[float, float]:
+def small_strain_constants(law: Law) -> tuple[float, float]:
     """Young's modulus (MPa) and Poisson's ratio of a law without its fibres, undeformed."""
     mu, k = law.shear_modulus, law.initial_bulk_modulus
     return 9 * k * mu / (3 * k + mu), (3 * k - 2 * mu) / (2 * (3 * k + mu))

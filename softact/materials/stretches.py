@@ -30,7 +30,7 @@ class StretchLaw(Law):
     """A law with one formula ``stretch_energy(k, stretch)``, zero at a stretch of 1."""
 
     @staticmethod
-    def stretch_energy(k: Any, stretch: Number):
+    def stretch_energy(k: Any, stretch: Number) -> Number:
         """Return f(λ̄) in MPa; k holds the constants by name; float, array or series alike."""
         raise NotImplementedError
 
@@ -47,13 +47,19 @@ class StretchLaw(Law):
 class StretchMaterial(Material):
     """Stress and tangent of a stretch law."""
 
+    law: StretchLaw
+
+    def __init__(self, law: StretchLaw):
+        super().__init__(law)
+
     def energy(self, C: np.ndarray, fibres: np.ndarray | None = None) -> np.ndarray:
         """See ``Material.energy``."""
         self.check_fibres(fibres)
         with np.errstate(all="ignore"):
             squares, _ = eigen_system(components(np.asarray(C, dtype=float)))
             scale = (squares[0] * squares[1] * squares[2]) ** (-1.0 / 6.0)
-            return sum(self.law.stretch_energy(self.law, scale * np.sqrt(c)) for c in squares)
+            energies = [self.law.stretch_energy(self.law, scale * np.sqrt(c)) for c in squares]
+            return energies[0] + energies[1] + energies[2]
 
     def stress_tangent(
         self, C: np.ndarray, fibres: np.ndarray | None = None
@@ -73,7 +79,7 @@ class StretchMaterial(Material):
 
 def _principal(
     squares: list[np.ndarray], logs: np.ndarray, t: np.ndarray, s: np.ndarray, r: np.ndarray
-):
+) -> tuple[Vector, dict[tuple[int, int], np.ndarray], Vector]:
     """Principal stresses, the 3×3 normal moduli and the shear moduli of the pairs 12, 13, 23.
 
     t, s, r are df/dε, d²f/dε², d³f/dε³ at the three logarithmic stretches ε.

@@ -12,7 +12,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from softact.materials.plane_stress import GreenLaw, Response, SheetLaw
+from softact.materials.plane_stress import (
+    GreenLaw,
+    IncompressibleLaw,
+    Response,
+    SheetLaw,
+    SolidLaw,
+)
 
 # Part of the unrelaxed energy that is kept, so that slack sheets keep a stiffness; of layers bonded
 # to solids, where Newton's method does not settle with less (docs/performance.md).
@@ -32,7 +38,7 @@ class TensionField:
     def __init__(self, law: SheetLaw, poisson: float, kept: float = KEPT):
         self.law, self._poisson, self._kept = law, poisson, kept
 
-    def evaluate(self, c) -> Response:
+    def evaluate(self, c: np.ndarray) -> Response:
         whole = self.law.evaluate(c)
         state = self._state(c, whole[1])
         energy, stress, moduli = (np.array(part) for part in whole)
@@ -43,20 +49,22 @@ class TensionField:
                 part[wrinkled] = values
         for part in (energy, stress, moduli):
             part[slack] = 0.0
-        relaxed = energy, stress, moduli
         kept = self._kept
-        return tuple((1 - kept) * r + kept * w for r, w in zip(relaxed, whole, strict=True))
+        energy, stress, moduli = (
+            (1 - kept) * r + kept * w for r, w in zip((energy, stress, moduli), whole, strict=True)
+        )
+        return energy, stress, moduli
 
-    def state(self, c) -> np.ndarray:
+    def state(self, c: np.ndarray) -> np.ndarray:
         """TAUT, WRINKLED or SLACK (n,)."""
         return self._state(c, self.law.evaluate(c)[1])
 
-    def _state(self, c, stress) -> np.ndarray:
+    def _state(self, c: np.ndarray, stress: np.ndarray) -> np.ndarray:
         low, _ = _principal(stress)
         _, high = _principal(_components(c))
         return np.where(low >= 0, TAUT, np.where(high <= 1, SLACK, WRINKLED))
 
-    def _wrinkled(self, c, chosen) -> Response:
+    def _wrinkled(self, c: np.ndarray, chosen: np.ndarray) -> Response:
         """W, S and condensed D at the a of least energy, by Newton's method; a point is evaluated
         until it has converged."""
         c, law = c[chosen], _part(self.law, chosen)
@@ -91,7 +99,7 @@ class TensionField:
         condensed = moduli - coupling @ _inverse(curvature)[0] @ coupling.transpose(0, 2, 1)
         return energy, stress, condensed
 
-    def _first_guess(self, c):
+    def _first_guess(self, c: np.ndarray) -> np.ndarray:
         """Wrinkles along the smaller principal stretch that take up to its natural width."""
         values, vectors = np.linalg.eigh(c)
         natural = values[:, 1] ** -self._poisson
@@ -105,11 +113,11 @@ class GreenTensionField(TensionField):
 
     law: GreenLaw
 
-    def _state(self, c, stress) -> np.ndarray:
+    def _state(self, c: np.ndarray, stress: np.ndarray) -> np.ndarray:
         low, high = _principal(_green(c))
         return np.where(low + self._poisson * high >= 0, TAUT, np.where(high > 0, WRINKLED, SLACK))
 
-    def _wrinkled(self, c, chosen) -> Response:
+    def _wrinkled(self, c: np.ndarray, chosen: np.ndarray) -> Response:
         strain = _green(c[chosen])
         low, high = _principal(strain)
         # Twice the angle of the first principal direction n; m is across it.
@@ -130,27 +138,30 @@ def relaxed(law: SheetLaw, poisson: float, kept: float = KEPT) -> TensionField:
     return (GreenTensionField if isinstance(law, GreenLaw) else TensionField)(law, poisson, kept)
 
 
-def _green(c):
+def _green(c: np.ndarray) -> np.ndarray:
     """Green strain (n, 3) of C (n, 2, 2)."""
     return (_components(c) - [1.0, 1.0, 0.0]) / 2
 
 
-def _components(c):
+def _components(c: np.ndarray) -> np.ndarray:
     """11, 22, 12 (n, 3) of symmetric tensors (n, 2, 2)."""
     return c[:, [0, 1, 0], [0, 1, 1]]
 
 
-def _part(law, chosen):
+def _part(law: SheetLaw, chosen: np.ndarray) -> SheetLaw:
     """The law at some of its points: fibres belong to points."""
-    fibres = getattr(law, "fibres", None)
-    return law if fibres is None else type(law)(law.material, fibres[chosen])
+    if isinstance(law, SolidLaw | IncompressibleLaw) and law.fibres is not None:
+        return type(law)(law.material, law.fibres[chosen])
+    return law
 
 
-def _balance(a, stress, moduli):
-    """Gradient S a (n, 2) and Hessian S + a·D·a (n, 2, 2) of the energy by a; dS/da at constant C
-    (n, 3, 2)."""
+def _balance(
+    a: np.ndarray, stress: np.ndarray, moduli: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Gradient S a (n, 2) and Hessian S + a·D·a (n, 2, 2) of the energy with respect to a; dS/da at
+    constant C (n, 3, 2)."""
     tensor = stress[:, PLACE]
-    rate = np.zeros((len(a), 3, 2))  # of a ⊗ a by a, halved
+    rate = np.zeros((len(a), 3, 2))  # of a ⊗ a with respect to a, halved
     rate[:, 0, 0] = rate[:, 2, 1] = a[:, 0]
     rate[:, 1, 1] = rate[:, 2, 0] = a[:, 1]
     coupling = moduli @ rate
@@ -158,7 +169,7 @@ def _balance(a, stress, moduli):
     return out, tensor + rate.transpose(0, 2, 1) @ coupling, coupling
 
 
-def _inverse(h):
+def _inverse(h: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Of symmetric (n, 2, 2), 0 where it is singular: there a = 0, and nothing is coupled; and the
     determinant."""
     a, b, d = h[:, 0, 0], h[:, 0, 1], h[:, 1, 1]
@@ -168,7 +179,7 @@ def _inverse(h):
     return factor[:, None, None] * adjugate, det
 
 
-def _principal(s):
+def _principal(s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Smaller and larger principal value of symmetric tensors (n, 3)."""
     mean, half = (s[:, 0] + s[:, 1]) / 2, (s[:, 0] - s[:, 1]) / 2
     radius = np.hypot(half, s[:, 2])

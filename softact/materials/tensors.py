@@ -30,7 +30,7 @@ def right_cauchy_green(f: np.ndarray) -> np.ndarray:
 def volumetric_response(
     inverse: np.ndarray, jacobian: np.ndarray, slope: np.ndarray, curvature: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """S (n, 6) and D (n, 6, 6) of an energy U(J), by C.
+    """S (n, 6) and D (n, 6, 6) of an energy U(J), with respect to C.
 
     inverse: C⁻¹ (n, 3, 3). slope, curvature: U' and U'' (n,). S = J U' C⁻¹ and
     D = (J² U'' + J U') C⁻¹ ⊗ C⁻¹ − 2 J U' C⁻¹ ⊙ C⁻¹ (Holzapfel 2000, section 6.6).

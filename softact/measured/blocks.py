@@ -114,7 +114,9 @@ def headings(rows: Sequence[Row], block: Block, above: int) -> Iterator[Heading]
             yield _joined(rows[i], i, cells, units)
 
 
-def _joined(row: Row, i: int, cells: tuple[str, ...], units) -> Heading:
+def _joined(
+    row: Row, i: int, cells: tuple[str, ...], units: tuple[int, tuple[str, ...]] | None
+) -> Heading:
     if units is None or units[0] < i:
         return Heading(row.line, cells, i + 1, row.comment)
     under = [*units[1], *[""] * len(cells)]

@@ -1,10 +1,13 @@
 """A measured curve of an actuator, and the same curve taken from a run."""
 
+from __future__ import annotations
+
 import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -15,6 +18,9 @@ from softact.measured.curve_table import read_columns, split_unit
 from softact.measures import MEASURES
 from softact.measures.base import per_cavity
 from softact.units import show
+
+if TYPE_CHECKING:
+    from softact.spec import Spec
 
 
 @dataclass(frozen=True)
@@ -41,17 +47,17 @@ class Measured:
         return len(self.names) * len(self.values[self.x])
 
 
-def run_columns(spec) -> list[str]:
+def run_columns(spec: Spec) -> list[str]:
     """Names of the columns that a run of ``spec`` can have."""
     layout = spec.geometry.layout()
     steps = (step.supports or () for step in spec.steps)
     parts = {
         "<support>": dict.fromkeys(
-            s.surface for supports in (spec.supports, *steps) for s in supports
+            s.surface for supports in (spec.supports or (), *steps) for s in supports
         ),
         "<region>": layout.regions,
         "<obstacle>": list(spec.obstacles),
-        "<contact>": [*spec.obstacles, *(c.name for c in spec.contact)],
+        "<contact>": [*spec.obstacles, *(c.name for c in spec.contact or ())],
     }
     names = ["step_fraction"]
     for measure in MEASURES if spec.measures == "all" else spec.measures:

@@ -30,6 +30,8 @@ UNITS = {"mm3": "mm^3", "Nmm": "N*mm", "deg": "degree", "%": "percent", "ml": "m
 ENDINGS = ("kPa", "MPa", "deg", "mm3", "mm", "mJ", "Nmm", "N")
 SKIPPED = "-"
 EXAMPLES = ("pressure_kPa", "bending_angle_deg", "tip_z_mm", "elongation_mm")
+#: Place of a column of the table -> the run's column and the factor to its unit.
+Used = dict[int, tuple[str, float]]
 
 
 @dataclass(frozen=True)
@@ -101,10 +103,11 @@ def _heading(
     return best, from_heading(rows, main, best.end)
 
 
-def _meanings(heading: Heading, columns: Sequence[str]):
+def _meanings(heading: Heading, columns: Sequence[str]) -> tuple[Used, list[str], list[str]]:
     """Place -> (run's column, factor), what to say of the others, and faults."""
-    used: dict[int, tuple[str, float]] = {}
-    messages, faults = [], []
+    used: Used = {}
+    messages: list[str] = []
+    faults: list[str] = []
     for place, text in enumerate(heading.names):
         if text in (SKIPPED, ""):
             continue
@@ -123,7 +126,7 @@ def _meanings(heading: Heading, columns: Sequence[str]):
     return used, messages, faults
 
 
-def _advice(command: str, names: Sequence[str], used, columns: Sequence[str]) -> str:
+def _advice(command: str, names: Sequence[str], used: Used, columns: Sequence[str]) -> str:
     """The command that reads the file: columns that were understood, and '-' for the others."""
     written = [names[i].replace(",", " ") if i in used else SKIPPED for i in range(len(names))]
     have = {name for name, _ in used.values()}
@@ -142,7 +145,9 @@ def _advice(command: str, names: Sequence[str], used, columns: Sequence[str]) ->
     return f"; read it with: {command} --columns {shlex.quote(', '.join(written))}{said}"
 
 
-def _numbers(path: Path, rows: Sequence[Row], names: Sequence[str], used):
+def _numbers(
+    path: Path, rows: Sequence[Row], names: Sequence[str], used: Used
+) -> tuple[dict[str, np.ndarray], list[str]]:
     """Return the columns in the run's units, and what to say of rows without a value."""
     if not rows:
         raise SpecError(f"{path}: there are headings but no values under them")

@@ -145,7 +145,7 @@ def plain_words(text: str) -> str:
     return " ".join(re.findall(r"[^\W\d_]+|\d+", plain))
 
 
-def _split(outside: str, inside: list[str], dimension) -> tuple[str, str]:
+def _split(outside: str, inside: list[str], dimension: Dimension | str | None) -> tuple[str, str]:
     """The name of a heading and its unit: from brackets, or from its end ('Kraft in N')."""
     for part in reversed(inside):
         if _known(part, dimension):
@@ -164,7 +164,7 @@ def _split(outside: str, inside: list[str], dimension) -> tuple[str, str]:
     return outside, ""
 
 
-def _known(text: str, dimension) -> bool:
+def _known(text: str, dimension: Dimension | str | None) -> bool:
     """Whether ``text`` is a unit of the dimension, or of another that could be taken for it."""
     if not text or dimension is None:
         return False
@@ -173,7 +173,7 @@ def _known(text: str, dimension) -> bool:
         return True
     # A single letter at the end of a name is a unit only where it fits: 'strain m' is none.
     kinds = (LENGTH, FORCE, PRESSURE) if len(ratio) > 1 else (dimension,)
-    return any(k is not RATIO and registry_unit(text, k) for k in kinds)
+    return any(isinstance(k, Dimension) and registry_unit(text, k) for k in kinds)
 
 
 def _with_unit(column: Column, text: str, inside: list[str]) -> Column:

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 from softact.measured.blocks import Block, Heading
 from softact.measured.cells import Row, decimal_mark, value
@@ -26,21 +26,21 @@ def sizes_above(
     blocks: Sequence[Block],
     main: Block | None,
     named: Callable[[Block], Heading | None],
-    words: Callable[[str], str],
+    plain_words: Callable[[str], str],
 ) -> dict[str, float]:
     """Return the sizes in mm (areas in mm²) that a file states outside of its table.
 
-    named: the heading of a block. words: the plain words of a text. A size that a file states with
+    named: the heading of a block. plain_words: those of a text. A size that a file states with
     two values (several specimens in a results table) is left out.
     """
     found: dict[str, set[float]] = {}
     for i, row in enumerate(rows):
         if main is None or not main.start <= i < main.end:
-            for name, size in _of_row(row, words):
+            for name, size in _of_row(row, plain_words):
                 found.setdefault(name, set()).add(size)
     for block in blocks:
         if block is not main and (heading := named(block)):
-            for name, size in _of_block(rows, block, heading, words):
+            for name, size in _of_block(rows, block, heading, plain_words):
                 found.setdefault(name, set()).add(size)
     sizes = {name: values.pop() for name, values in found.items() if len(values) == 1}
     if "diameter" in sizes:
@@ -50,28 +50,34 @@ def sizes_above(
     return sizes
 
 
-def _of_row(row: Row, words):
+def _of_row(row: Row, plain_words: Callable[[str], str]) -> Iterator[tuple[str, float]]:
     """'Width (mm);3', 'Width;3;mm' and 'Width: 3 mm'."""
     cells = [cell for cell in row.cells if cell]
     if len(cells) > 1 and (number := _number(cells[1])) is not None:
         unit = cells[2] if len(cells) > 2 and is_unit(cells[2]) else _last_unit(cells[0])
-        yield from _size(cells[0], number, unit, words)
+        yield from _size(cells[0], number, unit, plain_words)
     elif match := _LINE.match(row.text.strip(' "')):
         if (number := _number(match[2])) is not None:
-            yield from _size(match[1], number, match[3].strip('";,'), words)
+            yield from _size(match[1], number, match[3].strip('";,'), plain_words)
 
 
-def _of_block(rows: Sequence[Row], block: Block, heading: Heading, words):
+def _of_block(
+    rows: Sequence[Row], block: Block, heading: Heading, plain_words: Callable[[str], str]
+) -> Iterator[tuple[str, float]]:
     for row in rows[block.start : block.end]:
         for name, cell in zip(heading.names, row.cells, strict=False):
             if (number := _number(cell)) is not None:
-                yield from _size(name, number, _last_unit(name), words)
+                yield from _size(name, number, _last_unit(name), plain_words)
 
 
-def _size(name: str, number: float, unit: str, words):
-    plain = words(name)
+def _size(
+    name: str, number: float, unit: str, plain_words: Callable[[str], str]
+) -> Iterator[tuple[str, float]]:
+    plain = plain_words(name)
     size = next((size for size, pattern in WORDS.items() if re.search(pattern, plain)), None)
-    factor = _factor(unit, size == "area") if size else None
+    if size is None:
+        return
+    factor = _factor(unit, size == "area")
     if factor is not None:
         yield size, number * factor
 

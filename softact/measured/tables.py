@@ -184,7 +184,7 @@ def _labels(
 
 
 def _left_out(
-    rows: Sequence[Row], blocks: Sequence[Block], parts, heading: Heading | None
+    rows: Sequence[Row], blocks: Sequence[Block], parts: Sequence[Block], heading: Heading | None
 ) -> list[str]:
     """What was not read though it holds numbers or stands within the table."""
     messages = []
@@ -218,7 +218,9 @@ def _check_width(columns: Sequence[Column], kept: Sequence[Row], heading: Headin
             )
 
 
-def _numbers(columns: Sequence[Column], kept: Sequence[Row], every: bool = False):
+def _numbers(
+    columns: Sequence[Column], kept: Sequence[Row], every: bool = False
+) -> tuple[np.ndarray, dict[int, list[str]]]:
     """Values (rows, columns), and the faults of each column that could be used."""
     used = [i for i, column in enumerate(columns) if column.quantity.role or every]
     found, wrong = numbers(kept, used)

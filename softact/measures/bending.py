@@ -31,14 +31,14 @@ def bending_axis(snapshot: Snapshot) -> np.ndarray:
     return np.cross(axis, np.roll(axis, 1))
 
 
-def _angle(snapshot: Snapshot, direction, column) -> float:
+def _angle(snapshot: Snapshot, direction: np.ndarray, column: str) -> float:
     axis = np.asarray(snapshot.layout.axis)
     across = np.cross(bending_axis(snapshot), axis)
     angle = np.rad2deg(np.arctan2(direction @ across, direction @ axis))
     return float(continued(angle, snapshot.previous.get(column)))
 
 
-def _evaluate(snapshot: Snapshot):
+def _evaluate(snapshot: Snapshot) -> dict[str, float]:
     if not snapshot.layout.tip:
         return {}
     axis = np.asarray(snapshot.layout.axis)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from softact.measures.snapshot import Snapshot
 
 
-def _evaluate(snapshot: Snapshot):
+def _evaluate(snapshot: Snapshot) -> dict[str, float]:
     contacts, state = snapshot.model.contacts, snapshot.state
     columns: dict[str, float] = {}
     blocked, worst = None, 0.0

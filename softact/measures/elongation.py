@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from softact.measures.snapshot import Snapshot
 
 
-def _evaluate(snapshot: Snapshot):
+def _evaluate(snapshot: Snapshot) -> dict[str, float]:
     if not snapshot.layout.tip:
         return {}
     moved = snapshot.tip.centre_after - snapshot.tip.centre_before

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from softact.measures.snapshot import Snapshot
 
 
-def _evaluate(snapshot: Snapshot):
+def _evaluate(snapshot: Snapshot) -> dict[str, float]:
     model, previous = snapshot.model, snapshot.previous
     stored = model.strain_energy(snapshot.state)
     columns = {"strain_energy_mJ": snapshot.layout.copies * stored}

@@ -7,6 +7,7 @@ there is told beside it.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +19,7 @@ from softact.measures.pressure import PRESSURE
 if TYPE_CHECKING:
     from mpi4py import MPI
 
+    from softact.bodies.solid import Solid
     from softact.measures.snapshot import Snapshot
 
 SHARE = 1e-3  # of the volume, which is above the percentile
@@ -28,13 +30,18 @@ PEAK_COLUMN = "principal_stress_peak_<region>_MPa"
 PLACE_COLUMN = "failure_<region>_<xyz>_mm"
 
 
-def percentile(comm: MPI.Comm, tensors: np.ndarray, volumes: np.ndarray, places):
+def percentile(
+    comm: MPI.Comm,
+    tensors: np.ndarray,
+    volumes: np.ndarray,
+    places_of: Callable[[np.ndarray], np.ndarray],
+) -> tuple[float, np.ndarray]:
     """The largest eigenvalue that a ``SHARE`` of the volume exceeds, and the place (3,) where it
     stands.
 
-    tensors: (n, 6), symmetric, at this process's points; volumes: (n,) of the points; places: gives
-    the places (k, 3) of points by their numbers (k,). Eigenvalues are taken only where their bounds
-    leave room for a doubt.
+    tensors: (n, 6), symmetric, at this process's points; volumes: (n,) of the points; places_of:
+    gives the places (k, 3) of points by their numbers (k,). Eigenvalues are taken only where their
+    bounds leave room for a doubt.
     """
     share = SHARE * sum(comm.allgather(float(volumes.sum())))
     low, high = bounds(tensors)
@@ -42,7 +49,7 @@ def percentile(comm: MPI.Comm, tensors: np.ndarray, volumes: np.ndarray, places)
     open_ = np.flatnonzero(high >= least - ROUNDING * np.abs(high).max(initial=0.0))
     values = largest_eigenvalue(tensors[open_])
     first = _top(values, volumes[open_], share)
-    mine = values[first], volumes[open_[first]], places(open_[first])
+    mine = values[first], volumes[open_[first]], places_of(open_[first])
     parts = zip(*comm.allgather(mine), strict=True)
     values, volumes, places = (np.concatenate(part) for part in parts)
     chosen = _top(values, volumes, share)[-1]
@@ -66,17 +73,23 @@ def _top(values: np.ndarray, volumes: np.ndarray, share: float) -> np.ndarray:
     return order[: np.searchsorted(above, share) + 1]
 
 
-def _name(title: str, region: str, regions) -> str:
+def _name(title: str, region: str, regions: Sequence[str]) -> str:
     return title.replace("_<region>", "" if len(regions) == 1 else f"_{region}")
 
 
-def _largest_pressure(columns, names) -> float:
+def _largest_pressure(columns: Mapping[str, float], names: Iterable[str]) -> float:
     """The pressure of the largest magnitude in a row, kPa; 0 in no row at all."""
     titles = per_cavity("pressure_<cavity>_kPa", dict.fromkeys(names, 0.0))
     return max((columns.get(title, 0.0) for title in titles), key=abs)
 
 
-def reached(row, previous, column: str, limit: float, names) -> float | None:
+def reached(
+    row: Mapping[str, float],
+    previous: Mapping[str, float],
+    column: str,
+    limit: float,
+    names: Iterable[str],
+) -> float | None:
     """Pressure (kPa) at which a column reached a limit, linear between two rows; None before."""
     value, pressure = row[column], _largest_pressure(row, names)
     if value < limit:
@@ -87,17 +100,17 @@ def reached(row, previous, column: str, limit: float, names) -> float | None:
     return start + (limit - before) / (value - before) * (pressure - start)
 
 
-def _region(snapshot: Snapshot, name, solid):
+def _region(snapshot: Snapshot, name: str, solid: Solid) -> tuple[dict[str, float], np.ndarray]:
     """Columns of stress and stretch of one region, and where the stress stands."""
     regions, comm = snapshot.layout.regions, snapshot.model.comm
     volumes = solid.volumes.ravel()
     stretches = right_cauchy_green(solid.deformation_gradient(snapshot.state.x))
 
-    def places(chosen):
+    def places_of(chosen: np.ndarray) -> np.ndarray:
         return snapshot.quadrature_places(solid, chosen)
 
-    stress, place = percentile(comm, symmetric(snapshot.cauchy_at_points(name)), volumes, places)
-    squared, _ = percentile(comm, stretches, volumes, places)
+    stress, place = percentile(comm, symmetric(snapshot.cauchy_at_points(name)), volumes, places_of)
+    squared, _ = percentile(comm, stretches, volumes, places_of)
     nodes = np.unique(snapshot.model.cell_nodes[solid.cells])
     peak = float(snapshot.max_principal_stress[nodes].max(initial=-np.inf))
     columns = {
@@ -108,7 +121,7 @@ def _region(snapshot: Snapshot, name, solid):
     return columns, place
 
 
-def _evaluate(snapshot: Snapshot):
+def _evaluate(snapshot: Snapshot) -> dict[str, float]:
     layout, previous = snapshot.layout, snapshot.previous
     names, regions = tuple(layout.cavities), layout.regions
     columns: dict[str, float] = {}

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from softact.measures.snapshot import Snapshot
 
 
-def _evaluate(snapshot: Snapshot):
+def _evaluate(snapshot: Snapshot) -> dict[str, float]:
     solids = snapshot.model.solids.values()
     found = [solid.fibre_stretch(snapshot.state.x) for solid in solids if solid.fibres is not None]
     if not found:

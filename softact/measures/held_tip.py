@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from softact.measures.snapshot import Snapshot
 
 
-def _evaluate(snapshot: Snapshot):
+def _evaluate(snapshot: Snapshot) -> dict[str, float]:
     tip = snapshot.layout.tip
     if not tip or not snapshot.held(tip):
         return {}

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from softact.measures.snapshot import Snapshot
 
 
-def _evaluate(snapshot: Snapshot):
+def _evaluate(snapshot: Snapshot) -> dict[str, float]:
     pressures = snapshot.state["pressure"]
     names = snapshot.layout.cavities
     if not names:

@@ -12,8 +12,9 @@ if TYPE_CHECKING:
     from softact.measures.snapshot import Snapshot
 
 
-def _evaluate(snapshot: Snapshot):
-    layout, columns = snapshot.layout, {}
+def _evaluate(snapshot: Snapshot) -> dict[str, float]:
+    layout = snapshot.layout
+    columns: dict[str, float] = {}
     origin = np.asarray(layout.origin)
     if layout.clamp and snapshot.held(layout.clamp):
         columns = _columns("reaction", *snapshot.reaction)
@@ -28,12 +29,12 @@ def _evaluate(snapshot: Snapshot):
     return columns
 
 
-def _columns(name: str, force: np.ndarray, moment: np.ndarray):
+def _columns(name: str, force: np.ndarray, moment: np.ndarray) -> dict[str, float]:
     moments = vector_columns(f"{name}_moment_<xyz>_Nmm", moment)
     return vector_columns(f"{name}_<xyz>_N", force) | moments
 
 
-def _titles(name: str, what: str):
+def _titles(name: str, what: str) -> dict[str, str]:
     return {f"{name}_{c}_N": f"force of {what} along {c}" for c in "xyz"} | {
         f"{name}_moment_{c}_Nmm": f"moment of {what} about {c}, taken at the origin" for c in "xyz"
     }

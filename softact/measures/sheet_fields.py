@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,13 +11,15 @@ from softact.materials.tensors import symmetric
 from softact.mesh.triangles import MEMBRANE_RULE, average, shape_functions
 
 if TYPE_CHECKING:
+    from softact.bodies.sheet import SheetPart
     from softact.model import Model
     from softact.system.term import State
 
 
-def _at_nodes(model: Model, values_of) -> np.ndarray:
+def _at_nodes(model: Model, values_of: Callable[[SheetPart], np.ndarray]) -> np.ndarray:
     """Area-weighted nodal means (nodes, k) of values (k, q, ...) at the quadrature points."""
-    count, sums, weights = len(model.nodes.places), 0.0, 0.0
+    count = len(model.nodes.places)
+    sums, weights = np.zeros((count, 1)), np.zeros(count)
     for part in model.sheets.values():
         nodes = part.triangles.nodes
         values = values_of(part).reshape(*part.membrane.weights.shape, -1)
@@ -38,7 +41,7 @@ def _to_nodes(nodes: int) -> np.ndarray:
 def sheet_stress(model: Model, state: State) -> np.ndarray:
     """Cauchy stress (nodes, 6), MPa."""
 
-    def values(part):
+    def values(part: SheetPart) -> np.ndarray:
         stress = part.membrane.cauchy(state.x)
         return symmetric(stress).reshape(*stress.shape[:2], 6)
 
@@ -48,7 +51,7 @@ def sheet_stress(model: Model, state: State) -> np.ndarray:
 def sheet_stretch(model: Model, state: State) -> np.ndarray:
     """Largest principal stretch in the sheets (nodes,)."""
 
-    def values(part):
+    def values(part: SheetPart) -> np.ndarray:
         return np.linalg.eigvalsh(part.membrane.metric(state.x))[:, 1]
 
     return np.sqrt(np.maximum(_at_nodes(model, values)[:, 0], 0.0))
@@ -59,7 +62,7 @@ def sheet_wrinkles(model: Model, state: State) -> np.ndarray | None:
     if not any(part.sheet.tension_field for part in model.sheets.values()):
         return None
 
-    def values(part):
+    def values(part: SheetPart) -> np.ndarray:
         found = part.membrane.wrinkling(state.x)
         return np.zeros(part.membrane.weights.shape) if found is None else found.astype(float)
 

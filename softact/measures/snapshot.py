@@ -6,7 +6,7 @@ Everything here is collective: all processes ask for the same things in the same
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -22,8 +22,12 @@ from softact.model import Model
 from softact.system.term import State
 
 if TYPE_CHECKING:
+    from softact.bodies.solid import Solid
     from softact.measures.points import Probe
+    from softact.mesh.layout import Layout
 
+#: Points, cells, regions and surfaces, see ``gather_mesh``.
+WholeMesh = tuple[np.ndarray, np.ndarray, np.ndarray, dict[str, np.ndarray]]
 # A tip that is a straight line: second by first singular value.
 STRAIGHT = 1e-9
 
@@ -64,7 +68,7 @@ class Snapshot:
     _covers: dict[tuple[str, str], bool] = field(default_factory=dict)
 
     @property
-    def layout(self):
+    def layout(self) -> Layout:
         """Names of the parts and what they mean."""
         return self.model.mesh.layout
 
@@ -160,7 +164,7 @@ class Snapshot:
         """Cauchy stress (nodes, 6) of the sheets, zero where there is none."""
         return sheet_stress(self.model, self.state)
 
-    def _with_sheets(self, values: np.ndarray, of_sheets) -> np.ndarray:
+    def _with_sheets(self, values: np.ndarray, of_sheets: Callable[[], np.ndarray]) -> np.ndarray:
         """Nodal values with those of sheets at the nodes that no solid has."""
         loose = len(self.model.unknowns.loose_dofs)
         if loose:
@@ -192,7 +196,7 @@ class Snapshot:
         found = np.sqrt(np.maximum(largest_eigenvalue(self.average_at_nodes(values)), 0.0))
         return self._with_sheets(found, lambda: sheet_stretch(self.model, self.state))
 
-    def quadrature_places(self, solid, chosen: np.ndarray) -> np.ndarray:
+    def quadrature_places(self, solid: Solid, chosen: np.ndarray) -> np.ndarray:
         """Undeformed places (k, 3), mm, of quadrature points of a solid.
 
         chosen: (k,) their numbers, counted cell after cell.
@@ -320,7 +324,7 @@ def _extrapolation(degree: int) -> np.ndarray:
     points, _ = compat.quadrature_rule(QUADRATURE_DEGREE)
     nodes = compat.reference_nodes(degree)
 
-    def barycentric(x):
+    def barycentric(x: np.ndarray) -> np.ndarray:
         return np.column_stack([1 - x.sum(axis=1), x])
 
     return barycentric(nodes) @ np.linalg.inv(barycentric(points))
@@ -333,7 +337,7 @@ def gather_nodes(model: Model, values: np.ndarray) -> np.ndarray | None:
     return np.concatenate(parts) if parts is not None else None
 
 
-def gather_mesh(model: Model):
+def gather_mesh(model: Model) -> WholeMesh | None:
     """The whole mesh for output, on rank 0 (None elsewhere).
 
     Returns (points (n, 3), cells (m, 10) or (m, 4) in VTK order, region (m,), surfaces: name ->
@@ -342,25 +346,26 @@ def gather_mesh(model: Model):
     number = model.nodes.number
     points = gather_nodes(model, model.nodes.places)
     if not model.solids:
-        return _sheet_mesh(model, points)
+        return _sheet_mesh(model, points) if points is not None else None
     reference = compat.reference_nodes(model.degree)
     cells = number[model.cell_nodes][:, vtk_order(reference)]
     surfaces = {
-        name: _stack(model.comm.gather(number[model.surfaces.facet_nodes(facets)]))
+        name: _stacked(model, number[model.surfaces.facet_nodes(facets)])
         for name, facets in model.mesh.facets.items()
     }
     for name, part in model.sheets.items():
         surfaces[name] = part.triangles.nodes
-    gathered = _stack(model.comm.gather(cells)), _stack(model.comm.gather(model.mesh.region))
-    return (points, *gathered, surfaces) if points is not None else None
+    cells, region = _stacked(model, cells), _stacked(model, model.mesh.region)
+    return (points, cells, region, surfaces) if points is not None else None
 
 
-def _sheet_mesh(model: Model, points):
+def _sheet_mesh(model: Model, points: np.ndarray) -> WholeMesh:
     """The same for sheets alone: the cells are their triangles, the regions the sheets."""
     parts = [part.triangles.nodes for part in model.sheets.values()]
     region = np.repeat(np.arange(len(parts)), [len(nodes) for nodes in parts])
     return points, np.concatenate(parts), region, dict(zip(model.sheets, parts, strict=True))
 
 
-def _stack(parts):
-    return np.concatenate(parts) if parts is not None else None
+def _stacked(model: Model, rows: np.ndarray) -> np.ndarray:
+    """The rows of all processes, on rank 0; none elsewhere."""
+    return np.concatenate(model.comm.gather(rows) or [rows[:0]])

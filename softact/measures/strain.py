@@ -33,7 +33,7 @@ PERCENTILE_COLUMN = "volume_change_p99"
 JACOBIAN_COLUMN = "jacobian_min"
 
 
-def _evaluate(snapshot: Snapshot):
+def _evaluate(snapshot: Snapshot) -> dict[str, float]:
     value, place = snapshot.largest(snapshot.max_principal_stretch)
     columns = {"max_principal_stretch": value}
     columns |= vector_columns("max_principal_stretch_<xyz>_mm", place)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 BODY_COLUMN = "max_von_mises_<body>_MPa"
 
 
-def _of_bodies(snapshot: Snapshot):
+def _of_bodies(snapshot: Snapshot) -> dict[str, float]:
     """The largest von Mises stress of each region and each sheet, of an actuator with both."""
     model = snapshot.model
     if not (model.solids and model.sheets):
@@ -31,7 +31,7 @@ def _of_bodies(snapshot: Snapshot):
     }
 
 
-def _evaluate(snapshot: Snapshot):
+def _evaluate(snapshot: Snapshot) -> dict[str, float]:
     value, place = snapshot.largest(snapshot.max_principal_stress)
     columns = {"max_principal_stress_MPa": value}
     columns |= vector_columns("max_principal_stress_<xyz>_mm", place)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from softact.measures.snapshot import Snapshot
 
 
-def _evaluate(snapshot: Snapshot):
+def _evaluate(snapshot: Snapshot) -> dict[str, float]:
     if not snapshot.layout.tip:
         return {}
     axis = np.asarray(snapshot.layout.axis)

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from softact.measures.snapshot import Snapshot
 
 
-def _evaluate(snapshot: Snapshot):
+def _evaluate(snapshot: Snapshot) -> dict[str, float]:
     copies = snapshot.layout.copies
     volumes = {
         name: copies * snapshot.model.cavity_volume(snapshot.state, name)

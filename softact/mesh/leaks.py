@@ -23,7 +23,7 @@ def open_edges(points: np.ndarray, triangles: np.ndarray, planes: Sequence[int])
     return edges[~in_plane.any(axis=1)]
 
 
-def told(cavity: str, points: np.ndarray, edges: np.ndarray) -> str:
+def line(cavity: str, points: np.ndarray, edges: np.ndarray) -> str:
     """The line about the open edges (k, 2) of a cavity."""
     where = place(points[edges[0]].mean(axis=0))
     return (
@@ -35,7 +35,7 @@ def told(cavity: str, points: np.ndarray, edges: np.ndarray) -> str:
 def reason(
     points: np.ndarray, regions: dict[str, np.ndarray], walls: np.ndarray, edges: np.ndarray
 ) -> str:
-    """Why edges (k, 2) of a cavity's walls (m, 3) are open, as the end of ``told``.
+    """Why edges (k, 2) of a cavity's walls (m, 3) are open, as the end of ``line``.
 
     regions: name -> tetrahedra.
     """

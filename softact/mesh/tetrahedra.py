@@ -138,8 +138,8 @@ def check_closed(tets: Tetrahedra, layout: Layout) -> None:
         triangles = np.vstack([tets.surfaces[name] for name in walls])
         edges = leaks.open_edges(tets.points, triangles, planes)
         if len(edges):
-            told = leaks.told(cavity, tets.points, edges)
-            raise MeshError(f"{told}; close it, or use surface_pressure")
+            line = leaks.line(cavity, tets.points, edges)
+            raise MeshError(f"{line}; close it, or use surface_pressure")
 
 
 def distribute(comm: MPI.Comm, load: Callable[[], Tetrahedra], layout: Layout) -> Mesh:

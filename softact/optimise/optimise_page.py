@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from markupsafe import Markup
 
 from softact.files.text import csv_text, write_atomic
+from softact.optimise.spec import Part
 from softact.optimise.store import DATABASE
 from softact.optimise.study import Trials, feasible
 from softact.report import base, labels, write_report
@@ -18,16 +20,20 @@ from softact.sweep import shape
 from softact.sweep.record import DamagedError, load
 from softact.sweep.sweep_page import MOST_SHAPES, packed, thinned
 
+if TYPE_CHECKING:
+    from optuna.trial import FrozenTrial
+
 TABLE, PAGE, BEST = "trials.csv", "optimise.html", "best"
 FILES = (DATABASE, TABLE, PAGE, BEST)
+Row: TypeAlias = dict[str, Any]
 
 
-def rows(trials: Trials) -> list[dict[str, Any]]:
+def rows(trials: Trials) -> list[Row]:
     """A row for each trial: parameters, objectives, constraints, status and cause."""
     found = []
     for trial in trials.done:
         values = trials.coordinates(trial)
-        row = {"trial": trial.number, "status": trial.user_attrs["status"]}
+        row: Row = {"trial": trial.number, "status": trial.user_attrs["status"]}
         row |= {"feasible": feasible(trial), "cause": trial.user_attrs["cause"]}
         row |= {axis.column: axis.cell(values[title]) for title, axis in trials.axes.items()}
         row |= {part.title: trial.user_attrs.get(part.title, "") for part in trials.parts}
@@ -47,7 +53,7 @@ def write(trials: Trials, output: Output) -> Path:
     return page
 
 
-def _data_sheet(trials: Trials, trial: Any, output: Output) -> None:
+def _data_sheet(trials: Trials, trial: FrozenTrial, output: Output) -> None:
     """The result folder of a trial with its report; left alone where it is that run already, which
     may have got error bars of the mesh since."""
     target = output.directory / BEST
@@ -57,7 +63,7 @@ def _data_sheet(trials: Trials, trial: Any, output: Output) -> None:
     write_report(output.results(BEST, trials.folder(trial)))
 
 
-def html(trials: Trials, table: list[dict]) -> str:
+def html(trials: Trials, table: list[Row]) -> str:
     """The page."""
     wanted, best, front = trials.wanted, trials.best(), _front(trials)
     solved = any(trial.values is not None for trial in trials.done)
@@ -86,7 +92,7 @@ def html(trials: Trials, table: list[dict]) -> str:
     )
 
 
-def _designs(trials: Trials) -> dict:
+def _designs(trials: Trials) -> dict[str, Any]:
     """What optimise.js shows of the trials that have values, by their numbers; ``first``: the one
     that is shown before any click. Of many trials, some have their shapes on the page."""
     best, solved = trials.best(), [t for t in trials.done if t.values is not None]
@@ -96,14 +102,14 @@ def _designs(trials: Trials) -> dict:
         for trial in {t.number: t for t in (*best, *solved[:1], *some)}.values()
         if (found := shape.load(trials.cache.folder(trial.user_attrs["run"])))
     }
-    first = (best or solved or [None])[-1]
+    candidates = best or solved
     return {
-        "first": first and first.number,
+        "first": candidates[-1].number if candidates else None,
         "of": {t.number: _design(trials, t, shapes.get(t.number)) for t in solved},
     }
 
 
-def _design(trials: Trials, trial: Any, shown: dict | None) -> dict:
+def _design(trials: Trials, trial: FrozenTrial, shown: dict[str, Any] | None) -> dict[str, Any]:
     """Arguments of ``showRun``."""
     values = trials.coordinates(trial)
     rows = [("constraints", "all hold" if feasible(trial) else "one is broken")]
@@ -119,25 +125,25 @@ def _design(trials: Trials, trial: Any, shown: dict | None) -> dict:
     }  # fmt: skip
 
 
-def _cell(value: Any) -> str | float:
+def _cell(value: object) -> str | float:
     if isinstance(value, bool):
         return "yes" if value else "no"
     return value if isinstance(value, float) else str(value)
 
 
-def _trials(table: list[dict]) -> Markup:
+def _trials(table: list[Row]) -> Markup:
     heads = [name for name in table[0] if name != "run"] if table else []
     return base.table(heads, [[_cell(row[h]) for h in heads] for row in table], file="trials.csv")
 
 
-def _count(table: list[dict]) -> Markup:
+def _count(table: list[Row]) -> Markup:
     failed = sum(row["status"] != "complete" for row in table)
     good = sum(row["feasible"] for row in table)
     said = f"{good} hold all constraints, {failed} failed."
     return base.banner("good" if good else "warn", f"{len(table)} trials:", said)
 
 
-def _best(trials: Trials, best: list[Any]) -> Markup:
+def _best(trials: Trials, best: list[FrozenTrial]) -> Markup:
     parts = trials.parts
     heads = ["Trial", *(axis.column for axis in trials.axes.values()), *(p.title for p in parts)]
     chosen, marks = list(best), [""] * len(best)
@@ -161,7 +167,7 @@ def _history(trials: Trials, number: int) -> base.Plot:
     other = [t for t in trials.done if t.values is not None and not feasible(t)]
     label = labels.column(objective.measure)
 
-    def shown(some):
+    def shown(some: Sequence[FrozenTrial]) -> list[float]:
         return [t.values[number] * label.factor for t in some]
 
     steps: list[int] = []
@@ -180,7 +186,7 @@ def _history(trials: Trials, number: int) -> base.Plot:
     return base.lines(title, "Trial", str(label), traces, wide=True)
 
 
-def _numbers(some: list[Any]) -> list[int]:
+def _numbers(some: Sequence[FrozenTrial]) -> list[int]:
     return [trial.number for trial in some]
 
 
@@ -191,7 +197,7 @@ def _front(trials: Trials) -> base.Plot | None:
         return None
     x, y = parts[1], parts[0]
 
-    def trace(name, some, **more):
+    def trace(name: str, some: Sequence[FrozenTrial], **more: Any) -> dict[str, Any]:
         xs, ys = ([_shown(p, t) for t in some] for p in (x, y))
         texts = [f"trial {t.number}" for t in some]
         return base.xy(name, xs, ys, mode="markers", text=texts, customdata=_numbers(some), **more,
@@ -212,7 +218,7 @@ def _front(trials: Trials) -> base.Plot | None:
     return base.lines(title, xs, ys, traces, wide=True, id="front")
 
 
-def _shown(part: Any, trial: Any) -> float:
+def _shown(part: Part, trial: FrozenTrial) -> float:
     """A trial's objective or constraint in the unit in which its measure is shown."""
     value = trial.user_attrs.get(part.title)
     return float("nan") if value is None else value * labels.column(part.measure).factor

@@ -7,12 +7,15 @@ import sqlite3
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from softact.errors import CannotWriteError, SoftactError, SpecError
 from softact.files.text import replacing
 from softact.optimise.spec import Optimisation
 from softact.sweep.version import version
+
+if TYPE_CHECKING:
+    import optuna
 
 DATABASE = "trials.db"
 _NAME = "softact"
@@ -20,7 +23,7 @@ _NAME = "softact"
 _DECIDES = {"parameters", "objectives", "constraints", "seed", "reference"}
 
 
-def opened(wanted: Optimisation, directory: Path, first: Mapping[str, Any]) -> Any:
+def opened(wanted: Optimisation, directory: Path, first: Mapping[str, Any]) -> optuna.Study:
     """Optuna's study in a folder, made where there is none.
 
     first: parameters of the first trial of a new one, empty for none. Raises SpecError where the
@@ -100,13 +103,13 @@ def _make(file: Path, wanted: Optimisation, first: Mapping[str, Any]) -> None:
             study.enqueue_trial(dict(first))
 
 
-def _study(file: Path) -> Any:
+def _study(file: Path) -> optuna.Study:
     import optuna
 
     return optuna.load_study(study_name=_NAME, storage=_storage(file))
 
 
-def _storage(file: Path) -> Any:
+def _storage(file: Path) -> optuna.storages.RDBStorage:
     """Optuna's storage. By a function and no address, in which '?', '%' and braces mean more."""
     import optuna
     from sqlalchemy.pool import NullPool

@@ -6,7 +6,7 @@ import uuid
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +23,12 @@ from softact.sweep.points import changes_of, spec_at
 from softact.sweep.record import Record
 from softact.sweep.version import run_key
 
+if TYPE_CHECKING:
+    from optuna.trial import FrozenTrial, Trial
+
+    from softact.spec import Spec
+    from softact.sweep.design import Coordinates
+
 _DIGITS = 4  # of a suggested number: no workshop makes more, and runs are met again in the cache
 
 
@@ -35,7 +41,7 @@ class Trials:
 
     def __init__(
         self, wanted: Optimisation, base: document.Document, cache: Cache, directory: Path
-    ):
+    ) -> None:
         import optuna
 
         optuna.logging.set_verbosity(optuna.logging.ERROR)
@@ -68,7 +74,7 @@ class Trials:
                 why = f"the values of trial {trial.number} are not those of its run"
                 raise store.damaged(self.file, why)
 
-    def _says(self, trial: Any, found: Record) -> bool:
+    def _says(self, trial: FrozenTrial, found: Record) -> bool:
         """Whether a trial has the values of its run."""
         values = [objective.value(found) for objective in self.wanted.objectives]
         noted = self._noted(found).items()
@@ -94,26 +100,28 @@ class Trials:
                 self.study.enqueue_trial(_fixed(trial))
                 settled.append(_fixed(trial))
 
-    def _settled(self, trial: Any) -> bool:
+    def _settled(self, trial: FrozenTrial) -> bool:
         """Whether a trial waits for its turn, or has ended in a way that would come again."""
         if not trial.state.is_finished():
             return trial.state.name == "WAITING"
         return _ended(trial) and trial.user_attrs.get("again_after") in (None, self._call)
 
     @property
-    def done(self) -> list[Any]:
+    def done(self) -> list[FrozenTrial]:
         """Optuna's trials that have ended, those cut off by a kill left out."""
         trials = self.study.get_trials(deepcopy=False)
         return [t for t in trials if t.state.is_finished() and self._settled(t)]
 
     @property
-    def reference(self) -> Any:
+    def reference(self) -> FrozenTrial | None:
         """The trial of the design to be beaten, None where there is none or it is not done."""
         found = (t for t in self.done if self._first and t.params == self._first)
         return next(found, None)
 
-    def run(self, jobs: int, told: Callable[[Any, Answer], None]) -> None:
+    def run(self, jobs: int, tell: Callable[[FrozenTrial, Answer], None]) -> None:
         """Run trials, ``jobs`` at a time, until there are as many as wanted.
+
+        tell: is called with each trial and the answer of its run.
 
         Raises CannotWriteError where the disk is full.
         """
@@ -123,9 +131,9 @@ class Trials:
                 points = {trial.number: (trial, self._suggest(trial)) for trial in asked}
                 for number, answer in self._answers(points, jobs):
                     self._tell(points[number][0], answer)
-                    told(self.study.trials[number], answer)
+                    tell(self.study.trials[number], answer)
 
-    def _ask(self, count: int) -> list[Any]:
+    def _ask(self, count: int) -> list[Trial]:
         """New trials. Each draws from a stream of its own, so that a call that goes on proposes
         what one that was never stopped would have, and nothing twice."""
         import optuna
@@ -139,16 +147,16 @@ class Trials:
             asked.append(self.study.ask())
         return asked
 
-    def _suggest(self, trial: Any) -> dict[str, Any]:
+    def _suggest(self, trial: Trial) -> Coordinates:
         """A value of the spec for each parameter, as Optuna suggests it."""
         return {title: _suggested(trial, axis) for title, axis in self.axes.items()}
 
     def _answers(
-        self, points: Mapping[int, tuple[Any, dict]], jobs: int
+        self, points: Mapping[int, tuple[Trial, Coordinates]], jobs: int
     ) -> Iterator[tuple[int, Answer]]:
         """(trial's number, answer) of each; trials of one and the same point share a run."""
         keys: dict[str, list[int]] = {}
-        specs: dict[str, Callable] = {}
+        specs: dict[str, Callable[[], Spec]] = {}
         for number, (_, coordinates) in points.items():
             changes = changes_of(self.wanted.parameters, coordinates)
             try:
@@ -165,7 +173,7 @@ class Trials:
         for answer in run_all(specs, self.cache, jobs):
             yield from ((number, answer) for number in keys[answer.key])
 
-    def _tell(self, trial: Any, answer: Answer) -> None:
+    def _tell(self, trial: Trial, answer: Answer) -> None:
         """A run that is not complete is a failed trial with its cause, not a large number."""
         from optuna.trial import TrialState
 
@@ -176,7 +184,8 @@ class Trials:
             if missing:
                 status, cause = FAILED, f"the run has no value of {missing[0]}"
             else:
-                values = [objective.value(answer.record) for objective in self.wanted.objectives]
+                found = (part.value(answer.record) for part in self.wanted.objectives)
+                values = [value for value in found if value is not None]  # none is missing
                 self._note(trial, answer.record)
         if answer.transient:
             trial.set_user_attr("again_after", self._call)
@@ -185,7 +194,7 @@ class Trials:
             trial.set_user_attr(name, value)
         self.study.tell(trial, values, state=None if values else TrialState.FAIL)
 
-    def _note(self, trial: Any, record: Record) -> None:
+    def _note(self, trial: Trial, record: Record) -> None:
         noted = self._noted(record)
         for number, violation in enumerate(noted["violations"]):
             trial.set_constraint(str(number), violation)
@@ -197,15 +206,15 @@ class Trials:
         broken = [constraint.violation(record) for constraint in self.wanted.constraints]
         return {"violations": broken} | {part.title: part.value(record) for part in self.parts}
 
-    def best(self) -> list[Any]:
+    def best(self) -> list[FrozenTrial]:
         """The trials that none beats and that break no constraint; of one objective the best."""
         return _unbeaten([t for t in self.done if feasible(t)], self.wanted.objectives)
 
-    def coordinates(self, trial: Any) -> dict[str, Any]:
+    def coordinates(self, trial: FrozenTrial) -> Coordinates:
         """Values of the spec of a trial."""
         return {t: _value(axis, trial.params[t]) for t, axis in self.axes.items()}
 
-    def folder(self, trial: Any) -> Path:
+    def folder(self, trial: FrozenTrial) -> Path:
         """The result folder of a trial that has values; its run is computed again where the cache
         has it no longer. Raises SoftactError where that fails."""
         key = trial.user_attrs["run"]
@@ -217,27 +226,27 @@ class Trials:
         return self.cache.folder(key)
 
 
-def feasible(trial: Any) -> bool:
+def feasible(trial: FrozenTrial) -> bool:
     """Whether a trial has values and breaks no constraint."""
     return trial.values is not None and all(v <= 0 for v in trial.user_attrs.get("violations", []))
 
 
-def _ended(trial: Any) -> bool:
+def _ended(trial: FrozenTrial) -> bool:
     """Whether a trial's run has ended and was told whole: a kill in between leaves it without
     values though its status is complete."""
     status = trial.user_attrs.get("status")
     return status is not None and (trial.values is not None) == (status == COMPLETE)
 
 
-def _fixed(trial: Any) -> dict[str, Any]:
+def _fixed(trial: FrozenTrial) -> dict[str, Any]:
     """Parameters of a trial, also where a kill came before they were suggested."""
     return trial.system_attrs.get("fixed_params") or trial.params
 
 
-def _unbeaten(trials: Sequence[Any], objectives: Sequence[Objective]) -> list[Any]:
+def _unbeaten(trials: Sequence[FrozenTrial], objectives: Sequence[Objective]) -> list[FrozenTrial]:
     signs = [1 if objective.goal == "maximise" else -1 for objective in objectives]
 
-    def beats(a: Any, b: Any) -> bool:
+    def beats(a: FrozenTrial, b: FrozenTrial) -> bool:
         pairs = [(s * x, s * y) for s, x, y in zip(signs, a.values, b.values, strict=True)]
         return all(x >= y for x, y in pairs) and any(x > y for x, y in pairs)
 
@@ -246,11 +255,11 @@ def _unbeaten(trials: Sequence[Any], objectives: Sequence[Objective]) -> list[An
     return sorted(unique.values(), key=lambda t: t.values)
 
 
-def _same_object(spec):
+def _same_object(spec: Spec) -> Spec:
     return spec
 
 
-def _suggested(trial: Any, axis: Axis) -> Any:
+def _suggested(trial: Trial, axis: Axis) -> Any:
     if axis.values is not None:
         # By their places: Optuna takes no lists or mappings, and 1 for True.
         return axis.values[trial.suggest_categorical(axis.title, range(len(axis.values)))]

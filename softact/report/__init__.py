@@ -53,16 +53,16 @@ def write_report(
     faults = [*results.faults, *results.spec_faults]
     for name in ("curve.png", "states.png", "shape.png"):
         (directory / name).unlink(missing_ok=True)
-    view, parts = None, cache(lambda: surface.skin(results))
+    view, make_skin = None, cache(lambda: surface.skin(results))
     there = bool(results.increments)
-    with pictures.drawing(results, parts) if there else nullcontext(lambda marks: "") as finish:
+    with pictures.drawing(results, make_skin) if there else nullcontext(lambda marks: "") as finish:
         try:
             if curves.charts(results):
                 write_atomic(directory / "curve.png", curves.picture(results))
         except Exception as error:  # a report without a picture beats no report
             faults.append(f"curve.png is missing: {reason(error)}")
         if there:
-            view = _view(results, parts, faults)
+            view = _view(results, make_skin, faults)
         plotly()
         verdict = judge(results)
         fault = finish(_marks(results, verdict))
@@ -73,7 +73,8 @@ def write_report(
         measured = remembered(directory)
     except SpecError as error:
         faults += error.lines
-    for make in [*([partial(overlay.section, several=measured)] if measured else []), *extra]:
+    against: list[Extra] = [partial(overlay.section, several=measured)] if measured else []
+    for make in [*against, *extra]:
         try:
             more.append(make(results))
         except SpecError as error:
@@ -92,11 +93,11 @@ def _marks(results: Results, verdict: Verdict) -> list[np.ndarray]:
     return [np.array(r.place) for r in verdict.reasons if r.place is not None and r.row == main]
 
 
-def _view(results: Results, parts: Callable[[], Skin], faults: list[str]) -> dict | None:
+def _view(results: Results, make_skin: Callable[[], Skin], faults: list[str]) -> dict | None:
     from softact.report import viewer
 
     try:
-        return viewer.pack(results, parts())
+        return viewer.pack(results, make_skin())
     except Exception as error:  # as above
         faults.append(f"The 3-D view is missing: {reason(error)}")
         return None

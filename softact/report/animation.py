@@ -1,9 +1,12 @@
 """The actuator in motion: ``animation.gif`` or ``animation.mp4``."""
 
+from __future__ import annotations
+
 import importlib.util
 from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +14,9 @@ from softact.errors import SpecError
 from softact.files.text import replacing, write_atomic
 from softact.report import frames, pictures
 from softact.results.folder import Results, load, read, rest_state
+
+if TYPE_CHECKING:
+    from PIL import ImageFont
 
 KINDS = ("gif", "mp4")
 _FRAMES, _HOLD = 40, 20  # of the motion, and of the last state standing still
@@ -94,7 +100,7 @@ def _shots(results: Results) -> list:
     return shots
 
 
-def _font():
+def _font() -> ImageFont.FreeTypeFont:
     import matplotlib
     from PIL import ImageFont
 

@@ -185,9 +185,9 @@ def _verdicts(names: Sequence[str], verdicts: Sequence[Verdict]) -> list[Markup]
         if some:
             words = WORDS[colour]
             items = [(f"{name}:", reason.text) for name, v in some for reason in v.reasons]
-            told = ", ".join(name for name, _ in some)
+            listed = ", ".join(name for name, _ in some)
             head = f"{words[:1].upper()}{words[1:]}:"
-            parts.append(base.banner(kind, head, told, items))
+            parts.append(base.banner(kind, head, listed, items))
     return parts
 
 
@@ -263,20 +263,20 @@ def _runs(names: Sequence[str], runs: Sequence[Results], verdicts: Sequence[Verd
     ]
     rows = []
     for name, run, verdict in zip(names, runs, verdicts, strict=True):
-        told, driver = run.run, load_name(run)
+        facts, driver = run.run, load_name(run)
         at = float(load(run)[reached(run).main])
         unit = labels.column(driver).unit if driver else ""
         rows.append([
             name, verdict.words, f"{labels.number(at)} {unit}".strip(),
-            (told.get("mesh") or {}).get("cells"), (told.get("mesh") or {}).get("unknowns"),
-            sum(int(item.get("iterations") or 0) for item in told.get("history") or []),
-            (told.get("times_s") or {}).get("solve"), str(told.get("softact") or ""),
+            (facts.get("mesh") or {}).get("cells"), (facts.get("mesh") or {}).get("unknowns"),
+            sum(int(item.get("iterations") or 0) for item in facts.get("history") or []),
+            (facts.get("times_s") or {}).get("solve"), str(facts.get("softact") or ""),
         ])  # fmt: skip
     marks = [{GREEN: "good", AMBER: "warn", RED: "bad"}[verdict.colour] for verdict in verdicts]
     return base.table(heads, rows, marks=marks)
 
 
-def _measures_csv(names: Sequence[str], aim, rows: Sequence[Row]) -> str:
+def _measures_csv(names: Sequence[str], aim: float | None, rows: Sequence[Row]) -> str:
     table = []
     for row in rows:
         line = {"measure": row.name, "load_kPa": "" if aim is None else aim}

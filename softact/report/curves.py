@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from typing import TYPE_CHECKING
@@ -46,7 +47,7 @@ class Chart:
     equal: bool = False
 
 
-def is_place(name: str, names) -> bool:
+def is_place(name: str, names: Collection[str]) -> bool:
     """Whether a column is a coordinate of where a largest value lies."""
     return any(
         name.endswith(axis) and any(f"{name.removesuffix(axis)}{e}" in names for e in ("", "_MPa"))
@@ -120,7 +121,9 @@ def charts(results: Results) -> list[Chart]:
     return found
 
 
-def _chart(results: Results, title: str, x_label: str, abscissa, names) -> Chart:
+def _chart(
+    results: Results, title: str, x_label: str, abscissa: np.ndarray, names: Sequence[str]
+) -> Chart:
     shown = [labels.column(name) for name in names]
     series = [
         (label.name, abscissa, results.curve[name] * label.factor)

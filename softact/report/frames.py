@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -154,7 +155,8 @@ class Renderer:
         """Begin to draw a group."""
         file = self._scratch / f"{len(self._pictures)}.npz"
         # Not told through a pipe: PETSc makes writing into one that is closed the end of all.
-        np.savez(file.with_suffix(".new.npz"), **scene.job(group))
+        arrays: dict[str, Any] = {**scene.job(group)}  # stubs of numpy 2 want a bool among them
+        np.savez(file.with_suffix(".new.npz"), **arrays)
         file.with_suffix(".new.npz").rename(file)
         self._pictures.append(file.with_suffix(".npy"))
 

@@ -132,10 +132,10 @@ def table(
     states, rows = stops(results), []
     parts = _steps(results, len(load(results))) if states else []
     drivers = {_driver(results, begin, end) for _, begin, end in parts}
-    told = {load_name(results)} if drivers <= {load_name(results), None} else set()
+    in_heads = {load_name(results)} if drivers <= {load_name(results), None} else set()
     for name in measures(results) if states else []:
-        if name in told:
-            continue  # it stands in the heads
+        if name in in_heads:
+            continue
         label = labels.column(name)
         values = results.curve[name] * label.factor
         shown = np.array([at(values, stop.row) for stop in states])

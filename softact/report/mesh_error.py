@@ -107,12 +107,12 @@ def note(safety: float) -> Markup:
 
 
 def _row(results: Results, story: Mapping, name: str) -> list[str | float]:
-    label, told = labels.column(name), story["measures"][name]
+    label, found = labels.column(name), story["measures"][name]
     value = float(results.curve[name][-1]) * label.factor
-    order = "none" if told["order"] is None else f"{told['order']:.2f}"
+    order = "none" if found["order"] is None else f"{found['order']:.2f}"
     bar, limit = (
         "not known" if x is None else x * label.factor
-        for x in (story["error_bars"].get(name), told["limit"])
+        for x in (story["error_bars"].get(name), found["limit"])
     )
-    verdict = words(told["verdict"], story["tolerance"])
-    return [label.name, label.unit, value, bar, limit, order, verdict, str(told["note"])]
+    verdict = words(found["verdict"], story["tolerance"])
+    return [label.name, label.unit, value, bar, limit, order, verdict, str(found["note"])]

@@ -1,11 +1,13 @@
 """Rigid obstacles as bodies to draw: their surface, and where they are in each state."""
 
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 from pydantic import ValidationError
 
 from softact.contact.obstacles import OBSTACLES
+from softact.contact.obstacles.base import Shape
 from softact.results.folder import Results
 
 COLOUR = "#a3abb2"
@@ -24,13 +26,18 @@ class Body:
     shift: np.ndarray
     there: np.ndarray
 
-    def at(self, number: int) -> np.ndarray:
-        """(n, 3) mm: its points in state ``number``; −1 is where it was placed."""
-        return self.points + (self.shift[number] if number >= 0 else 0.0)
+    def at(self, number: float) -> np.ndarray:
+        """(n, 3) mm: its points in state ``number``, linear between two; −1 is where it was
+        placed."""
+        if number < 0:
+            return self.points
+        states = np.arange(len(self.shift))
+        return self.points + [np.interp(number, states, moved) for moved in self.shift.T]
 
-    def seen(self, number: int) -> bool:
-        """Whether it is there in state ``number``; −1 is the undeformed one, as the first."""
-        return bool(self.there[max(number, 0)])
+    def seen(self, number: float) -> bool:
+        """Whether it is there in state ``number``, between two as in the later one, which belongs
+        to the same step; −1 is the undeformed one, as the first."""
+        return bool(self.there[max(ceil(number), 0)])
 
 
 def bodies(results: Results, low: np.ndarray, high: np.ndarray) -> list[Body]:
@@ -44,7 +51,7 @@ def bodies(results: Results, low: np.ndarray, high: np.ndarray) -> list[Body]:
     return [_body(results, name, shape, low, high) for name, shape in shapes.items()]
 
 
-def _body(results: Results, name: str, shape, low, high) -> Body:
+def _body(results: Results, name: str, shape: Shape, low: np.ndarray, high: np.ndarray) -> Body:
     points, triangles = shape.surface(float((high - low).max()), (low + high) / 2)
     rows = len(results.increments)
     columns = [results.curve.get(f"obstacle_{name}_{c}_mm", np.zeros(rows)) for c in "xyz"]

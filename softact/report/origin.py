@@ -1,6 +1,7 @@
 """Where a result comes from: the spec's assumptions, versions, times, and how to cite it."""
 
 import json
+from typing import Any
 
 from softact.report import labels
 from softact.report.base import download
@@ -36,7 +37,7 @@ def _rows(items: dict) -> list[tuple[str, str]]:
     return [(str(key).replace("_", " "), _text(value)) for key, value in items.items()]
 
 
-def _text(value) -> str:
+def _text(value: Any) -> str:
     if isinstance(value, float):
         return labels.number(value)
     if isinstance(value, int) and not isinstance(value, bool):

@@ -54,11 +54,12 @@ def deviations(curve: Mapping[str, np.ndarray], measured: Measured) -> list[Devi
         measured.x,
         {name: values[order] for name, values in measured.values.items()},
     )
-    found = predicted(curve, part) if len(order) else {}
+    found = predicted(curve, part) if len(order) else None
     said = []
     for name in measured.names:
         span = float(np.ptp(measured.values[name]))
-        if not len(order):
+        one: tuple[int, float, float, float, float, float | None]
+        if found is None:
             nothing = float("nan")
             one = (0, nothing, nothing, nothing, span, None)
         else:
@@ -96,7 +97,7 @@ def tell(deviation: Deviation) -> str:
             f"{name}: none of {deviation.count} measured points is within the run's {deviation.x}"
         )
 
-    def text(value, label):
+    def text(value: float, label: labels.Label) -> str:
         return f"{labels.number(value * label.factor)} {label.unit}".strip().replace(" °", "°")
 
     parts = "they never part by more than 10 % of the measured range"

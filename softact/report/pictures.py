@@ -19,6 +19,7 @@ from softact.results.folder import Results, load, load_name, load_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.colors import LinearSegmentedColormap
     from matplotlib.figure import Figure
 
 INK, _GREY = "#15202b", "#8a949b"
@@ -73,7 +74,7 @@ def drawing(results: Results, make_skin: Callable[[], Skin]) -> Iterator[Callabl
         yield write
 
 
-def _colour_map():
+def _colour_map() -> LinearSegmentedColormap:
     from matplotlib.colors import LinearSegmentedColormap
 
     return LinearSegmentedColormap.from_list("stress", STRESS_COLOURS)
@@ -103,7 +104,7 @@ def compose(
     figure = Figure(figsize=size, dpi=_DPI, facecolor="white")
     FigureCanvasAgg(figure)
 
-    def place(left: float, top: float, wide: float, tall: float):
+    def place(left: float, top: float, wide: float, tall: float) -> Axes:
         """Axes at inches from the upper left corner."""
         at = (left / size[0], 1 - (top + tall) / size[1], wide / size[0], tall / size[1])
         axes = figure.add_axes(at)

@@ -20,6 +20,7 @@ import os
 import sys
 import time
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import vtkmodules.vtkRenderingOpenGL2  # noqa: F401 (registers the drawing)
@@ -44,18 +45,25 @@ _FINER = 2  # drawn so many times as large, then averaged
 _INK, _GREY = (0.11, 0.165, 0.2), (0.54, 0.58, 0.61)
 
 
+class Shown(NamedTuple):
+    """What is drawn, and the data whose points move."""
+
+    actor: vtkActor
+    data: vtkPolyData
+
+
 def render(job: dict, window: vtkRenderWindow) -> np.ndarray:
     """The pictures of a job, drawn in ``window``."""
     renderer = _renderer(job, window)
     surface, outline = _surface(job), _lines(job, _INK, 0.6)
-    for actor in (surface, outline):
-        renderer.AddActor(actor)
+    for shown in (surface, outline):
+        renderer.AddActor(shown.actor)
     if len(job["ghost"]):
         ghost = _lines(job, _GREY, 1.0)
         _place(ghost, job["ghost"])
-        renderer.AddActor(ghost)
+        renderer.AddActor(ghost.actor)
     bodies = _bodies(job)
-    renderer.AddActor(bodies)
+    renderer.AddActor(bodies.actor)
     pictures = []
     for points, values, beside in zip(job["points"], job["values"], job["bodies"], strict=True):
         _place(bodies, beside)
@@ -77,7 +85,7 @@ def _renderer(job: dict, window: vtkRenderWindow) -> vtkRenderer:
     return renderer
 
 
-def _surface(job: dict) -> vtkActor:
+def _surface(job: dict) -> Shown:
     colours = job["colours"]
     table = vtkLookupTable()
     table.SetNumberOfTableValues(256)
@@ -105,11 +113,10 @@ def _surface(job: dict) -> vtkActor:
     look.SetDiffuse(0.58)
     look.SetSpecular(0.1)
     look.SetSpecularPower(20)
-    actor.surface = data
-    return actor
+    return Shown(actor, data)
 
 
-def _bodies(job: dict) -> vtkActor:
+def _bodies(job: dict) -> Shown:
     data = vtkPolyData()
     data.SetPolys(_cells(job["body_triangles"]))
     mapper = vtkPolyDataMapper()
@@ -121,11 +128,10 @@ def _bodies(job: dict) -> vtkActor:
     look.SetOpacity(0.45)
     look.SetAmbient(0.4)
     look.SetInterpolationToFlat()
-    actor.surface = data
-    return actor
+    return Shown(actor, data)
 
 
-def _lines(job: dict, colour, opacity: float) -> vtkActor:
+def _lines(job: dict, colour: tuple[float, float, float], opacity: float) -> Shown:
     data = vtkPolyData()
     data.SetLines(_cells(job["edges"]))
     mapper = vtkPolyDataMapper()
@@ -137,8 +143,7 @@ def _lines(job: dict, colour, opacity: float) -> vtkActor:
     look.SetOpacity(opacity)
     look.SetLineWidth(1.5 * _FINER)
     look.LightingOff()
-    actor.surface = data
-    return actor
+    return Shown(actor, data)
 
 
 def _cells(corners: np.ndarray) -> vtkCellArray:
@@ -152,15 +157,15 @@ def _cells(corners: np.ndarray) -> vtkCellArray:
     return cells
 
 
-def _place(actor: vtkActor, points: np.ndarray, values: np.ndarray | None = None) -> None:
+def _place(shown: Shown, points: np.ndarray, values: np.ndarray | None = None) -> None:
     """Move an actor's points, and colour it."""
     places = vtkPoints()
     places.SetData(numpy_to_vtk(np.ascontiguousarray(points, float), deep=True))
-    actor.surface.SetPoints(places)
+    shown.data.SetPoints(places)
     if values is not None:
         scalars = numpy_to_vtk(np.ascontiguousarray(values, np.float32), deep=True)
-        actor.surface.GetPointData().SetScalars(scalars)
-    actor.surface.Modified()
+        shown.data.GetPointData().SetScalars(scalars)
+    shown.data.Modified()
 
 
 def _aim(renderer: vtkRenderer, job: dict, points: np.ndarray) -> None:

@@ -151,10 +151,10 @@ def _cards(results: Results, bars: dict[str, str]) -> list[Markup]:
     last = main == len(load(results)) - 1
     head = headline.figures(results)
     cards = [_card(f, bars.get(f.column, "") if last else "") for f in head]
-    told = {figure.column for figure in head}
+    shown = {figure.column for figure in head}
     wanted = [n for n in curve if n.startswith("cavity_volume")]
     wanted += ["max_principal_stress_MPa", "max_principal_stretch"]
-    for name in [n for n in wanted if n in curves.measures(results) and n not in told]:
+    for name in [n for n in wanted if n in curves.measures(results) and n not in shown]:
         figure = headline.figure(results, name, main, _where(results, name, main))
         cards.append(_card(figure, bars.get(name, "") if last else ""))
     extra = {k: v for k, v in results.summary.items() if k not in curve and "." not in k}

@@ -113,15 +113,15 @@ def _plot(
     names: Sequence[str], runs: Sequence[Results], asked: Sequence[Requirement]
 ) -> Plot | None:
     figure = asked[0].figure
-    label, told = targets.label(figure), []
+    label, shown = targets.label(figure), []
     for name, run in zip(names, runs, strict=True):
         values = targets.figure_values(run, figure)
         if isinstance(values, np.ndarray) and values.ndim and tells(run, asked[0], runs):
-            told.append((name, run, values))
-    if not told:
+            shown.append((name, run, values))
+    if not shown:
         return None
-    traces = [base.xy(name, *_parted(run, values * label.factor)) for name, run, values in told]
-    ends = [end for _, run, _ in told for end in (float(load(run).min()), float(load(run).max()))]
+    traces = [base.xy(name, *_parted(run, values * label.factor)) for name, run, values in shown]
+    ends = [end for _, run, _ in shown for end in (float(load(run).min()), float(load(run).max()))]
     for requirement in asked:
         bound = requirement.bound * label.factor
         line = {"dash": "dot", "width": 2}
@@ -129,7 +129,7 @@ def _plot(
             base.xy(f"asked: {requirement.text}", [min(ends), max(ends)], [bound, bound],
                     colour="@ink", mode="lines", line=line)
         )  # fmt: skip
-    drivers = {load_name(run) for _, run, _ in told}
+    drivers = {load_name(run) for _, run, _ in shown}
     x = drivers.pop() if len(drivers) == 1 else None
     across = str(labels.column(x)) if x else "Load (kPa, or finished steps)"
     return base.lines(f"{label.name} and what is asked", across, str(label), traces, wide=True)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -99,11 +99,11 @@ def requirements(name: str) -> list[Requirement]:
 
 
 def _requirement(asked: Asked) -> Requirement:
-    source, figure = _file().sources[asked.source].short, asked.figure
-    if not figure:
+    source, figure, bound = _file().sources[asked.source].short, asked.figure, asked.bound
+    if bound is None:
         return Requirement(asked.text, source)
     return Requirement(
-        asked.text, source, figure, in_unit_of(figure, asked.bound), asked.at_least is not None,
+        asked.text, source, figure, in_unit_of(figure, bound), asked.at_least is not None,
         in_unit_of("pressure_kPa", asked.at) if asked.at else None,
         tuple((name, in_unit_of(name, text)) for name, text in asked.together.items()),
     )  # fmt: skip
@@ -144,7 +144,7 @@ def _states(results: Results, r: Requirement) -> tuple[np.ndarray, str]:
         if beside is None or np.max(beside) < bound:
             most = "unknown" if beside is None else f"{np.max(beside):.0f}"
             return rows[:0], f"asked for at {bound:g}°; the run bends to {most}°"
-        rows = rows[beside[rows] >= bound]
+        rows = rows[np.broadcast_to(beside, loads.shape)[rows] >= bound]
     if r.at is not None:
         if load_name(results) is None:
             return rows[:0], f"asked for at {r.at:g} kPa; the run has no pressure"
@@ -156,7 +156,9 @@ def _states(results: Results, r: Requirement) -> tuple[np.ndarray, str]:
     return rows, why
 
 
-def _found(results: Results, r: Requirement, values: np.ndarray, states) -> tuple[float, str]:
+def _found(
+    results: Results, r: Requirement, values: np.ndarray, states: np.ndarray
+) -> tuple[float, str]:
     """The largest value in those states, or at the very pressure between two of them."""
     loads = load(results)
     best = states[np.argmax(values[states])]
@@ -239,25 +241,23 @@ def section(results: Results, wanted: Sequence[str]) -> Section:
 
 
 def _fulfilment(name: str, verdicts: Sequence[Verdict]) -> Plot | None:
-    told = [v for v in verdicts if np.isfinite(v.fulfilment)]
-    if not told:
+    known = [v for v in verdicts if np.isfinite(v.fulfilment)]
+    if not known:
         return None
-    texts = [textwrap.shorten(v.requirement.text, 36, placeholder=" …") for v in told]
-    colours = [{MET: "@good", NOT_MET: "@bad"}.get(v.verdict, "@warn") for v in told]
+    texts = [textwrap.shorten(v.requirement.text, 36, placeholder=" …") for v in known]
+    colours = [{MET: "@good", NOT_MET: "@bad"}.get(v.verdict, "@warn") for v in known]
     line = {
         "type": "line", "x0": 100, "x1": 100, "yref": "paper", "y0": 0, "y1": 1,
         "line": {"color": "@ink", "width": 1.5, "dash": "dot"},
     }  # fmt: skip
     ticks = {"type": "log", "tickvals": [1, 10, 30, 100, 300, 1000, 3000, 10000]}
     names_of_bars = {"title": {"text": ""}, "type": "category", "autorange": "reversed"}
-    plot = base.bars(
+    return base.bars(
         f"{title(name)}: how far each is met", "% of what is asked", "Requirement",
-        texts, [v.fulfilment for v in told], wide=True,
+        texts, [v.fulfilment for v in known], colours=colours, wide=True,
         layout={"shapes": [line], "xaxis": ticks, "yaxis": names_of_bars},
         note="100 % is just met; for an upper bound, what is allowed over what there is.",
     )  # fmt: skip
-    plot.traces[0]["marker"] = {"color": colours}
-    return plot
 
 
 def _space(results: Results, name: str) -> Plot | None:
@@ -271,14 +271,16 @@ def _space(results: Results, name: str) -> Plot | None:
         colour = "@c2" if other == name else "@c8"
         marker = {"size": 11 if other == name else 8, "symbol": "circle"}
         point = [asked["size_mm"]], [asked["blocked_force_N"]]
-        more = {"showlegend": False, "text": [title(other)], "marker": marker,
-                "hovertemplate": "%{text}: %{y:.3~g} N, %{x:.3~g} mm<extra></extra>"}  # fmt: skip
+        more: dict[str, Any] = {
+            "showlegend": False, "text": [title(other)], "marker": marker,
+            "hovertemplate": "%{text}: %{y:.3~g} N, %{x:.3~g} mm<extra></extra>",
+        }  # fmt: skip
         traces.append(base.xy(title(other), *point, colour=colour, mode="markers", **more))
     note = "Grey: other applications of Agarwal’s Fig. 1a (point at one for its name)."
     if force is not None and size is not None:
         marker = {"size": 13, "symbol": "star"}
         traces.append(
-            base.xy("This actuator", [size], [np.max(force)], colour="@c1", mode="markers",
+            base.xy("This actuator", [np.max(size)], [np.max(force)], colour="@c1", mode="markers",
                     marker=marker, showlegend=False)
         )  # fmt: skip
         note += " The star is this actuator, at its largest blocked force."

@@ -101,7 +101,9 @@ def _place(results: Results, number: int, nodes: np.ndarray) -> np.ndarray:
     return drawn(results, moved)[nodes]
 
 
-def _shade(results: Results, number: int, name: str, nodes, bottom, top) -> np.ndarray:
+def _shade(
+    results: Results, number: int, name: str, nodes: np.ndarray, bottom: float, top: float
+) -> np.ndarray:
     if number < 0:
         return np.zeros(len(nodes), np.uint8)
     values = np.nan_to_num(results.field(number, name)[nodes], nan=bottom)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +11,8 @@ from softact.bodies.layer import BondedLayer
 from softact.bodies.sheet import Ply, Sheet
 from softact.contact.rigid import Obstacle
 from softact.contact.surfaces import Touching
+from softact.fields import COMPONENTS
+from softact.geometry.flat_sheets import SheetGeometry
 from softact.loads import LOADS
 from softact.loads.load_step import LoadStep
 from softact.loads.support import Spring, Support, Turn
@@ -25,16 +27,19 @@ from softact.system.term import Value
 if TYPE_CHECKING:
     from mpi4py import MPI
 
+    from softact.spec import LayerSpec, Step, SupportSpec
+    from softact.spec.models import SheetOfLayers, TurnSpec
+
 NO_PARAMETERS = ("description", "source", "assumptions", "measures")  # of a spec: no values
 
 
-def build_model(comm: MPI.Comm, spec: Spec, mesh_file: Path):
+def build_model(comm: MPI.Comm, spec: Spec, mesh_file: Path) -> Model:
     """The ``Model`` of a spec on a mesh. Collective."""
     layout = spec.geometry.layout()
-    if layout.regions:
-        mesh = distribute(comm, lambda: _held(read_msh(mesh_file, layout), layout, spec), layout)
-    else:
+    if isinstance(spec.geometry, SheetGeometry):
         mesh = of_sheets(comm, spec.geometry.checked_mesh(), layout)
+    else:
+        mesh = distribute(comm, lambda: _read(mesh_file, layout, spec), layout)
     return Model(
         mesh,
         {name: law.material() for name, law in spec.materials.items()},
@@ -54,48 +59,50 @@ def _more(spec: Spec) -> dict[str, Any]:
     return {key: BODIES[key].parts(value) for key, value in values.items() if value is not None}
 
 
-def _held(tets: Tetrahedra, layout: Layout, spec: Spec) -> Tetrahedra:
+def _read(mesh_file: Path, layout: Layout, spec: Spec) -> Tetrahedra:
+    tets = read_msh(mesh_file, layout)
     refuse_loose(tets, layout, spec)
     return tets
 
 
-def _layer(layer):
+def _layer(layer: LayerSpec) -> BondedLayer:
     relaxed = layer.wrinkling and layer.wrinkling == "tension_field"
     return BondedLayer(layer.surface, layer.material, layer.thickness, layer.bending, relaxed)
 
 
-def _sheet(sheet):
+def _sheet(sheet: SheetOfLayers) -> Sheet:
     plies = [Ply(ply.material, ply.thickness, ply.angle, ply.incompressible) for ply in sheet.plies]
     relaxed = sheet.wrinkling == "tension_field"
-    return Sheet(plies, relaxed, sheet.bending, tuple(sheet.axis))
+    return Sheet(plies, relaxed, sheet.bending, sheet.axis)
 
 
-def supports_of(supports) -> list[Support]:
+def supports_of(supports: Iterable[SupportSpec]) -> list[Support]:
     """The ``Support``s of a spec or of one of its steps."""
     return [Support(s.surface, s.values, _turn(s.turn)) for s in supports if s.values or s.turn]
 
 
-def _turn(turn) -> Turn | None:
-    return turn and Turn(turn.axis, turn.angle, turn.about)
+def _turn(turn: TurnSpec | None) -> Turn | None:
+    return None if turn is None else Turn(turn.axis, turn.angle, turn.about)
 
 
 def _springs(spec: Spec) -> list[Spring]:
-    return [
-        Spring(s.surface, tuple(s.spring.get(c, 0.0) for c in "xyz"))
-        for s in spec.supports
-        if s.spring
-    ]
+    found = []
+    for support in spec.supports or ():
+        if support.spring:
+            x, y, z = (support.spring.get(component, 0.0) for component in COMPONENTS)
+            found.append(Spring(support.surface, (x, y, z)))
+    return found
 
 
-def _obstacles(spec: Spec):
+def _obstacles(spec: Spec) -> list[Obstacle]:
     return [
         Obstacle(name, o.shape(), o.friction, o.active, o.load_cell, o.surfaces)
         for name, o in spec.obstacles.items()
     ]
 
 
-def _touching(spec: Spec):
-    return [Touching(c.name, c.groups, c.friction, c.distance) for c in spec.contact]
+def _touching(spec: Spec) -> list[Touching]:
+    return [Touching(c.name, c.groups, c.friction, c.distance) for c in spec.contact or ()]
 
 
 def load_steps(spec: Spec, model: Model) -> list[LoadStep]:
@@ -103,7 +110,7 @@ def load_steps(spec: Spec, model: Model) -> list[LoadStep]:
     return [_load_step(step, model) for step in spec.steps]
 
 
-def _load_step(step, model: Model) -> LoadStep:
+def _load_step(step: Step, model: Model) -> LoadStep:
     loads: dict[str, Mapping[str, Value]] = {}
     for key, value in step.loads.items():
         loads |= LOADS[key].ends(value, model)

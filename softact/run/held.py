@@ -13,7 +13,7 @@ from softact.mesh.layout import Layout
 from softact.mesh.tetrahedra import Tetrahedra
 
 if TYPE_CHECKING:
-    from softact.spec import Spec
+    from softact.spec import Spec, SupportSpec
 
 FREE = 1e-10  # of the stiffest motion: what is softer is not held
 
@@ -35,7 +35,7 @@ def refuse_loose(tets: Tetrahedra, layout: Layout, spec: Spec) -> None:
         for step, supports in _sets_of_supports(spec):
             free = _free(tets, layout, supports, nodes)
             if free:
-                faults[_told(tets, labels, label, name, step, free)] = None
+                faults[_fault(tets, labels, label, name, step, free)] = None
     if faults:
         raise SpecError(*faults)
 
@@ -45,19 +45,21 @@ def _touching(layout: Layout, spec: Spec) -> set[str]:
     found = set(layout.covers.values())
     for obstacle in spec.obstacles.values():
         found |= set(obstacle.surfaces or layout.outside)
-    for contact in spec.contact:
+    for contact in spec.contact or ():
         found |= {name for group in contact.groups for name in group}
     return found & set(layout.surfaces)
 
 
-def _sets_of_supports(spec: Spec) -> Iterable[tuple[str, Sequence]]:
+def _sets_of_supports(spec: Spec) -> Iterable[tuple[str, Sequence[SupportSpec]]]:
     """The supports at the start and those of each step that has its own, with the step's name."""
     steps = [(step.name, step.supports) for step in spec.steps if step.supports is not None]
     first = spec.steps[0].supports if spec.steps else None
-    return steps if first is not None else [("", spec.supports), *steps]
+    return steps if first is not None else [("", spec.supports or ()), *steps]
 
 
-def _free(tets: Tetrahedra, layout: Layout, supports: Sequence, nodes: np.ndarray) -> str:
+def _free(
+    tets: Tetrahedra, layout: Layout, supports: Sequence[SupportSpec], nodes: np.ndarray
+) -> str:
     """What a part can do as a whole, "" where it is held. nodes: (n,) whether each is of it."""
     held = [(surface, axis) for surface, axis in layout.symmetry.items()]
     held += [(s.surface, axis) for s in supports for axis in s.held if s.surface in tets.surfaces]
@@ -91,7 +93,9 @@ def _motions(points: np.ndarray) -> np.ndarray:
     return found
 
 
-def _told(tets: Tetrahedra, labels: np.ndarray, label: int, name: str, step: str, free: str) -> str:
+def _fault(
+    tets: Tetrahedra, labels: np.ndarray, label: int, name: str, step: str, free: str
+) -> str:
     when = f"step {step}: " if step else ""
     if labels.max() == 0:
         return f"{when}the supports do not hold the body: {free}; fix it on some surface"

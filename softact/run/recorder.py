@@ -19,8 +19,8 @@ from softact.results.folder import NO_EQUILIBRIUM, read
 from softact.run.from_spec import load_steps, parameters, supports_of
 from softact.run.resuming import identity
 from softact.run.unstable import unstable_text
-from softact.solve.checkpoint import pack
-from softact.solve.progress import Trying
+from softact.solve.checkpoint import Checkpoint, pack
+from softact.solve.progress import Attempt, Trying
 from softact.solve.settings import Settings
 from softact.solve.stepping import Stepper
 from softact.spec import plausible
@@ -48,7 +48,7 @@ class Recorder:
         model: Model,
         writer: ResultsWriter | None,
         tell: Callable[[dict], None],
-        start,
+        start: Checkpoint | None,
         notes: Sequence[str] = (),
     ):
         self.spec, self.model, self.writer, self._tell = spec, model, writer, tell
@@ -86,9 +86,11 @@ class Recorder:
             names = layout.regions or layout.sheets
             self.writer.mesh(points, cells, region, names, surfaces, layout)
 
-    def run(self, times: dict, start, begin: int | None) -> str:
+    def run(self, times: dict, start: Checkpoint | None, begin: int | None) -> str:
+        """Solve and write; returns the status. times: seconds of the stages, to which those of the
+        run are added. start, begin: see ``Stepper.run``."""
         started = time.perf_counter()
-        steps, supports = load_steps(self.spec, self.model), supports_of(self.spec.supports)
+        steps, supports = load_steps(self.spec, self.model), supports_of(self.spec.supports or ())
         progress = self.stepper.run(steps, supports, start, begin)
         times["solve"] = time.perf_counter() - started - self.write_time
         times |= {"measure_and_write": self.write_time, **self.stepper.walk.newton.times}
@@ -104,26 +106,26 @@ class Recorder:
                 "cutbacks": progress.cutbacks,
                 **asdict(self.stepper.walk.newton.counts),
             }
-            told = {"messages": messages, "notes": [*self.notes, *progress.notes]}
+            record: dict = {"messages": messages, "notes": [*self.notes, *progress.notes]}
             started = time.perf_counter()
-            self.verdict = self._judge(self.writer.directory, status, told)
+            self.verdict = self._judge(self.writer.directory, status, record)
             times["judge"] = time.perf_counter() - started
-            told |= {
+            record |= {
                 "verdict": self.verdict.data(),
                 "times_s": {name: round(t, 4) for name, t in times.items()},
                 "counts": counts,
                 "memory_MB": round(memory / 1024),
                 "history": [asdict(a) for a in progress.attempts],
             }
-            self.writer.finish(status, summary, told)
+            self.writer.finish(status, summary, record)
         done = {"stage": "done", "status": status, "message": progress.stopped}
         self.tell({**done, "verdict": self.verdict and self.verdict.data()})
         return status
 
-    def _judge(self, directory: Path, status: str, told: dict) -> Verdict:
+    def _judge(self, directory: Path, status: str, record: dict) -> Verdict:
         """The verdict on what has been written, and on what run.json will say."""
         try:
-            return judge(replace(read(directory), run={"status": status, **told}))
+            return judge(replace(read(directory), run={"status": status, **record}))
         except Exception as error:  # the run is worth more than what is thought of it
             colour = RED if status == NO_EQUILIBRIUM else AMBER
             return Verdict(colour, (Reason("unread", f"no verdict could be reached: {error!r}"),))
@@ -157,10 +159,14 @@ class Recorder:
                 )
         return said
 
-    def _accept(self, state: State, attempt, number: int) -> None:
+    def _accept(self, state: State, attempt: Attempt, number: int) -> None:
         started = time.perf_counter()
         snapshot = Snapshot(self.model, state, self.row, self.spec.safety_factor, self.probes)
-        row = {"step": attempt.step, "increment": number, "step_fraction": attempt.fraction}
+        row: dict[str, float | str] = {
+            "step": attempt.step,
+            "increment": number,
+            "step_fraction": attempt.fraction,
+        }
         for measure in self.measures:
             row |= measure.evaluate(snapshot)
         row["unstable_modes"] = attempt.unstable_modes
@@ -179,7 +185,7 @@ class Recorder:
         self.write_time += time.perf_counter() - started
         self.tell({"stage": "increment", "steps": len(self.spec.steps), **asdict(attempt), **row})
 
-    def _checkpoint(self, checkpoint) -> None:
+    def _checkpoint(self, checkpoint: Checkpoint) -> None:
         started = time.perf_counter()
         curve = self.writer.curve if self.writer is not None else ""
         data = pack(self.model, replace(checkpoint, curve=curve, spec=self.identity))
@@ -187,5 +193,5 @@ class Recorder:
             self.writer.checkpoint(data)
         self.write_time += time.perf_counter() - started
 
-    def _reject(self, attempt) -> None:
+    def _reject(self, attempt: Attempt) -> None:
         self.tell({"stage": "cutback", **asdict(attempt)})

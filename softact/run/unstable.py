@@ -7,7 +7,7 @@ from itertools import groupby
 
 from softact.solve.progress import Attempt
 
-_TOLD = 4  # changes between stable and unstable that are told one by one
+_SHOWN = 4  # changes between stable and unstable that are told one by one
 
 
 def unstable_text(found: Sequence[Attempt], again: bool) -> str | None:
@@ -29,5 +29,5 @@ def unstable_text(found: Sequence[Attempt], again: bool) -> str | None:
         for state in changes
     ]
     why = "the potential energy falls in some direction, so the actuator would snap or buckle"
-    more = f", and {len(said) - _TOLD} changes more" if len(said) > _TOLD else ""
-    return "; ".join([f"{said[0]}: {why}", *said[1:_TOLD]]) + more
+    more = f", and {len(said) - _SHOWN} changes more" if len(said) > _SHOWN else ""
+    return "; ".join([f"{said[0]}: {why}", *said[1:_SHOWN]]) + more

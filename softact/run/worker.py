@@ -25,6 +25,8 @@ from softact.files.text import digest
 if TYPE_CHECKING:
     from mpi4py import MPI
 
+    from softact.results.writer import ResultsWriter
+    from softact.solve.checkpoint import Checkpoint
     from softact.spec import Spec
 
 PETSC_OUT_OF_MEMORY = 55
@@ -77,7 +79,9 @@ def solve(
     return recorder.run(times, start, begin)
 
 
-def _writer(comm: MPI.Comm, spec: Spec, directory: Path, known: dict, start):
+def _writer(
+    comm: MPI.Comm, spec: Spec, directory: Path, known: dict, start: Checkpoint | None
+) -> ResultsWriter | None:
     """The writer of the result folder, on rank 0: a new one, or that of the run to go on with.
 
     Raises DamagedResultError, on all processes, where that run's fields cannot be used.
@@ -171,10 +175,10 @@ def main(job_file: str, parent: str | None = None) -> int:
         if error.errno == errno.ENOMEM:
             _abort_without_memory(comm)
         lines = [f"{error.filename or directory}: cannot be written ({error.strerror or error})"]
-        told = {"lines": lines, "cannot_write": True}
+        what = {"lines": lines, "cannot_write": True}
         if jit.concerns(error):
-            told = {"lines": jit.no_room(error).lines}
-        print_event({"stage": "error", "exit_code": 2, **told})
+            what = {"lines": jit.no_room(error).lines}
+        print_event({"stage": "error", "exit_code": 2, **what})
         comm.Abort(2)
     except MemoryError:
         _abort_without_memory(comm)

@@ -1,7 +1,7 @@
 """Pressures as unknowns, each with something else that is prescribed: one bordered row for each.
 
-With K the tangent, R the out-of-balance force, g the derivative of a cavity's volume V by the
-displacements and c that of what is prescribed, Newton's step solves K δx = −R + g δq and
+With K the tangent, R the out-of-balance force, g the derivative of a cavity's volume V with respect
+to the displacements and c that of what is prescribed, Newton's step solves K δx = −R + g δq and
 c · δx = what is lacking. Cavities driven by volume have c = g. K is factorised as it is and the
 row eliminated (block elimination), so pressure limit points, where K is singular, are passed, and
 the inertia of K still tells whether the state is stable at constant pressure.
@@ -37,7 +37,8 @@ class VolumeControl:
         return np.array([sum(w * volume[name] for name, w in d.items()) for d in self.directions])
 
     def rows(self, pushes: np.ndarray) -> np.ndarray:
-        """Derivatives of the values by the unknowns (k, local), ``pushes`` being the volumes'."""
+        """Derivatives of the values with respect to the unknowns (k, local), ``pushes`` being the
+        volumes'."""
         return pushes
 
 
@@ -67,6 +68,9 @@ class ArcControl:
         return self.tangent[np.newaxis]
 
 
+Control = VolumeControl | ArcControl
+
+
 class Border:
     """The bordered rows of one Newton solve.
 
@@ -74,7 +78,7 @@ class Border:
     directions in which the volume grows while the pressure falls, at the last correction.
     """
 
-    def __init__(self, model: Model, control: VolumeControl | ArcControl, fixed: np.ndarray):
+    def __init__(self, model: Model, control: Control, fixed: np.ndarray):
         self._model, self._control, self._fixed = model, control, fixed
         self.softening = 0
 
@@ -85,7 +89,8 @@ class Border:
         return float(np.max(np.abs(values - self._control.targets) / np.maximum(scale, 1e-300)))
 
     def gradients(self, state: State) -> np.ndarray:
-        """Derivatives of the volumes by the unknowns (k, local), zero at supported ones."""
+        """Derivatives of the volumes with respect to the unknowns (k, local), zero at supported
+        ones."""
         rows = np.zeros((len(self._control.directions), self._model.unknowns.local))
         for row, direction in zip(rows, self._control.directions, strict=True):
             for name, weight in direction.items():
@@ -94,7 +99,9 @@ class Border:
         rows[:, self._fixed] = 0.0
         return rows
 
-    def correct(self, state: State, step: np.ndarray, solve: Callable) -> np.ndarray:
+    def correct(
+        self, state: State, step: np.ndarray, solve: Callable[[np.ndarray], np.ndarray]
+    ) -> np.ndarray:
         """Correct Newton's step (x becomes x − step; owned part) and return δq (k,).
 
         solve: array (owned,) -> K⁻¹ of it (local,).

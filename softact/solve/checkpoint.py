@@ -7,8 +7,9 @@ processes, which hold other parts of the mesh.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.spatial
@@ -17,7 +18,14 @@ from softact.errors import SpecError
 from softact.files.restart import RESTART, of_another_version, seal, unseal
 from softact.loads import BY_FIELD
 from softact.solve.path import Point
-from softact.system.term import State
+from softact.system.term import State, Value
+
+if TYPE_CHECKING:
+    import dolfinx
+    from mpi4py import MPI
+    from numpy.lib.npyio import NpzFile
+
+    from softact.model import Model
 
 SAME_PLACE = 1e-9  # of the body's size
 
@@ -62,13 +70,13 @@ PLAIN = tuple(
 )
 
 
-def pack(model, checkpoint: Checkpoint) -> bytes | None:
+def pack(model: Model, checkpoint: Checkpoint) -> bytes | None:
     """The checkpoint as the content of a file, on rank 0 (None elsewhere). Collective."""
     arrays: dict[str, np.ndarray] = {}
     vectors = [checkpoint.begun.x, *(point.x for point in checkpoint.path)]
-    has_rate = checkpoint.path[-1].rate is not None
-    if has_rate:
-        vectors.append(checkpoint.path[-1].rate)
+    rate = checkpoint.path[-1].rate
+    if rate is not None:
+        vectors.append(rate)
     for number, (places, dofs, owned) in enumerate(_groups(model)):
         mine = places[:owned], np.stack([x[dofs[:owned]] for x in vectors])
         found = model.comm.gather(mine)
@@ -88,13 +96,13 @@ def pack(model, checkpoint: Checkpoint) -> bytes | None:
         "begun": _loads(checkpoint.begun),
         "state": _loads(checkpoint.state),
         "path": [{"s": p.s, "q": p.q.tolist()} for p in checkpoint.path],
-        "has_rate": has_rate,
+        "has_rate": rate is not None,
         "processes": len(memories),
     }
     return seal(known, arrays)
 
 
-def read(model, directory: Path) -> Checkpoint | None:
+def read(model: Model, directory: Path) -> Checkpoint | None:
     """The checkpoint in a result folder; None where there is none. Collective.
 
     Raises DamagedResultError where it cannot be used, SpecError where it does not fit the model's
@@ -110,7 +118,7 @@ def read(model, directory: Path) -> Checkpoint | None:
         raise of_another_version(path) from None
 
 
-def _unpacked(model, path: Path, known: Mapping, file) -> Checkpoint:
+def _unpacked(model: Model, path: Path, known: Mapping, file: NpzFile) -> Checkpoint:
     count = 1 + len(known["path"])
     vectors = np.zeros((count + known["has_rate"], model.unknowns.local))
     for number, (places, dofs, _) in enumerate(_groups(model)):
@@ -128,8 +136,9 @@ def _unpacked(model, path: Path, known: Mapping, file) -> Checkpoint:
         if set(loads) != {field for field, load in BY_FIELD.items() if not load.holds_volume}:
             raise KeyError("loads")
         memory = _memory(file, known["processes"], when, model.comm)
-        loads = {name: _array(value) for name, value in loads.items()}
-        states.append(State(x.copy(), loads, memory))
+        states.append(
+            State(x.copy(), {f: _values(written) for f, written in loads.items()}, memory)
+        )
     points = [
         Point(p["s"], x, np.array(p["q"], dtype=float))
         for p, x in zip(known["path"], vectors[1:count], strict=True)
@@ -142,17 +151,21 @@ def _unpacked(model, path: Path, known: Mapping, file) -> Checkpoint:
     return Checkpoint(begun=begun, state=now, path=points, passed=passed, **plain)
 
 
-def _passed(file, processes: int, comm) -> dict:
+def _passed(file: NpzFile, processes: int, comm: MPI.Comm) -> dict[str, np.ndarray]:
     """Equilibria that were passed; without a limit, other processes need not know them."""
     if processes != comm.size and not file["memory/0/passed/left"]:
         return {}
-    return _memory(file, processes, "passed", comm)
+    kept = _memory(file, processes, "passed", comm)
+    return {name: np.asarray(value) for name, value in kept.items()}
 
 
-def _memory(file, processes: int, when: str, comm) -> dict:
+def _memory(
+    file: NpzFile, processes: int, when: str, comm: MPI.Comm
+) -> dict[str, np.ndarray | float]:
+    """What ``pack`` was given by this process."""
     prefix = f"memory/{comm.rank}/{when}/"
-    found = {n.removeprefix(prefix): file[n] for n in file.files if n.startswith(prefix)}
-    found = {name: value if value.ndim else float(value) for name, value in found.items()}
+    own = {n.removeprefix(prefix): file[n] for n in file.files if n.startswith(prefix)}
+    found = {name: value if value.ndim else float(value) for name, value in own.items()}
     if comm.allreduce(len(found)) and processes != comm.size:
         raise SpecError(
             f"a run with contact, or beyond a limit of its load, was begun with -n {processes} and "
@@ -161,7 +174,7 @@ def _memory(file, processes: int, when: str, comm) -> dict:
     return found
 
 
-def _groups(model) -> list[tuple[np.ndarray, np.ndarray, int]]:
+def _groups(model: Model) -> list[tuple[np.ndarray, np.ndarray, int]]:
     """Places (n, 3), unknowns (n, size) and how many of them are this process's own, of each space
     and of the nodes of sheets."""
     unknowns = model.unknowns
@@ -175,7 +188,7 @@ def _groups(model) -> list[tuple[np.ndarray, np.ndarray, int]]:
     return groups
 
 
-def _places(space) -> np.ndarray:
+def _places(space: dolfinx.fem.FunctionSpace) -> np.ndarray:
     return space.tabulate_dof_coordinates()
 
 
@@ -188,20 +201,18 @@ def _find(stored: np.ndarray, wanted: np.ndarray) -> np.ndarray | None:
     return order if not len(distance) or distance.max() < SAME_PLACE * size else None
 
 
-def _loads(state: State) -> dict:
-    return {field: _plain(dict(values)) for field, values in state.loads.items()}
+def _loads(state: State) -> dict[str, dict]:
+    """The loads of a state by field, as plain data."""
+    return {
+        field: {name: np.asarray(value, dtype=float).tolist() for name, value in values.items()}
+        for field, values in state.loads.items()
+    }
 
 
-def _plain(value):
-    if isinstance(value, dict):
-        return {name: _plain(entry) for name, entry in value.items()}
-    return np.asarray(value, dtype=float).tolist()
-
-
-def _array(value):
-    if isinstance(value, dict):
-        return {name: _array(entry) for name, entry in value.items()}
-    return np.array(value) if isinstance(value, list) else value
+def _values(written: dict[str, float | list]) -> dict[str, Value]:
+    """The loads of one field, of which ``_loads`` has made plain data."""
+    values = ((name, written[name]) for name in written)
+    return {name: np.array(v) if isinstance(v, list) else v for name, v in values}
 
 
 def first_to_solve(checkpoint: Checkpoint, new: Sequence[dict]) -> int | None:
@@ -224,8 +235,3 @@ def first_to_solve(checkpoint: Checkpoint, new: Sequence[dict]) -> int | None:
             "resume it as it was, then extend it"
         )
     return k  # extended: from where it ended to the new loads
-
-
-def told(attempts) -> list[dict]:
-    """Attempts as plain data."""
-    return [asdict(attempt) for attempt in attempts]

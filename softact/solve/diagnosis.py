@@ -82,7 +82,7 @@ def _wrinkled_layers(model: Model, state: State) -> Iterator[str]:
             )
 
 
-def _membrane(model: Model, state: State, layer: Layer):
+def _membrane(model: Model, state: State, layer: Layer) -> tuple[np.ndarray, np.ndarray]:
     """Undeformed areas (k,) mm² and smallest principal stresses (k,) MPa of a layer's triangles
     with straight edges."""
     nodes = model.surfaces.facet_nodes(model.mesh.facets[layer.surface])[:, :3]
@@ -117,7 +117,7 @@ def _stretched_regions(model: Model, state: State) -> Iterator[str]:
 
 def _crushed_elements(model: Model, state: State) -> Iterator[str]:
     """Where a nearly incompressible element lost half of its volume at a quadrature point."""
-    worst = (np.inf, ())
+    worst: tuple[float, tuple[float, ...]] = (np.inf, ())
     for solid in model.solids.values():
         material = solid.material
         if len(solid.cells) == 0 or material.bulk_modulus < INCOMPRESSIBLE * material.shear_modulus:

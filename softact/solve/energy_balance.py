@@ -22,6 +22,7 @@ import numpy as np
 from softact.model import Model
 from softact.solve.newton import Newton
 from softact.solve.path import Drive
+from softact.system.term import State
 
 # Nodes (as shares of the way) and weights of Boole's rule: exact to degree 5.
 NODES = np.linspace(0.0, 1.0, 5)
@@ -46,7 +47,9 @@ class EnergyBalance:
     To be used while no inertia acts in the model. For one process.
     """
 
-    def __init__(self, model: Model, newton: Newton, drive: Drive, state, s: float, q):
+    def __init__(
+        self, model: Model, newton: Newton, drive: Drive, state: State, s: float, q: np.ndarray
+    ):
         self._model, self._newton, self._drive, self._state = model, newton, drive, state
         self._s, self._q, self._x = s, q, state.x.copy()
         self._velocity = np.zeros_like(state.x)
@@ -60,17 +63,24 @@ class EnergyBalance:
         rest = self.work - self.stored - self.kinetic - self.damped - self.lost
         return abs(rest) / max(abs(self.work), 1e-300)
 
-    def move(self, s: float, q, velocity=None, time_step: float = 1.0, damping: float = 0.0):
+    def move(
+        self,
+        s: float,
+        q: np.ndarray,
+        velocity: np.ndarray | None = None,
+        time_step: float = 1.0,
+        damping: float = 0.0,
+    ) -> None:
         """Go on to the state as it is, with the loads of s; no velocity: an equilibrium."""
         x, at_rest = self._state.x.copy(), velocity is None
-        velocity = np.zeros_like(x) if at_rest else velocity
+        velocity = np.zeros_like(x) if velocity is None else velocity
         way, change = x - self._x, velocity - self._velocity
         momentum = self._model.momentum(velocity)
-        begin, finish = (self._s, self._q, self._x), (s, q, x)
         places = [self._last]
         for share in NODES[1:]:
-            here = ((1 - share) * a + share * b for a, b in zip(begin, finish, strict=True))
-            places.append(self._at(*here))
+            rest = 1 - share
+            there = rest * self._s + share * s, rest * self._q + share * q
+            places.append(self._at(*there, rest * self._x + share * x))
         end = places[-1]
         mean = sum(w * place.unbalanced for w, place in zip(WEIGHTS, places, strict=True))
         brought = end.unbalanced + damping * momentum
@@ -97,7 +107,7 @@ class EnergyBalance:
         """Its values at the supported unknowns."""
         return self._newton.held(replace(self._state, x=vector)).start
 
-    def _at(self, s: float, q, x: np.ndarray) -> _Place:
+    def _at(self, s: float, q: np.ndarray, x: np.ndarray) -> _Place:
         model, state = self._model, replace(self._state, x=x)
         self._drive.set(state, s, q)
         unbalanced, internal = model.force(state)

@@ -40,18 +40,20 @@ class Factor:
 
     def __init__(self, model: Model, snes: PETSc.SNES, pressures: int):
         self._model, self._snes, self._pressures = model, snes, pressures
-        self._matrix: PETSc.Mat | None = None
         self._space = SPACE.of_sheets if model.sheets else SPACE.usual
         self._modes = 0
-        self.set_up()
+        self._matrix = self._prepared()
 
     def set_up(self) -> None:
-        """A factorisation for the matrix as it is laid out now."""
+        """A factorisation for the matrix as it is laid out now, instead of the one there is."""
+        self._matrix.destroy()  # petsc4py keeps what Python lets go until it is told otherwise
+        self._matrix = self._prepared()
+
+    def _prepared(self) -> PETSc.Mat:
+        """The factors of the matrix as it is laid out now, before the first factorisation."""
         model, ksp = self._model, self._snes.getKSP()
         self._layouts = model.assembler.layouts
         pc = ksp.getPC()
-        if self._matrix is not None:
-            self._matrix.destroy()  # petsc4py keeps what Python lets go until it is told otherwise
         pc.reset()
         ksp.setOperators(model.assembler.matrix)
         # LDLT where the tangent is symmetric (and indefinite); friction makes it unsymmetric.
@@ -59,10 +61,11 @@ class Factor:
         pc.setType(PETSc.PC.Type.CHOLESKY if symmetric else PETSc.PC.Type.LU)
         pc.setFactorSolverType("mumps")
         pc.setFactorSetUpSolverType()
-        self._matrix = pc.getFactorMatrix()
+        factors = pc.getFactorMatrix()
         self.fresh = False
         for control, value in {**MUMPS_CONTROLS, 14: self._space}.items():
-            self._matrix.setMumpsIcntl(control, value)
+            factors.setMumpsIcntl(control, value)
+        return factors
 
     def follow_layout(self) -> None:
         """Set up anew where the matrix has been laid out anew."""

@@ -21,7 +21,7 @@ def climb(walk: Walk) -> str | None:
     while walk.done < 1.0:
         done = walk.done
         trouble = Trouble(ahead=True) if walk.at_limit() else _advance(walk)
-        stopped = trouble and _help(walk, trouble)
+        stopped = _help(walk, trouble) if trouble else None
         if stopped:
             return stopped.why
         if walk.done > done:
@@ -32,7 +32,7 @@ def climb(walk: Walk) -> str | None:
 def _advance(walk: Walk) -> Trouble | None:
     """Try the next increment under load control."""
     outcome = walk.advance()
-    return None if outcome.converged else Trouble(outcome=outcome)
+    return None if outcome.converged else Trouble(failed=outcome.reason)
 
 
 def _help(walk: Walk, trouble: Trouble) -> Stopped | None:

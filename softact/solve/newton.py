@@ -11,7 +11,7 @@ from petsc4py import PETSc
 
 from softact.loads.support import Held, Support
 from softact.model import Model
-from softact.solve.border import ArcControl, Border, VolumeControl
+from softact.solve.border import Border, Control
 from softact.solve.factor import Factor
 from softact.system.term import Origin, State
 
@@ -150,7 +150,9 @@ class Newton:
         self._snes = self._create_snes(max_iterations)
         pressures = model.sum(int((~self._is_force).sum()))
         self._factor = Factor(model, self._snes, pressures)
-        self._now: _Solve | None = None  # the present solve, or the last one
+        # The present solve, or the last one; before the first, one that has factorised nothing.
+        rest, nowhere = model.initial_state(), np.empty(0)
+        self._now = _Solve(rest, None, nowhere, None, self.options, model.force_floor, allowed=0)
 
     def _create_snes(self, max_iterations: int) -> PETSc.SNES:
         model = self.model
@@ -197,7 +199,7 @@ class Newton:
         self,
         state: State,
         held: np.ndarray,
-        control: VolumeControl | ArcControl | None = None,
+        control: Control | None = None,
         origin: Origin | None = None,
         options: SolveOptions | None = None,
     ) -> NewtonOutcome:
@@ -270,7 +272,7 @@ class Newton:
 
     # --- what SNES calls ------------------------------------------------------------------------
 
-    def _function(self, _snes, x: PETSc.Vec, f: PETSc.Vec) -> None:
+    def _function(self, _snes: PETSc.SNES, x: PETSc.Vec, f: PETSc.Vec) -> None:
         now, owned = self._now, self.model.unknowns.owned
         now.state.x = self.model.unknowns.to_local(x)
         self.counts.residual_evaluations += 1
@@ -281,7 +283,9 @@ class Newton:
         now.out_of_balance = self._norm(force[:owned][self._is_force])
         now.volume_error = self._norm(force[:owned][~self._is_force])
 
-    def _jacobian(self, _snes, _x, _matrix, _preconditioner) -> None:
+    def _jacobian(
+        self, _snes: PETSc.SNES, _x: PETSc.Vec, _matrix: PETSc.Mat, _preconditioner: PETSc.Mat
+    ) -> None:
         now = self._now
         if self._old_factors_do():
             now.handed_over = time.perf_counter()
@@ -378,7 +382,9 @@ class Newton:
             sound = part if sound is None else sound
         return sound or 1.0  # where no part is sound, the residual will say so
 
-    def _test(self, _snes, iteration: int, _norms) -> PETSc.SNES.ConvergedReason:
+    def _test(
+        self, _snes: PETSc.SNES, iteration: int, _norms: tuple[float, float, float]
+    ) -> PETSc.SNES.ConvergedReason:
         reason, now = PETSc.SNES.ConvergedReason, self._now
         tolerance = now.options.tolerance
         force = now.out_of_balance / max(now.internal, now.force_floor / tolerance)

@@ -15,6 +15,10 @@ SAMPLE = 1000
 RETURNED = 0.5
 
 
+#: Fractions of a step's loads, rising, and the sampled displacements under them.
+Branch = list[tuple[float, np.ndarray]]
+
+
 class Passed:
     """The stable equilibria of a step under load control, in branches: within one the load grows.
 
@@ -28,8 +32,8 @@ class Passed:
         whole = max(model.sum(owned), 1)
         every = max(1, whole // SAMPLE)
         self._dofs = model.displacement_dofs[:owned:every]
-        self._here: list[tuple[float, np.ndarray]] = []
-        self._left: list[list[tuple[float, np.ndarray]]] = []
+        self._here: Branch = []
+        self._left: list[Branch] = []
 
     def add(self, fraction: float, x: np.ndarray) -> None:
         """Take a state, with the fraction of the step's loads, into the present branch."""
@@ -57,7 +61,7 @@ class Passed:
 
     def take(self, kept: Mapping[str, np.ndarray]) -> None:
         """Know what ``kept`` gave, and nothing else."""
-        branches = [[] for _ in range(int(kept["left"]) + 1)]
+        branches: list[Branch] = [[] for _ in range(int(kept["left"]) + 1)]
         points = zip(kept["branch"], kept["fraction"], kept["state"], strict=True)
         for number, fraction, state in points:
             branches[number].append((float(fraction), state.astype(float)))
@@ -73,7 +77,7 @@ class Passed:
         )
 
     @staticmethod
-    def _at(branch: list[tuple[float, np.ndarray]], fraction: float) -> np.ndarray | None:
+    def _at(branch: Branch, fraction: float) -> np.ndarray | None:
         """The branch's state under a load, between those that are known; None beyond its ends."""
         fractions = np.array([point[0] for point in branch])
         if not fractions[0] <= fraction <= fractions[-1]:

@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from softact.model import Model
-from softact.solve.border import ArcControl, VolumeControl
+from softact.solve.border import ArcControl, Control, VolumeControl
 from softact.solve.ramp import Ramp
 from softact.system.term import Origin, State
 
@@ -29,11 +29,18 @@ class Point:
 
 
 class Drive(Protocol):
-    """A way along the equilibria of a step."""
+    """A way along the equilibria of a step.
 
-    def set(self, state: State, s: float, q: np.ndarray) -> tuple[np.ndarray, VolumeControl | None]:
+    control: see ``Attempt``. holds_volume: whether volumes stay prescribed, as they are by
+    injection.
+    """
+
+    control: str
+    holds_volume: bool
+
+    def set(self, state: State, s: float, q: np.ndarray) -> tuple[np.ndarray, Control | None]:
         """Load ``state`` for the place s; q is the guess of the unknown loads. Returns the
-        prescribed displacements and volumes."""
+        prescribed displacements, and what is prescribed instead of the unknown loads."""
 
     def loads(self, state: State) -> np.ndarray:
         """The unknown loads q as ``state`` has them."""
@@ -51,16 +58,19 @@ class LoadDrive:
         self._ramp = ramp
         self.holds_volume = bool(ramp.injected)
 
-    def set(self, state, s, q):
+    def set(self, state: State, s: float, q: np.ndarray) -> tuple[np.ndarray, Control | None]:
+        """See ``Drive``."""
         free = dict(zip(self._ramp.injected, map(float, q), strict=True))
         if free:
             state.put("pressure", {**state["pressure"], **free})
         return self._ramp.apply(state, s), self._ramp.control(s)
 
-    def loads(self, state):
+    def loads(self, state: State) -> np.ndarray:
+        """See ``Drive``."""
         return np.array([state["pressure"].get(name, 0.0) for name in self._ramp.injected])
 
-    def fraction(self, point):
+    def fraction(self, point: Point) -> float:
+        """See ``Drive``."""
         return point.s
 
 
@@ -80,15 +90,18 @@ class VolumeDrive:
         self._start = {name: start for name, (start, _) in ramp.pressures.items()}
         self._change = {name: end - start for name, (start, end) in ramp.pressures.items()}
 
-    def set(self, state, s, q):
+    def set(self, state: State, s: float, q: np.ndarray) -> tuple[np.ndarray, Control | None]:
+        """See ``Drive``."""
         held = self._ramp.apply(state, float(q[0]))
         return held, VolumeControl([self._change], np.array([s]))
 
-    def loads(self, state):
+    def loads(self, state: State) -> np.ndarray:
+        """See ``Drive``."""
         along = sum(d * (state["pressure"][n] - self._start[n]) for n, d in self._change.items())
         return np.array([along / sum(d * d for d in self._change.values())])
 
-    def fraction(self, point):
+    def fraction(self, point: Point) -> float:
+        """See ``Drive``."""
         return float(point.q[0])
 
     def place(self, point: Point) -> Point:
@@ -99,26 +112,24 @@ class VolumeDrive:
 
 
 class ArcDrive(VolumeDrive):
-    """s is the length of the way through the displacements; the fraction of the step follows.
+    """s is the arc length, that of the way through the displacements; the fraction of the step
+    follows.
 
     Also where the volume turns back: there ``VolumeDrive`` has no equilibrium ahead.
+    path: the points of a ``VolumeDrive`` so far, two at least; points: they, as ones of this drive.
     """
 
     control = "arc"
 
-    def __init__(self, model: Model, ramp: Ramp):
+    def __init__(self, model: Model, ramp: Ramp, path: Sequence[Point]):
         super().__init__(model, ramp)
         self._is_displacement = np.zeros(model.unknowns.local, dtype=bool)
         self._is_displacement[model.displacement_dofs] = True
-        self._last: Point | None = None
-        self._tangent: np.ndarray | None = None
-
-    def lay(self, path: Sequence[Point]) -> list[Point]:
-        """Points of a ``VolumeDrive`` as ones of this drive."""
         places = [0.0]
         for before, after in pairwise(path):
             places.append(places[-1] + self.length(after.x - before.x))
-        return [replace(point, s=s) for point, s in zip(path, places, strict=True)]
+        self.points = [replace(point, s=s) for point, s in zip(path, places, strict=True)]
+        self.aim(*self.points[-2:])
 
     def aim(self, before: Point, last: Point) -> None:
         """Go on from the last point in the direction of these two."""
@@ -131,7 +142,8 @@ class ArcDrive(VolumeDrive):
         change = np.where(self._is_displacement, change, 0.0)[owned]
         return float(np.sqrt(self._model.sum(float(change @ change))))
 
-    def set(self, state, s, q):
+    def set(self, state: State, s: float, q: np.ndarray) -> tuple[np.ndarray, Control | None]:
+        """See ``Drive``."""
         held = self._ramp.apply(state, float(q[0]))
         way = np.array([s - self._last.s])
         return held, ArcControl([self._change], self._last.x, self._tangent, way)
@@ -148,13 +160,20 @@ def extrapolate(path: Sequence[Point], s: float) -> Point:
     for i, place in enumerate(places):
         others = np.delete(places, i)
         weights.append(float(np.prod((s - others) / (place - others))))
-    if len(path) > 1 and path[-1].rate is not None:
+    rate = path[-1].rate
+    if len(path) > 1 and rate is not None:
         before, now = path[-2:]
         gone, ahead = now.s - before.s, s - now.s
-        bend = (now.rate - (now.x - before.x) / gone) / gone
-        x = now.x + ahead * (now.rate + ahead * bend)
+        bend = (rate - (now.x - before.x) / gone) / gone
+        x = now.x + ahead * (rate + ahead * bend)
     else:
-        x = sum(w * point.x for w, point in zip(weights, path, strict=True))
-    q = sum(w * point.q for w, point in zip(weights, path, strict=True))
+        x = _combined(weights, [point.x for point in path])
+    q = _combined(weights, [point.q for point in path])
     origin = Origin(tuple(point.x for point in path), tuple(weights))
     return Point(s, x, q, origin=origin)
+
+
+def _combined(weights: Sequence[float], arrays: Sequence[np.ndarray]) -> np.ndarray:
+    """Σ w a of arrays of one shape."""
+    pairs = zip(weights, arrays, strict=True)
+    return sum((w * array for w, array in pairs), np.zeros_like(arrays[0]))

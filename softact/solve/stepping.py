@@ -61,7 +61,7 @@ class Stepper:
         for step in steps:
             walk.model.make_room(step.loads)
         inside = start if begin is None else None
-        first = start.step if inside else begin
+        first = inside.step if inside else begin or 0
         if start:
             walk.restore(start, start.begun if inside else start.state)
         sets = [(0, supports)]

@@ -16,6 +16,7 @@ from softact.loads.load_step import LoadStep
 from softact.loads.support import Support
 from softact.model import Model
 from softact.solve import acceptance
+from softact.solve.border import Control
 from softact.solve.checkpoint import Checkpoint
 from softact.solve.diagnosis import causes
 from softact.solve.increments import next_size
@@ -25,7 +26,7 @@ from softact.solve.path import Drive, LoadDrive, Point, extrapolate
 from softact.solve.progress import Attempt, Listeners, Progress, Trying
 from softact.solve.ramp import Ramp
 from softact.solve.settings import Settings
-from softact.system.term import State
+from softact.system.term import Origin, State
 
 # Part of a step over which the change of the loads is taken.
 RATE_STEP = 1e-4
@@ -177,7 +178,13 @@ class Walk:
             guesses = [] if best is None or errors[best] > 1.0 else [guesses[best]]
         return [*guesses, path[-1]]
 
-    def _equilibrium(self, held, control, origin, options: SolveOptions) -> NewtonOutcome:
+    def _equilibrium(
+        self,
+        held: np.ndarray,
+        control: Control | None,
+        origin: Origin | None,
+        options: SolveOptions,
+    ) -> NewtonOutcome:
         """Newton, and once more with stiffer contact as long as bodies overlap too far."""
         outcome = self.newton.solve(self.state, held, control, origin, options)
         again = replace(options, at_most=None)

@@ -6,7 +6,7 @@ from typing import Any
 
 from softact.errors import SpecError
 from softact.files.document import Document, Place, dotted
-from softact.materials import LAWS
+from softact.materials import LAWS, Law
 from softact.materials.cards import with_changes
 from softact.nearest import nearest
 from softact.spec.faults import validated
@@ -37,7 +37,7 @@ def insert(source: Document, named: Iterable[Place]) -> list[str]:
             content = read_card(source.folder / source.value(here))
             if changes.get("law", content["law"]) != content["law"]:
                 raise SpecError(f"the card is of law {content['law']}, not {changes['law']}")
-            material = with_changes(content, changes)
+            material: dict[str, Any] | Law = with_changes(content, changes)
         except SpecError as error:
             start = f"{source.where(here)}: {dotted(here)}"
             faults += [f"{start}: {line}" for line in error.lines]

@@ -11,6 +11,7 @@ from softact.geometry.base import Geometry
 from softact.loads import LOADS
 from softact.loads.base import surface_fault
 from softact.materials import Law
+from softact.materials.base import FibreLaw
 from softact.measures import MEASURES
 from softact.mesh.layout import Layout
 from softact.nearest import nearest
@@ -125,11 +126,11 @@ def _made_of(
 def fibre_faults(materials: Mapping[str, Law], layout: Layout) -> Iterator[Fault]:
     """Yield what is wrong with the directions of fibres in materials that are valid themselves."""
     for region, law in materials.items():
-        if not law.anisotropic:
+        if not isinstance(law, FibreLaw):
             continue
         place = ("materials", region)
         if law.normal is not None:
-            if not np.any(np.cross(law.normal, layout.axis)):
+            if not np.any(np.cross(np.array(law.normal), layout.axis)):
                 yield (
                     (*place, "normal"),
                     "the actuator's axis, from which the fibre angle counts, is normal to this "

@@ -1,16 +1,22 @@
 """Fields whose model is looked up in a registry by what the spec says: geometries, materials."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 from pydantic_core import core_schema
 
 from softact.errors import SpecError
 from softact.fields import fault, fault_at, given
+from softact.geometry.base import Geometry
 from softact.nearest import nearest
 from softact.units import show
+
+if TYPE_CHECKING:
+    from softact.materials import Law
 
 
 class Choice:
@@ -45,7 +51,9 @@ class Choice:
         return core_schema.no_info_plain_validator_function(self.validate, serialization=dump)
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
-        options = [option.__pydantic_core_schema__ for option in self.options()]
+        options: list[core_schema.CoreSchema | tuple[core_schema.CoreSchema, str]] = [
+            option.__pydantic_core_schema__ for option in self.options()
+        ]
         return handler(core_schema.union_schema(options))
 
 
@@ -56,17 +64,17 @@ class GeometryChoice(Choice):
     registry: returns name -> class. It is called late, since geometries import softact.
     """
 
-    registry: Callable[[], Mapping[str, type[BaseModel]]]
+    registry: Callable[[], Mapping[str, type[Geometry]]]
 
-    def model_for(self, data: Any) -> type[BaseModel] | None:
+    def model_for(self, data: Any) -> type[Geometry] | None:
         """See ``Choice.model_for``."""
         kind = data.get("type") if isinstance(data, dict) else None
         return self.registry().get(kind) if isinstance(kind, str) else None
 
-    def validate(self, data: Any) -> BaseModel:
+    def validate(self, data: Any) -> Geometry:
         """See ``Choice.validate``."""
         registry = self.registry()
-        if isinstance(data, tuple(registry.values())):
+        if isinstance(data, Geometry) and isinstance(data, tuple(registry.values())):
             return data
         if not isinstance(data, dict):
             names = ", ".join(registry)
@@ -98,14 +106,14 @@ class MaterialChoice(Choice):
 
     layer: bool = False
 
-    def laws(self) -> dict[str, type[BaseModel]]:
+    def laws(self) -> Mapping[str, type[Law]]:
         """Return name -> class of the laws that fit here."""
         from softact.materials import LAWS
 
         # A thin layer's energy is that of a linear sheet, see softact.bodies.layer.Layer.
         return {"linear": LAWS["linear"]} if self.layer else LAWS
 
-    def model_for(self, data: Any) -> type[BaseModel] | None:
+    def model_for(self, data: Any) -> type[Law] | None:
         """See ``Choice.model_for``."""
         from softact.materials import CARDS, card_data
 
@@ -117,7 +125,7 @@ class MaterialChoice(Choice):
             law = card_data(card)["law"]
         return self.laws().get(law) if isinstance(law, str) else None
 
-    def validate(self, data: Any) -> BaseModel:
+    def validate(self, data: Any) -> Law:
         """See ``Choice.validate``."""
         from softact.materials import CARDS, Law, parse_material
 
@@ -132,8 +140,8 @@ class MaterialChoice(Choice):
             card = data["card"]
             place = ("card",)
             if not isinstance(card, str) or card not in CARDS:
-                told = f"there is no material card {show(card)}; {nearest(card, CARDS)}"
-                raise fault_at(place, f"{told} (a file of your own ends with .yaml)")
+                unknown = f"there is no material card {show(card)}; {nearest(card, CARDS)}"
+                raise fault_at(place, f"{unknown} (a file of your own ends with .yaml)")
         elif "law" not in data:
             raise fault(f"neither 'card' nor 'law' is given; {example}")
         if "law" in data and (not isinstance(data["law"], str) or data["law"] not in self.laws()):

@@ -1,7 +1,7 @@
 """Rigid obstacles and contact of surfaces, as a spec writes them."""
 
 from collections.abc import Sequence
-from typing import Annotated, Any, Self
+from typing import Annotated, Any
 
 from pydantic import (
     BaseModel,
@@ -31,12 +31,12 @@ from softact.units import Length, show
 class ObstacleChoice(Choice):
     """An obstacle: the key ``type`` says which."""
 
-    def model_for(self, data: Any) -> type[BaseModel] | None:
+    def model_for(self, data: Any) -> type[SpecObstacle] | None:
         """See ``Choice.model_for``."""
         kind = data.get("type") if isinstance(data, dict) else None
         return OBSTACLES.get(kind) if isinstance(kind, str) else None
 
-    def validate(self, data: Any) -> BaseModel:
+    def validate(self, data: Any) -> SpecObstacle:
         """See ``Choice.validate``."""
         names = ", ".join(OBSTACLES)
         if isinstance(data, SpecObstacle):
@@ -71,7 +71,7 @@ Surfaces = Annotated[
 ]
 
 
-class SurfaceContact(Part):
+class SurfaceContactSpec(Part, title="SurfaceContact"):
     """Surfaces of bodies that may touch: themselves, or each other."""
 
     name: Name = Field("", description="default: contact_1, contact_2, ...")
@@ -85,16 +85,15 @@ class SurfaceContact(Part):
     distance: Length = Field(0.0, ge=0, description="gap below which they press on each other")
 
     @model_validator(mode="after")
-    def _has_surfaces(here) -> Self:  # noqa: N805 (``self`` is a field)
+    def _has_surfaces(here: "SurfaceContactSpec") -> "SurfaceContactSpec":  # noqa: N805 (``self`` is a field)
         if (here.__dict__["self"] is None) == (here.between is None):
             raise fault("write either self: outer, or between: [one, other]")
         return here
 
     @property
-    def groups(here) -> tuple[tuple[str, ...], ...]:  # noqa: N805
+    def groups(here: "SurfaceContactSpec") -> tuple[tuple[str, ...], ...]:  # noqa: N805
         """One group of surfaces that touch themselves, or two that touch each other."""
-        own = here.__dict__["self"]
-        return here.between if own is None else (own,)
+        return (here.__dict__["self"],) if here.between is None else here.between
 
 
 def _contacts(value: Any) -> Any:
@@ -103,12 +102,12 @@ def _contacts(value: Any) -> Any:
     return () if value == "none" else value
 
 
-Contacts = Annotated[tuple[SurfaceContact, ...], BeforeValidator(_contacts)]
+Contacts = Annotated[tuple[SurfaceContactSpec, ...], BeforeValidator(_contacts)]
 
 
 def resolved_contact(
-    written: tuple[SurfaceContact, ...] | None, steps: Sequence[Any], layout: Layout
-) -> tuple[SurfaceContact, ...]:
+    written: tuple[SurfaceContactSpec, ...] | None, steps: Sequence[Any], layout: Layout
+) -> tuple[SurfaceContactSpec, ...]:
     """The contacts of a spec: those written (None: nothing was) and, unless it says none, those of
     the walls of cavities that a step evacuates, which would pass through each other.
 
@@ -125,5 +124,5 @@ def resolved_contact(
         )
         known = any(set(walls) <= set(group) for c in contacts for group in c.groups[:1])
         if evacuated and not known and not set(walls) & set(layout.sheets):
-            contacts = (*contacts, SurfaceContact(name=f"{cavity}_walls", self=tuple(walls)))
+            contacts = (*contacts, SurfaceContactSpec(name=f"{cavity}_walls", self=tuple(walls)))
     return contacts

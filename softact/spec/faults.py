@@ -15,10 +15,10 @@ from softact.units import dimension_of, show
 
 MAX_LINES = 60
 
-Kind = TypeVar("Kind", bound=BaseModel)
+AnyModel = TypeVar("AnyModel", bound=BaseModel)
 
 
-def validated(document: Document, model: type[Kind]) -> Kind:
+def validated(document: Document, model: type[AnyModel]) -> AnyModel:
     """Return what a document holds as a model. Raises SpecError with a line for each fault."""
     try:
         return model.model_validate(document.data)
@@ -117,8 +117,9 @@ def _bound(relation: str, limit: str) -> Callable[..., str]:
 def _wanted(kind: str) -> Callable[..., str]:
     def text(entry: dict, place: Place, document: Document, model: type[BaseModel]) -> str:
         field = _field(place, document, model)
-        describes = field is not None and field.description and isinstance(place[-1], str)
-        means = f" ({field.description})" if describes else ""
+        means = ""
+        if field is not None and field.description and isinstance(place[-1], str):
+            means = f" ({field.description})"
         return f"{given(_given(place, document))}; {kind} is wanted{means}"
 
     return text

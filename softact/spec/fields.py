@@ -11,6 +11,7 @@ from pydantic import (
 from softact.fields import fault, fault_at, given
 from softact.geometry.base import Geometry
 from softact.materials import Law
+from softact.materials.laws.linear import Linear
 from softact.spec.choice import GeometryChoice, MaterialChoice
 from softact.units import show
 
@@ -43,4 +44,4 @@ Measures = Annotated[
 GEOMETRY = GeometryChoice(_geometries)
 AnyGeometry = Annotated[Geometry, GEOMETRY]
 AnyMaterial = Annotated[Law, MaterialChoice()]
-LayerMaterial = Annotated[Law, MaterialChoice(layer=True)]
+LayerMaterial = Annotated[Linear, MaterialChoice(layer=True)]

@@ -12,6 +12,7 @@ from pydantic import (
     create_model,
     model_validator,
 )
+from pydantic_core import ErrorDetails, InitErrorDetails
 from pydantic_core.core_schema import ErrorType
 
 from softact.bodies import BODIES
@@ -304,10 +305,11 @@ class SpecBase(Part):
     @classmethod
     def _check(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
         """Collect the faults of single values and those between the parts, all at once."""
-        if isinstance(data, SpecBase):
+        if isinstance(data, cls):
             return data
         data = _named(data)
-        faults, spec = [], None
+        faults: list[InitErrorDetails] = []
+        spec = None
         try:
             spec = handler(data)
         except ValidationError as error:
@@ -316,7 +318,7 @@ class SpecBase(Part):
         if spec is not None and not between:
             between = list(fibre_faults(spec.materials, spec.geometry.layout()))
         faults += [{"type": fault(text), "loc": place, "input": None} for place, text in between]
-        if faults:
+        if faults or spec is None:
             raise ValidationError.from_exception_data(cls.__name__, faults)
         return spec._resolved()
 
@@ -399,9 +401,11 @@ def _geometry(data: Any) -> Geometry | None:
         return None  # told already by the field itself
 
 
-def _again(error: dict[str, Any]) -> dict[str, Any]:
+def _again(error: ErrorDetails) -> InitErrorDetails:
     """Return an error of pydantic in the form in which it can be raised once more."""
+    again: InitErrorDetails = {"type": error["type"], "loc": error["loc"], "input": error["input"]}
     if error["type"] not in get_args(ErrorType):
-        return {"type": fault(error["msg"]), "loc": error["loc"], "input": error["input"]}
-    keys = ("type", "loc", "input", "ctx")
-    return {key: error[key] for key in keys if key in error}
+        again["type"] = fault(error["msg"])
+    elif "ctx" in error:
+        again["ctx"] = error["ctx"]
+    return again

@@ -19,7 +19,7 @@ from softact.spec.models import UNNAMED, Spec
 from softact.spec.slots import Slot, slot_at
 from softact.units import one_line, show
 
-Kind = TypeVar("Kind", bound=BaseModel)
+AnyModel = TypeVar("AnyModel", bound=BaseModel)
 
 
 def parts(path: str) -> list[str]:
@@ -141,7 +141,7 @@ def check(document: Document, place: Place) -> None:
             raise SpecError(f"{here} has no {show(key)}; {nearest(key, known)}")
 
 
-def changed(model: Kind, changes: Mapping[str, Any]) -> Kind:
+def changed(model: AnyModel, changes: Mapping[str, Any]) -> AnyModel:
     """Return a copy of a spec with values at paths replaced, validated anew. Raises SpecError."""
     document = Document("spec", model.model_dump(mode="json", exclude_none=True))
     for path, value in changes.items():

@@ -4,14 +4,19 @@
 wide: it is there to find a value that is a thousand times too large, not to judge a design.
 """
 
+from __future__ import annotations
+
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from softact.files.document import Document, Place, dotted
 from softact.geometry.base import Geometry
 from softact.materials import Law, compressible
+from softact.materials.base import FibreLaw
+from softact.materials.laws.linear import Linear
 from softact.units import (
     ACCELERATION,
     DENSITY,
@@ -25,6 +30,10 @@ from softact.units import (
     conversion,
     dimension_of,
 )
+
+if TYPE_CHECKING:
+    from softact.contact.obstacles import SpecObstacle
+    from softact.spec.models import LayerSpec, PlySpec, Spec, Step, SupportSpec
 
 Oddity = tuple[Place, str]
 
@@ -181,16 +190,16 @@ RANGES = {
 _WALL = re.compile(r"wall|roof|floor|sleeve|thickness")
 
 
-def lines(spec, source: Document | None = None) -> list[str]:
+def lines(spec: Spec, source: Document | None = None) -> list[str]:
     """A line for each odd value of a spec; with ``source`` each begins with its file and line."""
-    told = []
+    found = []
     for place, text in oddities(spec):
         where = f"{source.where(place)}: " if source is not None else ""
-        told.append(f"{where}{dotted(place)}: {text}")
-    return told
+        found.append(f"{where}{dotted(place)}: {text}")
+    return found
 
 
-def oddities(spec) -> Iterator[Oddity]:
+def oddities(spec: Spec) -> Iterator[Oddity]:
     """Place and words of each value of a spec that looks odd."""
     yield from _geometry(spec.geometry)
     yield from _materials(spec)
@@ -202,7 +211,7 @@ def oddities(spec) -> Iterator[Oddity]:
     yield from _supports(spec.supports, ("supports",))
     for name, obstacle in spec.obstacles.items():
         yield from _obstacle(obstacle, ("obstacles", name))
-    for i, contact in enumerate(spec.contact):
+    for i, contact in enumerate(spec.contact or ()):
         yield from _say("friction", contact.friction, ("contact", i, "friction"))
         yield from _size("distance", contact.distance, ("contact", i, "distance"))
     for i, step in enumerate(spec.steps):
@@ -231,24 +240,24 @@ def _geometry(geometry: Geometry) -> Iterator[Oddity]:
         yield from _say("length", length, ("geometry", *own), "the length")
 
 
-def _materials(spec) -> Iterator[Oddity]:
+def _materials(spec: Spec) -> Iterator[Oddity]:
     softest = math.inf
     for region, law in spec.materials.items():
         place, mu = ("materials", region), law.shear_modulus
         softest = min(softest, mu)
-        if law.law == "linear":
+        if isinstance(law, Linear):
             yield from _say("solid", law.youngs_modulus, (*place, "youngs_modulus"))
         else:
             yield from _say("rubber", mu, place, "an initial shear modulus of")
         yield from ((place, text) for text in compressible.remarks(law))
         yield from _law(law, place)
-    if all(law.law == "linear" for law in spec.materials.values()) and spec.materials:
+    if all(isinstance(law, Linear) for law in spec.materials.values()) and spec.materials:
         yield from _say("softest", softest, ("materials",), "a shear modulus of")
 
 
 def _law(law: Law, place: Place) -> Iterator[Oddity]:
     """What every material has, in a solid or in a film."""
-    kind = "poisson" if law.law == "linear" else "rubber_poisson"
+    kind = "poisson" if isinstance(law, Linear) else "rubber_poisson"
     ratio = law.poissons_ratio
     if ratio is None:
         mu, bulk = law.shear_modulus, law.initial_bulk_modulus
@@ -257,20 +266,20 @@ def _law(law: Law, place: Place) -> Iterator[Oddity]:
     yield from _say("density", law.density, (*place, "density"))
     if law.strength is not None:
         yield from _say("strength", law.strength, (*place, "strength"))
-    if law.anisotropic:
+    if isinstance(law, FibreLaw):
         yield from _size("fibres", law.k1, (*place, "k1"))
 
 
-def _film(film, place: Place) -> Iterator[Oddity]:
+def _film(film: LayerSpec | PlySpec, place: Place) -> Iterator[Oddity]:
     """A layer or a ply."""
     law, inside = film.material, (*place, "material")
     yield from _say("film", film.thickness, (*place, "thickness"))
-    modulus = law.youngs_modulus if law.law == "linear" else 3 * law.shear_modulus
+    modulus = law.youngs_modulus if isinstance(law, Linear) else 3 * law.shear_modulus
     yield from _say("sheet", modulus, inside, "a Young's modulus of")
     yield from _law(law, inside)
 
 
-def _supports(supports, place: Place) -> Iterator[Oddity]:
+def _supports(supports: Sequence[SupportSpec] | None, place: Place) -> Iterator[Oddity]:
     for i, support in enumerate(supports or ()):
         for component, value in support.move.items():
             yield from _size("motion", value, (*place, i, "move", component))
@@ -278,7 +287,7 @@ def _supports(supports, place: Place) -> Iterator[Oddity]:
             yield from _size("spring", value, (*place, i, "spring", component))
 
 
-def _obstacle(obstacle, place: Place) -> Iterator[Oddity]:
+def _obstacle(obstacle: SpecObstacle, place: Place) -> Iterator[Oddity]:
     yield from _say("friction", obstacle.friction, (*place, "friction"))
     for name in ("radius", "length"):
         yield from _size("obstacle", getattr(obstacle, name, None), (*place, name))
@@ -289,7 +298,7 @@ def _obstacle(obstacle, place: Place) -> Iterator[Oddity]:
         yield from _size("obstacle", edge, (*place, "size", i))
 
 
-def _step(step, place: Place) -> Iterator[Oddity]:
+def _step(step: Step, place: Place) -> Iterator[Oddity]:
     for cavity, value in (step.pressure or {}).items():
         kind = "pressure" if value > 0 else "vacuum"
         yield from _size(kind, value, (*place, "pressure", cavity))

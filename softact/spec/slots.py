@@ -1,7 +1,7 @@
 """What the models say of the places of a document: which field stands there, with which keys."""
 
 import types
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Annotated, Any, Union, get_args, get_origin
@@ -84,9 +84,12 @@ class Slot:
 
     def default(self) -> Any:
         """Return what a file that is silent means by the field here, as plain data."""
-        silent = self.field is None or self.field.is_required()
-        value = None if silent else self.field.get_default()
-        kind = Annotated[(self.annotation, *self.metadata)] if self.metadata else self.annotation
+        if self.field is None or self.field.is_required():
+            return None
+        value = self.field.get_default()
+        kind: Any = (
+            Annotated[(self.annotation, *self.metadata)] if self.metadata else self.annotation
+        )
         return None if value is None else TypeAdapter(kind).dump_python(value, mode="json")
 
 
@@ -124,12 +127,12 @@ def slot_at(model: type[BaseModel], document: Document, place: Place) -> Slot | 
 
     What the document lacks on the way counts as empty, so a slot may be found all the same.
     """
-    slot: Slot | None = _top(model)
-    value = document.data
+    slot, value = _top(model), document.data
     for key in place:
-        slot = slot.inside(key, value)
-        if slot is None:
+        inner = slot.inside(key, value)
+        if inner is None:
             return None
+        slot = inner
         try:
             value = item(value, key)
         except LookupError:
@@ -143,7 +146,12 @@ def walk(model: type[BaseModel], data: Any) -> Iterator[tuple[Place, Slot, Any]]
     while todo:
         place, slot, value = todo.pop()
         yield place, slot, value
-        pairs = value.items() if isinstance(value, dict) else []
-        pairs = enumerate(value) if isinstance(value, list) else pairs
-        inner = [((*place, key), slot.inside(key, value), entry) for key, entry in pairs]
-        todo += [found for found in reversed(inner) if found[1] is not None]
+        pairs: Iterable[tuple[Any, Any]] = ()
+        if isinstance(value, dict | list):
+            pairs = value.items() if isinstance(value, dict) else enumerate(value)
+        inner = [
+            ((*place, key), entry_slot, entry)
+            for key, entry in pairs
+            if (entry_slot := slot.inside(key, value)) is not None
+        ]
+        todo += reversed(inner)

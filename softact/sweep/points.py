@@ -20,7 +20,7 @@ from softact.sweep.version import run_key, version
 
 
 @dataclass(frozen=True)
-class Point:
+class DesignPoint:
     """One point: its coordinates, and the key of its run or why there can be none.
 
     key: None where the spec of the point is wrong; then ``faults`` says why.
@@ -82,7 +82,7 @@ class Plan:
         except (OSError, ValueError, AttributeError, KeyError):
             pass  # nothing is remembered, or a file that is damaged: the keys are made anew
 
-    def points(self, axes: Sequence[Axis], design: Sequence[Coordinates]) -> list[Point]:
+    def points(self, axes: Sequence[Axis], design: Sequence[Coordinates]) -> list[DesignPoint]:
         """The points of a design. Raises SpecError where no point at all has a right spec."""
         points = [self._point(axes, coordinates) for coordinates in design]
         if all(point.key is None for point in points):
@@ -94,7 +94,7 @@ class Plan:
         data = {"fingerprint": self.fingerprint, "points": self.known}
         write_atomic(path, json.dumps(data))
 
-    def _point(self, axes: Sequence[Axis], coordinates: Coordinates) -> Point:
+    def _point(self, axes: Sequence[Axis], coordinates: Coordinates) -> DesignPoint:
         changes = changes_of(axes, coordinates)
         name = json.dumps([changes, self._contents(changes)], sort_keys=True, default=str)
         found = self.known.get(name)
@@ -103,8 +103,8 @@ class Plan:
             if lasting:
                 self.known[name] = found
         if isinstance(found, str):
-            return Point(coordinates, changes, found)
-        return Point(coordinates, changes, None, tuple(found))
+            return DesignPoint(coordinates, changes, found)
+        return DesignPoint(coordinates, changes, None, tuple(found))
 
     def _key(self, changes: Sequence[tuple[str, Any]]) -> tuple[str | list[str], bool]:
         """The key of a point, or the faults of its spec, and whether it may be remembered."""

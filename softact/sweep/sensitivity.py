@@ -108,7 +108,7 @@ def indices(sample: Sample, study: Study, table: Sequence[Row]) -> Indices:
     return Indices(sample.kind, rows, notes)
 
 
-def _rows(sample: Sample, fractions, name: str, values: np.ndarray) -> list[dict]:
+def _rows(sample: Sample, fractions: np.ndarray, name: str, values: np.ndarray) -> list[dict]:
     import SALib.analyze.morris
     import SALib.analyze.sobol
 

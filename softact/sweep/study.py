@@ -13,7 +13,7 @@ from softact.files import document
 from softact.sweep.cache import Cache
 from softact.sweep.compute import INVALID, Answer, of_record
 from softact.sweep.local import Jobs, run_all
-from softact.sweep.points import Plan, Point, spec_at
+from softact.sweep.points import DesignPoint, Plan, spec_at
 from softact.sweep.spec import Sweep
 
 #: Computes jobs and yields their answers: ``local.run_all`` with its count, or a cluster.
@@ -31,7 +31,7 @@ class Study:
 
     sweep: Sweep
     base: document.Document
-    points: list[Point]
+    points: list[DesignPoint]
     cache: Cache
     plan: Plan
     answers: dict[str, Answer] = field(default_factory=dict)
@@ -46,7 +46,7 @@ class Study:
         except SpecError:
             return {}
 
-    def answer(self, point: Point) -> Answer | None:
+    def answer(self, point: DesignPoint) -> Answer | None:
         """How a point ended, None where it has not been computed yet."""
         if point.key is None:
             return Answer("", None, INVALID, "; ".join(point.faults))
@@ -64,9 +64,9 @@ class Study:
         keys = dict.fromkeys(point.key for point in self.points if point.key)
         return [key for key in keys if key not in self.answers]
 
-    def compute(self, runner: Runner, told: Callable[[Point, Answer], None]) -> None:
-        """Compute what is missing; ``told`` is called for each point as its run ends."""
-        places: dict[str, list[Point]] = {}
+    def compute(self, runner: Runner, tell: Callable[[DesignPoint, Answer], None]) -> None:
+        """Compute what is missing; ``tell`` is called for each point as its run ends."""
+        places: dict[str, list[DesignPoint]] = {}
         for point in self.points:
             if point.key is not None:
                 places.setdefault(point.key, []).append(point)
@@ -77,7 +77,7 @@ class Study:
                 self.answers[answer.key] = answer
                 self.computed += answer.record is not None and not answer.cached
                 for point in places[answer.key]:
-                    told(point, answer)
+                    tell(point, answer)
         finally:
             self.waited += time.perf_counter() - started
 

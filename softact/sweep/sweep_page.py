@@ -7,7 +7,7 @@ import gzip
 import json
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -111,8 +111,8 @@ def page_data(study: Study, table: list[Row]) -> dict:
             shapes[number] = found
     names = curve_columns(study, measures)
     for number in chosen(table, MOST_CURVES):
-        record = study.answers[str(table[number]["run"])].record
-        assert record is not None  # only points with a run are chosen
+        if (record := study.answers[str(table[number]["run"])].record) is None:
+            continue  # it cannot be: only points with a run are chosen
         columns = [record.curve(n) if n in record.columns else None for n in names]
         curves[number] = [None if c is None else _numbers(c) for c in columns]
     return {
@@ -173,12 +173,12 @@ def thinned(some: Sequence[int], most: int) -> list[int]:
     return [some[place] for place in places]
 
 
-def _numbers(values) -> list[float | None]:
+def _numbers(values: Iterable[float]) -> list[float | None]:
     return [float(f"{v:.6g}") if math.isfinite(v) else None for v in values]
 
 
-def _column(table, name, title, unit, is_number) -> dict:
-    cells = [row.get(name, "") for row in table]
+def _column(table: list[Row], name: str, title: str, unit: str, is_number: bool) -> dict:
+    cells: list[float | str | None] = [row.get(name, "") for row in table]
     if is_number:
         cells = [c if isinstance(c, float) and math.isfinite(c) else None for c in cells]
     label = f"{title} ({unit})" if unit else title

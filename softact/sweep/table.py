@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from softact.results.own_folder import Output
 from softact.spec.path import single
 from softact.sweep.axes import Axis
 from softact.sweep.study import Study
+
+if TYPE_CHECKING:
+    import pyarrow
 
 TABLE, PARQUET, CURVES = FILES = ("sweep.csv", "sweep.parquet", "curves.h5")
 Row = dict[str, float | str]
@@ -95,7 +99,7 @@ def parquet(table: list[Row]) -> bytes:
     return out.getvalue()
 
 
-def _numbers(kind, cells: list, dtype: type):
+def _numbers(kind: pyarrow.DataType, cells: list, dtype: type) -> pyarrow.Array:
     """Array of a ``pyarrow.DataType`` whose values have the bytes of ``dtype``; "" is null."""
     import pyarrow
 
@@ -106,7 +110,7 @@ def _numbers(kind, cells: list, dtype: type):
     return pyarrow.Array.from_buffers(kind, len(cells), buffers)
 
 
-def _texts(cells: list[bytes]):
+def _texts(cells: list[bytes]) -> pyarrow.Array:
     """Array of UTF-8 strings."""
     import pyarrow
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from softact.errors import SpecError
 from softact.files import document
 from softact.results.folder import COMPLETE
+from softact.sweep.axes import Axis
 from softact.sweep.points import spec_at
 from softact.sweep.spec import Trend
 from softact.sweep.study import Study
@@ -69,7 +70,9 @@ def _verdict(study: Study, table: list[Row], trend: Trend) -> Verdict:
     return Verdict(trend, True, f"{said}: so it is ({shown})")
 
 
-def _lines(study: Study, table: list[Row], axis, measure: str):
+def _lines(
+    study: Study, table: list[Row], axis: Axis, measure: str
+) -> list[list[tuple[float, float]]]:
     """(value, measure) along an axis, all other axes the same, for each setting of the others."""
     others = [a.column for a in study.sweep.axes if a is not axis]
     found: dict[tuple, list[tuple[float, float]]] = {}

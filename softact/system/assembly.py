@@ -33,7 +33,7 @@ _petsc = ctypes.CDLL(PETSc.__file__)  # symbols of libpetsc; petsc4py 3.18 does 
 class LooseEntries:
     """Matrix entries (local numbers of one process) that may be replaced at any time."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.entries = np.empty(0, _INT), np.empty(0, _INT)
         self.values = np.empty(0)
         self.changed = False
@@ -61,7 +61,7 @@ class BlockTable:
         self._base = place[assembler.find_pairs(self.blocks)].astype(np.int64)
         self._length = row_length[self.blocks]
 
-    def _places_of(self, on) -> np.ndarray:
+    def _places_of(self, on: np.ndarray | slice) -> np.ndarray:
         """Places in the assembler's values of the matrices of the elements ``on``."""
         c = np.arange(3)
         rows = c * self._length[on][..., None]
@@ -227,7 +227,7 @@ class Assembler:
         for loose in self._loose:
             loose.changed = False
 
-    def kernels(self, name: str, *arguments) -> tuple[ctypes.c_void_p, ...]:
+    def kernels(self, name: str, *arguments: int | None) -> tuple[ctypes.c_void_p, ...]:
         """Compiled kernels of the forms that ``softact.system.forms.name(*arguments)`` writes."""
         return jit.load_kernels(self.unknowns.comm, forms, name, *arguments)
 

@@ -8,6 +8,8 @@ the factor two.
 
 from __future__ import annotations
 
+from typing import Any
+
 import ufl
 from ufl.core.expr import Expr
 
@@ -18,38 +20,38 @@ LAYER_STATES = 3  # from which a layer's stress is extrapolated
 FACET_DEGREE = 4  # integrates the volume enclosed by quadratic triangles exactly
 
 
-def deformation_gradient(u: Expr):
+def deformation_gradient(u: Expr) -> Expr:
     """F = I + grad u."""
     return ufl.Identity(3) + ufl.grad(u)
 
 
-def green_strain_rate(u: Expr, v: Expr):
+def green_strain_rate(u: Expr, v: Expr) -> Expr:
     """Voigt vector of the derivative of the Green strain in the direction v: sym(Fᵀ grad v)."""
     e = ufl.sym(deformation_gradient(u).T * ufl.grad(v))
     return ufl.as_vector([e[0, 0], e[1, 1], e[2, 2], 2 * e[0, 1], 2 * e[0, 2], 2 * e[1, 2]])
 
 
-def _symmetric(s: Expr):
+def _symmetric(s: Expr) -> Expr:
     return ufl.as_tensor([[s[0], s[3], s[4]], [s[3], s[1], s[5]], [s[4], s[5], s[2]]])
 
 
-def _dx():
+def _dx() -> ufl.Measure:
     return ufl.dx(metadata={"quadrature_degree": QUADRATURE_DEGREE})
 
 
-def _ds(degree: int):
+def _ds(degree: int) -> ufl.Measure:
     return ufl.ds(metadata={"quadrature_degree": degree})
 
 
-def _space(element):
+def _space(element: Any) -> ufl.FunctionSpace:
     return ufl.FunctionSpace(compat.ufl_mesh(), element)
 
 
-def _displacement_space(degree: int):
+def _displacement_space(degree: int) -> ufl.FunctionSpace:
     return _space(compat.lagrange(degree, (3,)))
 
 
-def solid(degree: int, pressure_degree: int | None):
+def solid(degree: int, pressure_degree: int | None) -> tuple[ufl.Form, ufl.Form]:
     """Stress divergence and incompressibility of a solid: (residual, tangent).
 
     Π = ∫ W̄(C) + p (J − 1) − U*(p) dX; the stress S = 2 ∂W̄/∂C and its derivative D come as
@@ -96,7 +98,7 @@ def solid(degree: int, pressure_degree: int | None):
     return residual, tangent
 
 
-def cavity(degree: int):
+def cavity(degree: int) -> tuple[ufl.Form, ufl.Form, ufl.Form]:
     """Volume that a cavity's walls enclose and the follower pressure: (volume, force, tangent).
 
     V(u) = −⅓ ∫ (X + u) · cof(F) N dA over the walls; N points out of the solid, so into the
@@ -116,7 +118,7 @@ def cavity(degree: int):
     return volume * ds, force, ufl.derivative(force, u, trial)
 
 
-def surface_pressure(degree: int):
+def surface_pressure(degree: int) -> tuple[ufl.Form, ufl.Form]:
     """Follower pressure on a surface that need not enclose anything: (force, tangent).
 
     The pressure −p cof(F) N per undeformed area pushes against the normal N out of the solid. On
@@ -130,7 +132,7 @@ def surface_pressure(degree: int):
     test, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
     normal = ufl.FacetNormal(mesh)
 
-    def pull(f: Expr, v: Expr):
+    def pull(f: Expr, v: Expr) -> Expr:
         return pressure * ufl.dot(ufl.cofac(f) * normal, v)
 
     ds = _ds(FACET_DEGREE)
@@ -139,7 +141,7 @@ def surface_pressure(degree: int):
     return force, 0.5 * (exact + ufl.adjoint(exact))
 
 
-def layer(degree: int):
+def layer(degree: int) -> tuple[ufl.Form, ufl.Form, ufl.Form]:
     """Thin elastic layer bonded to a surface: (energy, residual, tangent).
 
     Plane-stress St. Venant-Kirchhoff membrane on the tangential Green strain E:
@@ -157,17 +159,17 @@ def layer(degree: int):
     plane = ufl.Identity(3) - ufl.outer(normal, normal)
     test, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
 
-    def tangential(strain: Expr):
+    def tangential(strain: Expr) -> Expr:
         return plane * strain * plane
 
-    def strain(u: Expr):
+    def strain(u: Expr) -> Expr:
         f = deformation_gradient(u)
         return tangential((f.T * f - ufl.Identity(3)) / 2)
 
-    def strain_rate(u: Expr, v: Expr):
+    def strain_rate(u: Expr, v: Expr) -> Expr:
         return tangential(ufl.sym(deformation_gradient(u).T * ufl.grad(v)))
 
-    def stress(e: Expr):
+    def stress(e: Expr) -> Expr:
         return stiffness * ((1 - poisson) * e + poisson * ufl.tr(e) * plane)
 
     ds = _ds(QUADRATURE_DEGREE)
@@ -184,14 +186,14 @@ def layer(degree: int):
     return energy, residual, tangent
 
 
-def body_force(degree: int):
+def body_force(degree: int) -> tuple[ufl.Form]:
     """Work of a body force per undeformed volume: linear form; constant: the force (3)."""
     space = _displacement_space(degree)
     force = ufl.Constant(space.ufl_domain(), shape=(3,))
     return (ufl.dot(force, ufl.TestFunction(space)) * _dx(),)
 
 
-def inertia(degree: int):
+def inertia(degree: int) -> tuple[ufl.Form, ufl.Form]:
     """Force of an acceleration: (force, tangent). Coefficient of the force: displacement from
     where the body would be without force; constant (both): density over the squared time step."""
     space = _displacement_space(degree)
@@ -201,7 +203,7 @@ def inertia(degree: int):
     return factor * ufl.dot(away, test) * dx, factor * ufl.dot(trial, test) * dx
 
 
-def surface_force(degree: int):
+def surface_force(degree: int) -> tuple[ufl.Form]:
     """Work of a dead force per undeformed area: linear form; constant: the force (3)."""
     space = _displacement_space(degree)
     force = ufl.Constant(space.ufl_domain(), shape=(3,))

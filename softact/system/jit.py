@@ -13,19 +13,22 @@ from __future__ import annotations
 import ctypes
 import functools
 import hashlib
+import inspect
 import os
 import platform
 import re
 import subprocess
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING
 
 from softact.errors import SoftactError
 from softact.files.streams import UTF8
 
 if TYPE_CHECKING:
+    import ufl
     from mpi4py import MPI
 
 _CHECKSUM = hashlib.sha256().digest_size
@@ -95,15 +98,16 @@ def load_library(comm: MPI.Comm, source: Path) -> ctypes.CDLL:
     return _load(comm, source.stem, text, lambda: text)
 
 
-def load_kernels(comm: MPI.Comm, module, name: str, *arguments) -> tuple[ctypes.c_void_p, ...]:
+def load_kernels(
+    comm: MPI.Comm, module: ModuleType, name: str, *arguments: int | None
+) -> tuple[ctypes.c_void_p, ...]:
     """Addresses of the element kernels of the forms that ``module.name(*arguments)`` returns.
 
     Each form has one integral. The kernels have the signature ufcx_tabulate_tensor_float64.
     """
     from softact import compat
 
-    files = (module.__file__, compat.__file__)
-    text = "".join(Path(file).read_text(encoding="utf-8") for file in files)
+    text = inspect.getsource(module) + inspect.getsource(compat)
     key = f"{text}{name}{arguments}"
     library = _load(comm, name, key, lambda: _generate(getattr(module, name)(*arguments)))
     count = ctypes.c_int.in_dll(library, "kernel_count").value
@@ -111,7 +115,7 @@ def load_kernels(comm: MPI.Comm, module, name: str, *arguments) -> tuple[ctypes.
     return tuple(ctypes.c_void_p(functions[i]) for i in range(count))
 
 
-def _generate(forms) -> str:
+def _generate(forms: Sequence[ufl.Form]) -> str:
     """C source of the kernels of ``forms`` and a table of them."""
     from softact import compat
 

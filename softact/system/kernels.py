@@ -63,7 +63,10 @@ class Kernel:
         self._cells = np.ascontiguousarray(entities[:, 0] if on_facets else entities)
         self._facets = np.ascontiguousarray(entities[:, 1]) if on_facets else None
 
-    def _entities(self, coefficients: Sequence[Coefficient], constants: Sequence[float]):
+    def _entities(
+        self, coefficients: Sequence[Coefficient], constants: Sequence[float]
+    ) -> tuple[Entities, tuple[object, ...]]:
+        """What a loop goes over, and what has to live as long as it is used."""
         array = (_Coefficient * max(1, len(coefficients)))()
         for slot, c in zip(array, coefficients, strict=False):
             assert c.data.dtype == np.float64 and c.data.flags.c_contiguous

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +12,7 @@ from petsc4py import PETSc
 from softact import compat
 
 if TYPE_CHECKING:
+    import dolfinx
     from mpi4py import MPI
 
 
@@ -26,7 +28,7 @@ class Unknowns:
     number: (local,) global number of each.
     """
 
-    def __init__(self, comm: MPI.Comm, spaces, loose: int = 0):
+    def __init__(self, comm: MPI.Comm, spaces: Sequence[dolfinx.fem.FunctionSpace], loose: int = 0):
         self.comm = comm
         self.spaces = list(spaces)
         sizes = [s.dofmap.index_map_bs for s in self.spaces]
@@ -41,7 +43,8 @@ class Unknowns:
         self.owned += 3 * loose
         self.loose_dofs = np.arange(fixed_part, self.local, dtype=np.int32).reshape(-1, 3)
         self._block_offsets = np.concatenate([[0], np.cumsum(np.add(owned, ghosts))])
-        self.space_dofs = []  # per space: (blocks, size) local numbers, in the space's own order
+        # Per space: (blocks, size) local numbers, in the space's own order.
+        self.space_dofs: list[np.ndarray] = []
         for k, size in enumerate(sizes):
             starts = np.concatenate(
                 [
@@ -83,7 +86,12 @@ class Unknowns:
         self.dof_block = self.dof_component = np.empty(0, np.int32)
         self.number = np.arange(self.local, dtype=PETSc.IntType)
 
-    def _global_numbers(self, maps, sizes, first_owned) -> np.ndarray:
+    def _global_numbers(
+        self,
+        maps: Sequence[dolfinx.common.IndexMap],
+        sizes: Sequence[int],
+        first_owned: np.ndarray,
+    ) -> np.ndarray:
         """Global number of each local unknown, from the ranges that all processes own."""
         starts = np.array(self.comm.allgather([m.local_range[0] for m in maps]))
         offsets = np.array(self.comm.allgather(list(first_owned)))

@@ -39,7 +39,7 @@ def deepest_crossing(results: Results, moved: np.ndarray) -> Crossing | None:
     triangles = np.vstack(pieces)
     all_sides = np.sort(triangles[:, ((0, 1), (1, 2), (2, 0))].reshape(-1, 2), axis=1)
     sides, first = np.unique(all_sides, axis=0, return_index=True)
-    found = None
+    found: Crossing | None = None
     for mirrors in _mirrors(results):
         signs = np.ones(3)
         signs[list(mirrors)] = -1.0
@@ -68,13 +68,19 @@ def _unfolded(after: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return pieces.reshape(len(triangles), -1, 3)[kept].reshape(-1, 3)
 
 
-def _mirrors(results: Results):
+def _mirrors(results: Results) -> list[tuple[int, ...]]:
     """The planes across which each part of the whole lies from the meshed one."""
     axes = sorted(set(results.layout.symmetry.values()))
     return [chosen for count in range(len(axes) + 1) for chosen in combinations(axes, count)]
 
 
-def _pierced(after, signs, sides, triangles, kept):
+def _pierced(
+    after: np.ndarray,
+    signs: np.ndarray,
+    sides: np.ndarray,
+    triangles: np.ndarray,
+    kept: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Depths (k,), numbers of the sides and of the triangles, and the places (k, 3) where images of
     the sides pierce the triangles."""
     from scipy.spatial import cKDTree
@@ -99,7 +105,8 @@ def _pierced(after, signs, sides, triangles, kept):
         depth, place = _through(ends[side], corners[piece])
         deep = depth > NOTHING * 2 * half[side]
         parts.append((depth[deep], side[deep], piece[deep], place[deep]))
-    return tuple(np.concatenate(part) for part in zip(*parts, strict=True))
+    depth, side, piece, place = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return depth, side, piece, place
 
 
 def _through(ends: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

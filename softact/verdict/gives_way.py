@@ -40,13 +40,13 @@ class Place:
         )
 
 
-def told(results: Results) -> str:
+def limit_text(results: Results) -> str:
     """What happens at the limit of the path and what helps; "" where there is no limit or the
     fields do not tell."""
-    loads = load(results)
+    loads, name = load(results), load_name(results)
     if not reached(results).limit or not results.has_mesh or len(results.increments) != len(loads):
         return ""
-    if not results.layout.regions or len(loads) < 3 or load_name(results) is None:
+    if not results.layout.regions or len(loads) < 3 or name is None:
         return ""
     unstable = unstable_rows(results)
     if _STRETCH not in results.field_names(-1):
@@ -57,7 +57,6 @@ def told(results: Results) -> str:
     before, after = (_at_cells(results, row) for row in (begin, end))
     growth = after / np.maximum(before, 1e-300)
     cell = int(np.argmax(after - before))
-    name = load_name(results)
     if growth[cell] < BALLOONS or not _takes_in(results, name, begin, end):
         return _moves_aside(results, begin, end)
     place = place_of(results, cell)

@@ -49,7 +49,7 @@ WORDS = {GREEN: "solved and trusted", AMBER: "solved, but", RED: "not solved"}
 VOLUME_SHARE = 1.0
 #: Percent of that volume from which on it is the material's doing, not that of a corner.
 WIDELY = 20.0
-#: Kinetic by internal energy above which a motion is more than quasi-static.
+#: Ratio of kinetic to internal energy above which a motion is more than quasi-static.
 QUASI_STATIC = 0.05
 #: Part of the largest load up to which the states may be those of a slow motion: sheets without
 #: stiffness cannot begin otherwise.
@@ -125,7 +125,7 @@ def from_data(data: Any) -> Verdict | None:
 
 def judge(results: Results) -> Verdict:
     """The verdict on a run, finished or not."""
-    reasons = sorted([*_told(results), *_of_fields(results)], key=_order)
+    reasons = sorted([*_of_run(results), *_of_fields(results)], key=_order)
     if results.status != COMPLETE:
         return Verdict(RED, tuple(reasons))
     return Verdict(AMBER if reasons else GREEN, tuple(reasons))
@@ -150,8 +150,8 @@ def _of_fields(results: Results) -> list[Reason]:
     looked_at = bool(results.increments) or not faults
     if results.increments:
         try:
-            said = gives_way.told(results)
-            found = [*([Reason("limit", said)] if said else []), *_overlap(results)]
+            text = gives_way.limit_text(results)
+            found = [*([Reason("limit", text)] if text else []), *_overlap(results)]
         except SpecError as error:  # fields that are damaged
             looked_at, faults = False, list(dict.fromkeys([*faults, *error.lines]))
     if faults:
@@ -160,7 +160,8 @@ def _of_fields(results: Results) -> list[Reason]:
     return found
 
 
-def _told(results: Results) -> Iterator[Reason]:
+def _of_run(results: Results) -> Iterator[Reason]:
+    """What run.json, the curve and a study of the mesh say."""
     messages = [str(message) for message in results.run.get("messages") or []]
     if results.status == NO_EQUILIBRIUM:
         yield Reason("end", messages.pop(0) if messages else "no further equilibrium was found")
@@ -262,10 +263,10 @@ def _folded(results: Results) -> Iterator[Reason]:
 
 
 def _place(curve: Mapping[str, np.ndarray], stem: str, row: int) -> str:
-    found = [curve.get(f"{stem}_{axis}_mm") for axis in "xyz"]
-    if any(column is None or column.dtype != float for column in found):
+    columns = [curve[name] for axis in "xyz" if (name := f"{stem}_{axis}_mm") in curve]
+    if len(columns) < 3 or any(column.dtype != float for column in columns):
         return ""
-    where = place_text(column[row] for column in found)
+    where = place_text(column[row] for column in columns)
     return f"x, y, z = {where} mm of the undeformed actuator"
 
 
@@ -277,7 +278,7 @@ def _mesh(results: Results) -> Iterator[Reason]:
         if level["spec_hash"] != results.run.get("spec_hash") or story["verdict"] == WITHIN:
             return
         within = f"{100 * float(story['tolerance']):g} %"
-        verdicts = {str(name): told["verdict"] for name, told in story["measures"].items()}
+        verdicts = {str(name): entry["verdict"] for name, entry in story["measures"].items()}
         bars = {str(name): float(bar) for name, bar in story["error_bars"].items()}
         values = {name: abs(float(results.curve[name][-1])) for name in bars}
         better = (story.get("recommended_mm") or {}).items()
@@ -299,7 +300,7 @@ def _percent(bar: float, value: float) -> str:
 
 def _overlap(results: Results) -> Iterator[Reason]:
     """An actuator that passes through itself."""
-    for row in _told_rows(results):
+    for row in _last_rows(results):
         found = first_overlap(results, row)
         if found is None:
             continue
@@ -331,7 +332,7 @@ def _remedy(results: Results, found: Sequence[str]) -> str:
     return f"{wanted} in the spec keeps these parts from each other"
 
 
-def _told_rows(results: Results) -> list[int]:
+def _last_rows(results: Results) -> list[int]:
     """The last states of the steps, from the last one back: those that a reader sees first."""
     count = len(results.increments)
     steps = results.curve.get("step")

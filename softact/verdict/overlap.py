@@ -79,7 +79,9 @@ def first_overlap(results: Results, number: int) -> tuple[int, Overlap] | None:
     return with_one, found
 
 
-def _seek(results: Results, number: int, only: np.ndarray | None = None):
+def _seek(
+    results: Results, number: int, only: np.ndarray | None = None
+) -> tuple[Overlap | None, np.ndarray | None]:
     """The deepest overlap of a state or None, and which of the surface's points lie inside. only:
     those points alone are looked at."""
     moved = results.field(number, "displacement")
@@ -194,7 +196,9 @@ class _Body:
                 others.append(other)
         return np.concatenate(points), np.vstack(others)
 
-    def _inside(self, places, point, cell, mirrored: bool):
+    def _inside(
+        self, places: np.ndarray, point: np.ndarray, cell: np.ndarray, mirrored: bool
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Those pairs of points and elements of which one is inside of the other, as (k,) points
         and (k, 3) places in the undeformed body."""
         low, high = self.box
@@ -223,7 +227,7 @@ class _Body:
                 faces = np.setdiff1d(faces, chosen)
         return tuple(sorted((n for n in areas if areas[n] > 0), key=lambda n: -areas[n]))
 
-    def _depth(self, point, other, signs) -> np.ndarray:
+    def _depth(self, point: np.ndarray, other: np.ndarray, signs: np.ndarray) -> np.ndarray:
         """How deep the points lie (k,) mm, by the points of the surface next to where they have got
         to in the undeformed body."""
         from scipy.spatial import cKDTree

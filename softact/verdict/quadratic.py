@@ -9,7 +9,9 @@ _NEWTON_STEPS = 6
 _EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
 
 
-def invert(ten: np.ndarray, places: np.ndarray, bary: np.ndarray, least: float):
+def invert(
+    ten: np.ndarray, places: np.ndarray, bary: np.ndarray, least: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Numbers (k,) of the places (n, 3) whose barycentrics in their quadratic elements (n, 10, 3)
     are all above ``least``, and these (k, 4); from a guess (n, 4), by Newton's method."""
     number = np.arange(len(ten))
@@ -66,14 +68,14 @@ def shapes(bary: np.ndarray) -> np.ndarray:
 
 
 def slopes(bary: np.ndarray) -> np.ndarray:
-    """(n, 10, 3) their derivatives by the last three barycentrics."""
-    by = np.zeros((len(bary), 10, 4))
+    """(n, 10, 3) their derivatives with respect to the last three barycentrics."""
+    derivative = np.zeros((len(bary), 10, 4))
     corner = np.arange(4)
-    by[:, corner, corner] = 4 * bary - 1
+    derivative[:, corner, corner] = 4 * bary - 1
     a, b = np.transpose(_EDGES)
     edge = np.arange(4, 10)
-    by[:, edge, a], by[:, edge, b] = 4 * bary[:, b], 4 * bary[:, a]
-    return by[:, :, 1:] - by[:, :, :1]
+    derivative[:, edge, a], derivative[:, edge, b] = 4 * bary[:, b], 4 * bary[:, a]
+    return derivative[:, :, 1:] - derivative[:, :, :1]
 
 
 def face_shapes(bary: np.ndarray) -> np.ndarray:
@@ -83,11 +85,11 @@ def face_shapes(bary: np.ndarray) -> np.ndarray:
 
 
 def face_slopes(bary: np.ndarray) -> np.ndarray:
-    """(p, 6, 2) their derivatives by the last two barycentrics."""
-    by = np.zeros((len(bary), 6, 3))
+    """(p, 6, 2) their derivatives with respect to the last two barycentrics."""
+    derivative = np.zeros((len(bary), 6, 3))
     for corner in range(3):
         following = (corner + 1) % 3
-        by[:, corner, corner] = 4 * bary[:, corner] - 1
-        by[:, 3 + corner, corner] = 4 * bary[:, following]
-        by[:, 3 + corner, following] = 4 * bary[:, corner]
-    return by[:, :, 1:] - by[:, :, :1]
+        derivative[:, corner, corner] = 4 * bary[:, corner] - 1
+        derivative[:, 3 + corner, corner] = 4 * bary[:, following]
+        derivative[:, 3 + corner, following] = 4 * bary[:, corner]
+    return derivative[:, :, 1:] - derivative[:, :, :1]

@@ -220,8 +220,8 @@ def test_what_a_study_says(angles, edges, verdict, words, tmp_path):
     data = json.loads((tmp_path / "converge.json").read_text())
     assert data["verdict"] == data["measures"]["bending_angle_deg"]["verdict"] == verdict
     known = data["measures"]["bending_angle_deg"]["limit"] is not None
-    assert known == ("±" in output.told(study)[0]) == ("limit (Richardson)" in text)
-    assert known != ("not known" in output.told(study)[0])
+    assert known == ("±" in output.limit_lines(study)[0]) == ("limit (Richardson)" in text)
+    assert known != ("not known" in output.limit_lines(study)[0])
 
 
 def test_a_study_goes_on_while_meshes_do_not_count(tmp_path, monkeypatch):

@@ -31,7 +31,7 @@ class ArrudaBoyce(InvariantLaw):
     lambda_m: Dimensionless = Field(gt=1, description="locking stretch of the chains")
 
     @staticmethod
-    def strain_energy(k: Any, i1: Number, i2: Number):
+    def strain_energy(k: Any, i1: Number, i2: Number) -> Number:
         """See ``InvariantLaw.strain_energy``."""
         energy = 0.0
         for factor in reversed(SERIES):

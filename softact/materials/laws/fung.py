@@ -28,7 +28,7 @@ class Fung(InvariantLaw):
     b: Dimensionless = Field(gt=0, description="rate of the stiffening")
 
     @staticmethod
-    def strain_energy(k: Any, i1: Number, i2: Number):
+    def strain_energy(k: Any, i1: Number, i2: Number) -> Number:
         """See ``InvariantLaw.strain_energy``."""
         # expm1 keeps the digits where b (Ī1 − 3) is small.
         return (0.5 * k.mu / k.b) * np.expm1(k.b * (i1 - 3.0))

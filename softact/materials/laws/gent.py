@@ -25,6 +25,6 @@ class Gent(InvariantLaw):
     jm: Dimensionless = Field(gt=0, description="largest value of Ī1 − 3")
 
     @staticmethod
-    def strain_energy(k: Any, i1: Number, i2: Number):
+    def strain_energy(k: Any, i1: Number, i2: Number) -> Number:
         """See ``InvariantLaw.strain_energy``."""
         return (-0.5 * k.mu * k.jm) * np.log(1.0 - (i1 - 3.0) / k.jm)

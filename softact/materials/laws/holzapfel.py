@@ -5,16 +5,16 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
-from softact.materials.base import DEFAULT_POISSONS_RATIO, VOLUMETRIC, bulk_modulus
+from softact.materials.base import DEFAULT_POISSONS_RATIO, VOLUMETRIC, FibreLaw, bulk_modulus
 from softact.materials.invariants import InvariantLaw
 from softact.materials.jets import Number, positive
 from softact.units import Angle, Dimensionless, Pressure
 
-# Default K by k1, see ``Holzapfel._fill_bulk_modulus``.
-BULK_BY_FIBRES = 10.0
+# Default ratio of K to k1, see ``Holzapfel._fill_bulk_modulus``.
+BULK_TO_FIBRES = 10.0
 
 
-class Holzapfel(InvariantLaw):
+class Holzapfel(InvariantLaw, FibreLaw):
     """W̄ = C10 (Ī1 − 3) + k1/(2 k2) Σα (exp(k2 ⟨Eα⟩²) − 1), Eα = κ(Ī1 − 3) + (1 − 3κ)(Ī4α − 1)."""
 
     formula: ClassVar[str] = (
@@ -29,7 +29,6 @@ class Holzapfel(InvariantLaw):
         "region's axis, or two at plus and minus the angle. Fibres carry nothing in compression "
         "(Eα < 0). Volumetric energy K/2 ((J² − 1)/2 − ln J)."
     )
-    anisotropic: ClassVar[bool] = True
     logarithmic_volume: ClassVar[bool] = True
 
     law: Literal["holzapfel"] = "holzapfel"
@@ -45,12 +44,10 @@ class Holzapfel(InvariantLaw):
         default=None, description="of the plane of the fibres; default: of the region's wall"
     )
 
-    @model_validator(mode="before")
     @classmethod
-    def _fill_volumetric(cls, data: Any) -> Any:
-        """The default follows what the fibres ask for, once their stiffness is known."""
-        given = [k for k in VOLUMETRIC if isinstance(data, dict) and data.get(k) is not None]
-        return data if not given else super()._fill_volumetric(data)
+    def states_poissons_ratio(cls) -> bool:
+        """No: the default follows what the fibres ask for, once their stiffness is known."""
+        return False
 
     @model_validator(mode="after")
     def _fill_bulk_modulus(self) -> Self:
@@ -62,26 +59,28 @@ class Holzapfel(InvariantLaw):
         """
         if all(getattr(self, key) is None for key in VOLUMETRIC):
             usual = bulk_modulus(self.shear_modulus, DEFAULT_POISSONS_RATIO)
-            self.__dict__["bulk_modulus"] = max(usual, BULK_BY_FIBRES * self.k1)
+            self.__dict__["bulk_modulus"] = max(usual, BULK_TO_FIBRES * self.k1)
             self.__pydantic_fields_set__.add("bulk_modulus")
         return self
 
     @field_validator("normal", mode="before")
     @classmethod
-    def _has_three_components(cls, value):
+    def _has_three_components(cls, value: Any) -> Any:
         if value is not None and not (isinstance(value, list | tuple) and len(value) == 3):
             raise ValueError("write a list of three for x, y, z, for example [0, 0, 1]")
         return value
 
     @field_validator("normal")
     @classmethod
-    def _has_a_direction(cls, value):
+    def _has_a_direction(
+        cls, value: tuple[float, float, float] | None
+    ) -> tuple[float, float, float] | None:
         if value is not None and not any(value):
             raise ValueError("[0, 0, 0] has no direction; write for example [0, 0, 1]")
         return value
 
     @staticmethod
-    def strain_energy(k: Any, i1: Number, i2: Number, *fibre_invariants):
+    def strain_energy(k: Any, i1: Number, i2: Number, *fibre_invariants: Number) -> Number:
         """See ``InvariantLaw.strain_energy``."""
         energy = k.c10 * (i1 - 3.0)
         for i4 in fibre_invariants:
@@ -94,20 +93,3 @@ class Holzapfel(InvariantLaw):
             else:
                 energy = energy + (0.5 * k.k1 / k.k2) * np.expm1(k.k2 * square)
         return energy
-
-    def fibre_directions(self, axis: np.ndarray, normal: np.ndarray) -> np.ndarray:
-        """Return unit vectors (n, families, 3) in the plane normal to ``normal``.
-
-        axis: direction (n,3) from which the angle counts, towards normal × axis; only its part in
-        the plane counts. normal: of the wall (n,3), of any length. Raises ValueError where the two
-        are parallel.
-        """
-        normal = normal / np.linalg.norm(normal, axis=1)[:, None]
-        across = np.cross(normal, axis)
-        length = np.linalg.norm(across, axis=1)[:, None]
-        if np.any(length < 1e-9 * np.linalg.norm(axis, axis=1)[:, None]):
-            raise ValueError("the wall's normal is parallel to the axis of the fibre angle")
-        across = across / length
-        axis = np.cross(across, normal)
-        angles = np.radians([self.angle, -self.angle][: self.families])
-        return np.stack([np.cos(a) * axis + np.sin(a) * across for a in angles], axis=1)

@@ -27,7 +27,7 @@ class Linear(StretchLaw):
     poissons_ratio: Dimensionless = Field(gt=-1, lt=0.5, description="ν; sets K together with E")
 
     @staticmethod
-    def stretch_energy(k: Any, stretch: Number):
+    def stretch_energy(k: Any, stretch: Number) -> Number:
         """See ``StretchLaw.stretch_energy``."""
         return k.shear_modulus * np.log(stretch) ** 2
 

@@ -38,7 +38,7 @@ class MooneyRivlin(InvariantLaw):
     c03: Pressure = Field(default=0.0, description="factor of (Ī2 − 3)³")
 
     @staticmethod
-    def strain_energy(k: Any, i1: Number, i2: Number):
+    def strain_energy(k: Any, i1: Number, i2: Number) -> Number:
         """See ``InvariantLaw.strain_energy``."""
         x, y = i1 - 3.0, i2 - 3.0
         energy = k.c10 * x

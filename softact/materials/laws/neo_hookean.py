@@ -23,6 +23,6 @@ class NeoHookean(InvariantLaw):
     c10: Pressure = Field(description="half the shear modulus")
 
     @staticmethod
-    def strain_energy(k: Any, i1: Number, i2: Number):
+    def strain_energy(k: Any, i1: Number, i2: Number) -> Number:
         """See ``InvariantLaw.strain_energy``."""
         return k.c10 * (i1 - 3.0)

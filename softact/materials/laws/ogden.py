@@ -67,13 +67,13 @@ class Ogden(StretchLaw):
         return data
 
     @staticmethod
-    def stretch_energy(k: Any, stretch: Number):
+    def stretch_energy(k: Any, stretch: Number) -> Number:
         """See ``StretchLaw.stretch_energy``."""
         classic = k.convention == "classic"
         energy = 0.0
         for i in range(1, ORDER + 1):
             mu, alpha = getattr(k, f"mu{i}", None), getattr(k, f"alpha{i}", None)
-            if mu is not None:
+            if mu is not None and alpha is not None:
                 factor = mu / alpha if classic else 2.0 * mu / alpha**2
                 energy = energy + factor * (stretch**alpha - 1.0)
         return energy

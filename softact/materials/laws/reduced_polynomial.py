@@ -30,7 +30,7 @@ class ReducedPolynomial(InvariantLaw):
     c60: Pressure = Field(default=0.0, description="factor of (Ī1 − 3)⁶")
 
     @staticmethod
-    def strain_energy(k: Any, i1: Number, i2: Number):
+    def strain_energy(k: Any, i1: Number, i2: Number) -> Number:
         """See ``InvariantLaw.strain_energy``."""
         x = i1 - 3.0
         factors = [getattr(k, f"c{i}0") for i in range(1, ORDER + 1)]

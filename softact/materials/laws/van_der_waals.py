@@ -39,7 +39,7 @@ class VanDerWaals(InvariantLaw):
     beta: Dimensionless = Field(default=0.0, ge=0, le=1, description="share of Ī2 in Ĩ")
 
     @staticmethod
-    def strain_energy(k: Any, i1: Number, i2: Number):
+    def strain_energy(k: Any, i1: Number, i2: Number) -> Number:
         """See ``InvariantLaw.strain_energy``."""
         mixed = i1 if k.beta == 0.0 else (1.0 - k.beta) * i1 + k.beta * i2
         x = at_least(mixed - 3.0, LOWEST)

@@ -25,7 +25,7 @@ class Yeoh(InvariantLaw):
     c30: Pressure = Field(default=0.0, description="factor of (Ī1 − 3)³; positive: stiffening")
 
     @staticmethod
-    def strain_energy(k: Any, i1: Number, i2: Number):
+    def strain_energy(k: Any, i1: Number, i2: Number) -> Number:
         """See ``InvariantLaw.strain_energy``."""
         x = i1 - 3.0
         return x * (k.c10 + x * (k.c20 + x * k.c30))

@@ -1,13 +1,19 @@
 """Plots of a page: plotly's traces, names with units, and the data as CSV."""
 
+from __future__ import annotations
+
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from markupsafe import Markup
 
 from softact.report.base.parts import parts
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 
 @dataclass(frozen=True)
@@ -33,14 +39,22 @@ class Plot:
     note: str = ""
 
 
-def numbers(values) -> list[float | None]:
+def numbers(values: ArrayLike) -> list[float | None]:
     """Values for JSON with seven digits; None where one is not finite."""
     return [
         float(f"{v:.7g}") if np.isfinite(v) else None for v in np.asarray(values, float).ravel()
     ]
 
 
-def xy(name: str, x, y, *, colour: str = "", mode: str = "lines+markers", **more) -> dict:
+def xy(
+    name: str,
+    x: ArrayLike,
+    y: ArrayLike,
+    *,
+    colour: str = "",
+    mode: str = "lines+markers",
+    **more: Any,
+) -> dict:
     """A trace for ``lines``: name, abscissae and ordinates of equal length.
 
     mode: "lines", "markers" or both. more: further keys of plotly's scatter trace.
@@ -51,7 +65,7 @@ def xy(name: str, x, y, *, colour: str = "", mode: str = "lines+markers", **more
     return {**trace, "line": line, "marker": marker, **more}
 
 
-def lines(title: str, x: str, y: str, traces: Sequence[Mapping], **more) -> Plot:
+def lines(title: str, x: str, y: str, traces: Sequence[Mapping], **more: Any) -> Plot:
     """Curves over one abscissa. traces: of ``xy``, coloured in turn where they name no colour.
 
     more: equal=True for the same scale on both axes; layout; the other fields of ``Plot``.
@@ -69,11 +83,23 @@ def _coloured(trace: Mapping, number: int) -> dict:
     return {**trace, **keys}
 
 
-def bars(title: str, x: str, y: str, names: Sequence[str], values, **more) -> Plot:
-    """One bar for each name, drawn sideways so that long names can be read; x is its value."""
+def bars(
+    title: str,
+    x: str,
+    y: str,
+    names: Sequence[str],
+    values: ArrayLike,
+    *,
+    colours: str | Sequence[str] = "@c1",
+    **more: Any,
+) -> Plot:
+    """One bar for each name, drawn sideways so that long names can be read; x is its value.
+
+    colours: of all bars, or of each.
+    """
     trace = {
         "type": "bar", "orientation": "h", "name": x, "x": numbers(values), "y": list(names),
-        "marker": {"color": "@c1"}, "hovertemplate": "%{y}: %{x:.4~g}<extra></extra>",
+        "marker": {"color": colours}, "hovertemplate": "%{y}: %{x:.4~g}<extra></extra>",
     }  # fmt: skip
     layout = {"yaxis": {"autorange": "reversed", "type": "category"}, **more.pop("layout", {})}
     head = {y: list(names), x: trace["x"]}

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from softact.solve.newton import NewtonOutcome
     from softact.solve.walk import Walk
 
 
@@ -15,14 +14,14 @@ if TYPE_CHECKING:
 class Trouble:
     """Why the ladder is asked.
 
-    begins: the step is about to begin. ahead: a limit of the load is so near that load control
-    would fail. outcome: of the attempt that failed. limit: why the load cannot be reached, as a
-    rung has found out, and snap: the same, where a later rung gets past.
+    begins: the step is about to begin. ahead: a limit point is so near that load control would
+    fail. failed: why an attempt has failed, "" where none has. limit: why the load cannot be
+    reached, as a rung has found out, and snap: the same, where a later rung gets past.
     """
 
     begins: bool = False
     ahead: bool = False
-    outcome: NewtonOutcome | None = None
+    failed: str = ""
     limit: str | None = None
     snap: str | None = None
 

@@ -126,7 +126,8 @@ class _Inflation:
         speed = PACE.velocity * strain * float(sound)
         self.duration = PACE.slowness * size / speed
         self.damping = 0.1 * pressure / (speed * max(sheet.density for sheet in sheets))
-        self.worst, self.quasi_static_from = 0.0, None
+        self.worst = 0.0
+        self.quasi_static_from: float | None = None
         self.pressure_force = self._full_force(pressure)
         self.held_back, self.tight = 0.0, False
         start = walk.path[-1]

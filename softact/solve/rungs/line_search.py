@@ -13,8 +13,9 @@ class LineSearch:
 
     def may(self, walk: Walk, trouble: Trouble) -> bool:
         """See ``Rung``."""
-        failed = trouble.outcome is not None
-        return failed and walk.is_small and not walk.stuck() and walk.searched_at != walk.done
+        if not trouble.failed:
+            return False
+        return walk.is_small and not walk.stuck() and walk.searched_at != walk.done
 
     def climb(self, walk: Walk, trouble: Trouble) -> Went | Stopped:
         """See ``Rung``."""

@@ -66,8 +66,8 @@ class Motion:
         """See ``Rung``."""
         if trouble.limit:
             return True
-        failed = trouble.outcome is not None
-        return failed and (walk.stuck() or walk.size < walk.settings.min_increment)
+        hopeless = walk.stuck() or walk.size < walk.settings.min_increment
+        return bool(trouble.failed) and hopeless
 
     def climb(self, walk: Walk, trouble: Trouble) -> Went | Stopped:
         """See ``Rung``."""
@@ -76,7 +76,7 @@ class Motion:
         if settings.dynamics:
             walk.size = min(settings.initial_increment, reach)
         if not moved:
-            return Stopped(trouble.limit or walk.no_equilibrium(trouble.outcome.reason))
+            return Stopped(trouble.limit or walk.no_equilibrium(trouble.failed))
         walk.passed.leave()
         walk.passed.add(walk.path[-1].s, walk.path[-1].x)
         walk.vain_before = walk.in_vain()

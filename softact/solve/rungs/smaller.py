@@ -18,11 +18,11 @@ class SmallerIncrement:
 
     def may(self, walk: Walk, trouble: Trouble) -> bool:
         """See ``Rung``."""
-        return trouble.outcome is not None
+        return bool(trouble.failed)
 
     def climb(self, walk: Walk, trouble: Trouble) -> Went | Stopped:
         """See ``Rung``."""
         walk.size *= INCREMENTS.cut
         if walk.in_vain() - walk.vain_before > MOST_IN_VAIN:
-            return Stopped(walk.no_equilibrium(trouble.outcome.reason))
+            return Stopped(walk.no_equilibrium(trouble.failed))
         return Went.NOT if walk.is_small or walk.stuck() else Went.ON

@@ -62,9 +62,10 @@ class Volume:
         """See ``Rung``."""
         if trouble.ahead:
             return True
-        failed = trouble.outcome is not None
+        if not trouble.failed:
+            return False
         here = walk.may_trace and walk.traced_at != walk.done
-        return failed and walk.is_small and not walk.stuck() and here
+        return walk.is_small and not walk.stuck() and here
 
     def climb(self, walk: Walk, trouble: Trouble) -> Went | Stopped:
         """See ``Rung``."""
@@ -92,7 +93,7 @@ class _Trace:
     def __init__(self, walk: Walk):
         self.walk = walk
         self.drive: VolumeDrive = VolumeDrive(walk.model, walk.ramp)
-        self.load, self.arc = LoadDrive(walk.ramp), ArcDrive(walk.model, walk.ramp)
+        self.load = LoadDrive(walk.ramp)
         self._beyond = False  # whether an unstable equilibrium has been seen
         self._set_bounds(0)
 
@@ -103,7 +104,8 @@ class _Trace:
         increment = first = self._first(points, size)
         seen, rising, failed = list(points), 0, 0
         while self._worth_while(seen, len(points)) and increment >= BOUNDS.smallest * first:
-            if failed >= BOUNDS.turns_back and self.drive is not self.arc and len(seen) > 1:
+            by_volume = not isinstance(self.drive, ArcDrive)
+            if failed >= BOUNDS.turns_back and by_volume and len(seen) > 1:
                 seen = self._follow_arc(seen)
                 increment = first = seen[-1].s - seen[-2].s
             target = seen[-1].s + increment
@@ -134,8 +136,8 @@ class _Trace:
 
     def _attempt(self, seen: list[Point], target: float) -> NewtonOutcome:
         """Seek the next point, which has to lie ahead."""
-        if self.drive is self.arc:
-            self.arc.aim(*seen[-2:])
+        if isinstance(self.drive, ArcDrive):
+            self.drive.aim(*seen[-2:])
         outcome = self.walk.attempt(self.drive, seen[-3:], target, BOUNDS.at_once)
         if outcome.converged and self._lies_back(seen[-1], target, outcome.unstable_modes):
             return replace(outcome, converged=False, reason="that equilibrium lies back")
@@ -152,17 +154,17 @@ class _Trace:
         known = walk.model.contacts.symmetric  # the inertia says it
         fraction = float(self.drive.loads(state)[0])
         returned = known and self._beyond and fraction < last.q[0] and unstable_modes == 0
-        returned = returned or walk.passed.returned(last.x, state.x, fraction)
-        way = target - last.s
-        return returned or (
-            self.drive is self.arc and self.arc.length(state.x - last.x) > BOUNDS.aside * way
-        )
+        if returned or walk.passed.returned(last.x, state.x, fraction):
+            return True
+        if not isinstance(self.drive, ArcDrive):
+            return False
+        return self.drive.length(state.x - last.x) > BOUNDS.aside * (target - last.s)
 
     def _follow_arc(self, seen: list[Point]) -> list[Point]:
         """Prescribe the way through the displacements from here on."""
-        self.drive = self.arc
+        self.drive = arc = ArcDrive(self.walk.model, self.walk.ramp, seen)
         self._set_bounds(len(seen))
-        return self.arc.lay(seen)
+        return arc.points
 
     def _set_bounds(self, increments: int) -> None:
         self._most_increments = increments + BOUNDS.increments
@@ -188,7 +190,7 @@ class _Trace:
         wanted = increment * growth(iterations)
         if change > 0:
             wanted = min(wanted, increment * self.walk.largest / change)
-        if self.drive is self.arc:
+        if isinstance(self.drive, ArcDrive):
             return wanted
         return min(wanted, BOUNDS.largest * abs(seen[-1].s))
 
