@@ -49,23 +49,30 @@ class Bellows(Geometry):
     through_wall: ThroughWall = None
 
     def faults(self) -> Iterator[tuple[str, str]]:
+        least, thickest = self.inner_radius + self.wall, 2 * self.fold
         if self._wave.height < THINNEST:
             yield (
                 "outer_radius",
                 f"{self.outer_radius:g} mm is not more than inner_radius and the wall together: "
-                "the convolutions would vanish",
+                f"the convolutions would vanish; write more than {least:g} mm",
             )
-        if self.fold - self.wall / 2 < THINNEST:
+        if thickest - self.wall < 2 * THINNEST:
+            right = (
+                f"a pitch of more than {2 * self.wall:g} mm"
+                if self.fold_radius is None
+                else f"a radius of more than {self.wall / 2:g} mm"
+            )
             yield (
                 "fold_radius" if self.fold_radius is not None else "pitch",
                 f"leaves {self.fold:g} mm for the radius of the folds, not more than half of the "
-                f"wall ({self.wall:g} mm): the gaps in the folds would vanish",
+                f"wall ({self.wall:g} mm): the gaps in the folds would vanish; write {right}, or a "
+                f"wall of less than {thickest:g} mm",
             )
         elif self.fold > self.pitch / 4 * (1 + 1e-9):
             yield (
                 "fold_radius",
-                f"{self.fold:g} mm is more than a quarter of the pitch ({self.pitch / 4:g} mm): "
-                "the flanks would lean over into each other",
+                f"{self.fold:g} mm is more than a quarter of the pitch: the flanks would lean over "
+                f"into each other; write at most {self.pitch / 4:g} mm",
             )
 
     @property

@@ -43,11 +43,22 @@ class BraidedMuscle(Geometry):
 
     def faults(self) -> Iterator[tuple[str, str]]:
         if self.length - 2 * self.end < THINNEST:
-            yield "end", f"{self.end:g} mm on both sides fills the length: the tube would vanish"
+            yield (
+                "end",
+                f"{self.end:g} mm on both sides fills the length: the tube would vanish; write "
+                f"less than {self.length / 2:g} mm",
+            )
         if self.bore < THINNEST:
             yield (
                 "radius",
-                f"{self.radius:g} mm less braid and wall leaves no room: the bore would vanish",
+                f"{self.radius:g} mm less braid and wall leaves no room: the bore would vanish; "
+                f"write more than {self.braid + self.wall:g} mm",
+            )
+        if self.mesh_size > 2 * self.radius:
+            yield (
+                "mesh_size",
+                f"{self.mesh_size:g} mm is more than the muscle is wide: no element would show how "
+                f"it opens at its ends; write at most {2 * self.radius:g} mm",
             )
 
     @property

@@ -70,7 +70,8 @@ class RoundSection:
 
     def triangles(self, size: float, least: int = 1) -> dict[str, int]:
         """How many triangles of ``mesh`` lie in each disc, before there is one."""
-        n, number, found = self.edges_of_a_quarter(size), 0, {}
+        n, number = self.edges_of_a_quarter(size), 0
+        found: dict[str, int] = {}
         for disc, rings in self._rings(size, least).items():
             full = rings if found else rings - n  # the first n rings of the core have fewer edges
             number += QUARTERS[self.part] * (2 * n * full + (0 if found else n**2))
@@ -99,7 +100,8 @@ class RoundSection:
     def _rings(self, size: float, least: int) -> dict[str, int]:
         """Number of rings of triangles of each disc outside of the one before. The core has a ring
         for each edge of a quarter, so that its triangles are as good as they get."""
-        inner, found = 0.0, {}
+        inner = 0.0
+        found: dict[str, int] = {}
         for name, radius in self.discs.items():
             core = self.edges_of_a_quarter(size) if not found else 1
             found[name] = steps(radius - inner, size, max(core, least))
