@@ -6,7 +6,6 @@ Exit codes: 0 done; 1 a check deviates; 2 the spec or another input is wrong; 3 
 
 import errno
 import importlib
-import io
 import os
 import pkgutil
 import signal
@@ -206,10 +205,9 @@ def _print(error: Exception) -> int:
             click.echo(printable(line), err=True)
         return error.exit_code
     if isinstance(error, click.ClickException):
-        shown = io.StringIO()
-        error.show(shown)
-        for line in shown.getvalue().removesuffix("\n").split("\n"):
-            click.echo(printable(line), err=True)
+        text = "\n".join(map(printable, error.format_message().split("\n")))
+        context = error.ctx if isinstance(error, click.UsageError) else None
+        click.UsageError(text, context).show()  # without context it shows no usage
         return WRONG_INPUT
     if isinstance(error, OSError) and error.filename is not None:
         click.echo(printable(f"{error.filename}: {error.strerror}"), err=True)

@@ -54,10 +54,11 @@ TUNING = Tuning()
 class SolveOptions:
     """What is asked of one solve.
 
-    tolerance: bounds two numbers, the norm of the out-of-balance force by that of the internal
-    force and the root mean square of the volumetric equation's error (a strain). force_floor: force
-    (N) that internal forces count for at least, by the tolerance; None: the model's. at_most:
-    iterations, where fewer are allowed than otherwise. line_search: at each iteration.
+    tolerance: bounds two numbers, the ratio of the norm of the out-of-balance force to that of the
+    internal force and the root mean square of the volumetric equation's error (a strain).
+    force_floor: force (N) that, over the tolerance, internal forces count for at least; None: the
+    model's. at_most: iterations, where fewer are allowed than otherwise. line_search: at each
+    iteration.
     """
 
     tolerance: float

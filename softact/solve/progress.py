@@ -15,9 +15,9 @@ class Attempt:
 
     control: "load", "search" (load, with a line search), "volume", "arc" (the way through the
     displacements), "dynamics" (an equilibrium that a damped motion has led to) or "motion" (a state
-    of the first inflation, no equilibrium). kinetic_ratio: largest kinetic by internal energy on
-    the way, where there was a motion. speed: norm of the displacements' change (mm) per change of
-    the fraction at the equilibrium; 0 where not known.
+    of the first inflation, no equilibrium). kinetic_ratio: largest ratio of kinetic to internal
+    energy on the way, where there was a motion. speed: norm of the displacements' change (mm) per
+    change of the fraction at the equilibrium; 0 where not known.
     """
 
     step: str

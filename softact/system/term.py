@@ -98,7 +98,7 @@ class Term(Protocol):
     """What a model asks of each of its parts."""
 
     def add_force(self, state: State, out: np.ndarray) -> None:
-        """Add the derivative of the potential by the unknowns, N, to ``out`` (local,)."""
+        """Add the gradient of the potential in the unknowns, N, to ``out`` (local,)."""
 
     def add_tangent(self, state: State, origin: Origin | None) -> None:
         """Add the second derivative to the assembler's matrix."""

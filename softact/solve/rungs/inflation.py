@@ -6,12 +6,12 @@ backward Euler carries the sheet along, M ẍ + α M ẋ + f(x) = p V'. T and α
 at which the kinetic energy is well below that of the final membrane strain e = p L/(2 E t):
 ½ ρ t v² = c² ½ E t e² (c: ``Pace.velocity``). A sheet of the size L then takes L/v for a path of
 its size, and α is such that a tenth of the pressure pushes it at v. Each time step is an increment
-with its kinetic by internal energy. One that is longer than it takes to leave an unstable state
-would stay there: its incremental potential (Radovitzky and Ortiz 1999) has a saddle and no
+with its ratio of kinetic to internal energy. One that is longer than it takes to leave an unstable
+state would stay there: its incremental potential (Radovitzky and Ortiz 1999) has a saddle and no
 minimum, as the inertia of its matrix tells, and it is cut back. As soon as the motion is
-quasi-static, statics is tried: a time step without end. It takes over where the equilibrium that
-it finds is stable, and no farther than time steps go; else the motion goes on. Where the work of
-the loads went is told: see ``energy_balance``.
+quasi-static, statics is tried: a time step without end. It takes over where the equilibrium that it
+finds is stable, and no farther than time steps go; else the motion goes on. Where the work of the
+loads went is told: see ``energy_balance``.
 """
 
 from __future__ import annotations
@@ -33,17 +33,18 @@ class Pace:
     """How an inflation goes (docs/sheets.md).
 
     quasi_static: ratio of kinetic to internal energy, and of damping to the pressure's force.
-    nothing: stored energy of an unstressed sheet by that of a strain of 1. velocity: v by e times
-    the speed of sound; largest_strain: that counts for v. slowness: T by L/v. at_rest: kinetic by
-    internal energy; still: largest displacement in a time step at rest, by the body's size: long
-    limbs creep against damping under forces that are small beside that of the pressure. first,
-    shortest: time steps, of T; shorter: after one that failed; longer: Newton iterations up to
-    which one grows, and how much. in_sight: of the way that contact looks ahead, for the next time
-    step. loose: tolerance of a time step, also by the full pressure's force (statics: the
-    solver's), tight: of one under the full load, tighter: of one that the last would have left
-    where it was. tries_apart: time steps between tries of statics, doubling up to seldom under the
-    full load and to rarely before. settling: time steps at most after the loads have reached their
-    value. finest: time step, of T, down to which one that ends at a saddle is cut back.
+    nothing: ratio of the stored energy of an unstressed sheet to that of a strain of 1. velocity:
+    ratio of v to e times the speed of sound; largest_strain: that counts for v. slowness: ratio of
+    T to L/v. at_rest: ratio of kinetic to internal energy; still: ratio of the largest displacement
+    in a time step at rest to the body's size: long limbs creep against damping under forces that
+    are small beside that of the pressure. first, shortest: time steps, of T; shorter: after one
+    that failed; longer: Newton iterations up to which one grows, and how much. in_sight: of the way
+    that contact looks ahead, for the next time step. loose: tolerance of a time step, also by the
+    full pressure's force (statics: the solver's), tight: of one under the full load, tighter: of
+    one that the last would have left where it was. tries_apart: time steps between tries of
+    statics, doubling up to seldom under the full load and to rarely before. settling: time steps at
+    most after the loads have reached their value. finest: time step, of T, down to which one that
+    ends at a saddle is cut back.
     """
 
     quasi_static: float = 0.05

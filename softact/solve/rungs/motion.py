@@ -30,11 +30,11 @@ class Pace:
     time_steps, iterations: of a motion at most, of_sheets: iterations where sheets without
     stiffness move far. roughly, at_once: a time step is solved to this tolerance, in at most so
     many iterations. cut: part of its length that one which fails keeps; shortest: that of the first
-    below which there is no hope. relaxation: viscosity by shear modulus, in times that a shear wave
-    takes through the body. at_rest: kinetic by internal energy below which the body is taken to
-    rest, again: part of it below which that is tried again; quasi_static: ratio above which the
-    motion is not. reach: part of the largest increment by which a motion loads further, farther:
-    by how much more the next one where nothing was gained since the last.
+    below which there is no hope. relaxation: ratio of viscosity to shear modulus, in times that a
+    shear wave takes through the body. at_rest: ratio of kinetic to internal energy below which the
+    body is taken to rest, again: part of it below which that is tried again; quasi_static: ratio
+    above which the motion is not. reach: part of the largest increment by which a motion loads
+    further, farther: by how much more the next one where nothing was gained since the last.
     """
 
     time_steps: int = 300
