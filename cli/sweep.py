@@ -86,6 +86,7 @@ def sweep(
       softact sweep configs/sweeps/pneunet_wall.yaml -j 4
       softact sweep thick.yaml --sensitivity sobol
     """
+    from softact.cli._points import Points
     from softact.results.own_folder import Output
     from softact.sweep import output as files
     from softact.sweep import trends
@@ -115,13 +116,11 @@ def sweep(
     with (
         _runner(opened, jobs, scheduler, slurm, interface, slurm_option) as runner,
         folder.opened(files.FILES),
+        Points(total, known) if opened.missing() else nullcontext() as progress,
     ):
-        opened.plan.remember(folder.file(files.PLAN))
-        try:
-            if opened.missing():
-                _compute(opened, runner, total, known)
-        finally:
-            rows, seen, notes = files.write(opened, sample, folder)
+        rows, seen, notes = files.carry_out(
+            opened, runner, sample, folder, progress or (lambda point, answer: None)
+        )
     for note in notes:
         click.echo(note, err=True)
     for verdict in seen:
@@ -161,13 +160,6 @@ def _runner(
     from softact.sweep.study import locally
 
     return nullcontext(locally(jobs))
-
-
-def _compute(study: "Study", runner: "Runner", total: int, kept: int) -> None:
-    from softact.cli._points import Points
-
-    with Points(total, kept) as progress:
-        study.compute(runner, progress)
 
 
 def _sum_up(study: "Study", rows: "list[Row]", directory: Path, seconds: float) -> None:

@@ -16,7 +16,6 @@ from softact.geometry.base import STEPS, Geometry
 from softact.measured.columns import column_fault
 from softact.results.folder import COMPLETE, read
 from softact.spec import Spec
-from softact.spec.path import changed
 from softact.sweep.cache import Cache
 from softact.sweep.compute import Answer
 from softact.sweep.local import run_all
@@ -151,7 +150,7 @@ def refined(spec: Spec, factor: float, times: int = 1) -> Spec:
     if not times:
         return spec
     mesh = finer(spec.geometry, factor, times)
-    return changed(spec, {f"geometry.{name}": value for name, value in mesh.items()})
+    return spec.with_({f"geometry.{name}": value for name, value in mesh.items()})
 
 
 def converge(

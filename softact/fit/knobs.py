@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from softact.errors import SpecError
 from softact.geometry.base import is_of_mesh
 from softact.spec import Spec
-from softact.spec.path import changed, joined, single
+from softact.spec.path import joined, single
 from softact.units import conversion, show, split
 
 WIDEST = 10.0  # default bounds: a tenth and ten times the value of the spec
@@ -114,6 +114,6 @@ def _check(knob: Knob, spec: Spec) -> None:
 
 def turned(spec: Spec, knobs: Sequence[Knob], values: Sequence[float]) -> Spec:
     """Return the spec with the knobs turned to ``values``."""
-    return changed(
-        spec, {knob.path: knob.text(value) for knob, value in zip(knobs, values, strict=True)}
+    return spec.with_(
+        {knob.path: knob.text(value) for knob, value in zip(knobs, values, strict=True)}
     )

@@ -5,24 +5,18 @@ where it is named; a document becomes a spec, with cards of the user's own read 
 a sweep sets the values of its points.
 """
 
-import contextlib
 import os
-import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 from softact.errors import SpecError
 from softact.files import document
-from softact.files.document import Document, Place
-from softact.files.text import NAMES_A_FILE
-from softact.spec import card_files, overrides
-from softact.spec.choice import MaterialChoice
-from softact.spec.faults import validated
+from softact.files.document import Document
+from softact.spec import overrides
+from softact.spec.building import built, find_files
 from softact.spec.kinds import expect, read_as
 from softact.spec.models import Spec
-from softact.spec.path import assign, replaced
-from softact.spec.slots import walk
 
 
 def load(path: str | Path, overrides: Sequence[str] = ()) -> Spec:
@@ -65,7 +59,7 @@ def part(source: Document, key: str, name: str) -> Document:
             raise SpecError(*(f"{source.where((key,))}: {key}: {e}" for e in error.lines)) from None
     else:
         found = source.within(key)
-        find_files(found)
+        find_files(found, Spec)
     found.data.setdefault("name", name)
     found.folder = source.folder
     return found
@@ -76,48 +70,10 @@ def spec_at(source: Document, changes: Iterable[tuple[str, Any]] = ()) -> Spec:
 
     Raises SpecError with one line per fault.
     """
-    here = source.copy()
-    for path, value in changes:
-        assign(here, path, value, replaced(path, value))
-    here.data.setdefault("name", name_of(here.name))
-    faults = card_files.insert(here, find_files(here))
-    try:
-        spec = validated(here, Spec)
-    except SpecError as error:
-        faults += error.lines
-    if faults:
-        raise SpecError(*faults)
-    return spec
-
-
-def find_files(source: Document) -> list[Place]:
-    """Make the name of each file in a spec, which counts from where it is named, an absolute one.
-
-    Such are the cards of the user's own, whose places are returned, and the files of imported
-    geometries.
-    """
-    cards, files = [], []
-    for place, slot, value in walk(Spec, source.data):
-        if isinstance(slot.choice, MaterialChoice):
-            if isinstance(value, dict):
-                place, value = (*place, "card"), value.get("card")
-            if isinstance(value, str) and card_files.is_file(value):
-                cards.append(place)
-        elif NAMES_A_FILE in slot.metadata and isinstance(value, str):
-            files.append(place)
-    for place in (*cards, *files):
-        path = source.folder / os.path.expanduser(source.value(place))
-        with contextlib.suppress(ValueError):  # a name that no file can have, which is told later
-            source.value(place[:-1])[place[-1]] = os.path.realpath(path)
-    return cards
+    return built(source, changes, Spec)
 
 
 def _with(source: Document, changes: Sequence[str]) -> Document:
     overrides.apply(source, changes)
-    find_files(source)
+    find_files(source, Spec)
     return source
-
-
-def name_of(file: str) -> str:
-    """Return the name of a spec, or of a study, that has none of its own: that of its file."""
-    return re.sub(r"[^a-z0-9_-]+", "_", Path(file).stem.lower()).strip("_-")[:64] or "actuator"

@@ -24,17 +24,15 @@ from softact.loads import LOADS
 from softact.loads.base import Load
 from softact.mesh.layout import Layout
 from softact.solve.settings import Predictor, Settings
+from softact.spec.building import changed
 from softact.spec.checks import cross_faults, fibre_faults
 from softact.spec.choice import MaterialChoice
 from softact.spec.contact import AnyObstacle, Contacts, resolved_contact
 from softact.spec.fields import GEOMETRY, AnyGeometry, AnyMaterial, LayerMaterial, Measures
+from softact.spec.path import UNNAMED
 from softact.spec.slots import walk
 from softact.spec.text import to_text
 from softact.units import Angle, Dimensionless, Length, Stiffness
-
-#: List of a spec -> the word that, with a number, names an entry without a name.
-UNNAMED = {"steps": "step", "contact": "contact"}
-
 
 PositiveStiffness = Annotated[Stiffness, Field(gt=0)]
 
@@ -333,6 +331,15 @@ class SpecBase(Part):
         # Only here, before anybody else sees the new spec, a frozen model gets its defaults.
         self.__dict__.update(supports=supports, steps=tuple(steps), contact=contact)
         return self
+
+    def with_(self, changes: Mapping[str, Any] | None = None, **values: Any) -> Self:
+        """Return a copy with other values, validated anew.
+
+        changes: dotted path -> value, with units as YAML would have them, such as
+        ``{"geometry.wall": "1.2 mm", "steps.inflate.pressure": "30 kPa"}``. values: keys at the top
+        of the spec, such as ``name="thick"``. Raises SpecError with one line for each fault.
+        """
+        return changed(self, {**(changes or {}), **values}.items())
 
     def to_yaml(self) -> str:
         """Return the spec with all defaults and units; it loads back to an equal spec."""

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from softact.errors import SpecError
 from softact.files.document import Document, scalar
 from softact.spec import path as paths
+from softact.spec.models import Spec
 from softact.units import show
 
 
@@ -27,4 +28,4 @@ def _set(document: Document, text: str) -> None:
     path, equals, written = text.partition("=")
     if not equals or not all(key.strip() for key in path.split(".")):
         raise SpecError("write a dotted path, '=' and a value, for example steps.0.pressure=30 kPa")
-    paths.assign(document, path, scalar(written), paths.replaced(path, written))
+    paths.assign(document, path, scalar(written), paths.replaced(path, written), Spec)

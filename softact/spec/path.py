@@ -6,20 +6,19 @@ Entries of a list are named by their place, counted from 0, or by their ``name``
 """
 
 import copy
-from collections.abc import Iterator, Mapping
-from typing import Any, TypeVar
+from collections.abc import Iterator
+from typing import Any
 
 from pydantic import BaseModel
 
 from softact.errors import SpecError
 from softact.files.document import Document, Place, dotted, item
 from softact.nearest import nearest
-from softact.spec.faults import validated
-from softact.spec.models import UNNAMED, Spec
 from softact.spec.slots import Slot, slot_at
 from softact.units import one_line, show
 
-AnyModel = TypeVar("AnyModel", bound=BaseModel)
+#: Lists of a spec whose entries are called by a word and their number where they have no name.
+UNNAMED = {"steps": "step", "contact": "contact"}
 
 
 def parts(path: str) -> list[str]:
@@ -83,15 +82,16 @@ def leaves(data: Any) -> Iterator[tuple[Place, Any]]:
             yield place, value
 
 
-def assign(document: Document, path: str, value: Any, where: str) -> Place:
-    """Set plain data at a path of a spec's document; ``where``: how a message about it begins.
+def assign(document: Document, path: str, value: Any, where: str, model: type[BaseModel]) -> Place:
+    """Set plain data at a path of a spec's document; ``where``: how a message about it begins;
+    ``model``: of the whole document.
 
     Mappings on the way that the document lacks are made, and a short form on the way, such as the
     name of a material card, is written out. Raises SpecError where the path leads nowhere.
     """
     place: Place = ()
     rest, target = parts(path), document.data
-    slot: Slot | None = Slot(Spec)
+    slot: Slot | None = Slot(model)
     while True:
         key, rest = _next(target, rest, place)
         slot = slot.inside(key, target) if slot else None
@@ -128,10 +128,10 @@ def replaced(path: str, value: Any) -> str:
     return f"--set {one_line(path)}={show(value)[1:-1]}"
 
 
-def check(document: Document, place: Place) -> None:
+def check(document: Document, place: Place, model: type[BaseModel]) -> None:
     """Raise SpecError where a spec has no such place, as far as the document tells its kind."""
     for length, key in enumerate(place):
-        slot = slot_at(Spec, document, place[:length])
+        slot = slot_at(model, document, place[:length])
         if slot is None:
             return
         data = document.value(place[:length]) if document.has(place[:length]) else {}
@@ -139,14 +139,6 @@ def check(document: Document, place: Place) -> None:
         if slot.model(data) is not None and key not in known:
             here = dotted(place[:length]) or "a spec"
             raise SpecError(f"{here} has no {show(key)}; {nearest(key, known)}")
-
-
-def changed(model: AnyModel, changes: Mapping[str, Any]) -> AnyModel:
-    """Return a copy of a spec with values at paths replaced, validated anew. Raises SpecError."""
-    document = Document("spec", model.model_dump(mode="json", exclude_none=True))
-    for path, value in changes.items():
-        assign(document, path, value, replaced(path, value))
-    return validated(document, type(model))
 
 
 def _next(value: Any, keys: list[str], place: Place) -> tuple[str | int, list[str]]:

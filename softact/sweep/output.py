@@ -2,16 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from softact.files.text import csv_text, write_atomic
 from softact.results.own_folder import Output
 from softact.sweep import sensitivity, sweep_page, table
+from softact.sweep.compute import Answer
+from softact.sweep.points import DesignPoint
 from softact.sweep.sensitivity import Sample
-from softact.sweep.study import Study
+from softact.sweep.study import Runner, Study
 from softact.sweep.table import Row
 from softact.sweep.trends import Verdict, verdicts
 
 PLAN, INDICES, PAGE = ".plan.json", "sensitivity.csv", "sweep.html"
 FILES = (PLAN, *table.FILES, INDICES, PAGE)
+
+
+def carry_out(
+    study: Study,
+    runner: Runner,
+    sample: Sample | None,
+    output: Output,
+    tell: Callable[[DesignPoint, Answer], None],
+) -> tuple[list[Row], list[Verdict], list[str]]:
+    """Compute what is missing and write the files, also where that is stopped; returns what
+    ``write`` does. tell: called for each point as its run ends."""
+    study.plan.remember(output.file(PLAN))
+    try:
+        if study.missing():
+            study.compute(runner, tell)
+    finally:
+        written = write(study, sample, output)
+    return written
 
 
 def write(

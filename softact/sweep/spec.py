@@ -19,7 +19,8 @@ from softact.errors import SpecError
 from softact.fields import Name, fault_at
 from softact.files import document
 from softact.nearest import nearest
-from softact.spec import loading
+from softact.spec import Spec, loading
+from softact.spec.building import name_of
 from softact.spec.faults import validated
 from softact.spec.kinds import read_as
 from softact.spec.path import assign, check, dotted
@@ -135,14 +136,14 @@ def read(file: Path, model: type[Kind]) -> tuple[Kind, document.Document]:
     spec, and where no design of an optimisation can be right.
     """
     source = read_as(Path(file), model.kind)
-    source.data.setdefault("name", loading.name_of(source.name))
+    source.data.setdefault("name", name_of(source.name))
     study = validated(source, model)
     base = loading.part(source, "base", study.name)
     faults = []
     for path, value in study.set.items():
         where = source.where(("set", path))
         try:
-            check(base, assign(base, path, value, where))
+            check(base, assign(base, path, value, where, Spec), Spec)
         except SpecError as error:
             faults += [f"{where}: set.{path}: {line}" for line in error.lines]
     faults += _lost(study, source, base)
@@ -159,7 +160,7 @@ def _lost(study: StudyFile, source: document.Document, base: document.Document) 
     for number, axis in enumerate(study.varied):
         for one in axis.path:
             try:
-                check(here, assign(here, one, axis.steps()[0], ""))
+                check(here, assign(here, one, axis.steps()[0], "", Spec), Spec)
             except SpecError as error:
                 place = (study.of_axes, number, "path")
                 start = f"{source.where(place)}: {dotted(place)}: {show(one)}"

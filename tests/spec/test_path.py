@@ -12,7 +12,7 @@ from softact.fit.knobs import read_knobs
 from softact.report.compare import spec_differences
 from softact.run.from_spec import parameters
 from softact.spec import Spec
-from softact.spec.path import assign, changed, get, joined, leaves, locate, single
+from softact.spec.path import assign, get, joined, leaves, locate, single
 from softact.sweep.points import spec_at
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -56,7 +56,7 @@ def test_every_value_of_a_spec_is_found_and_set_by_its_path(name):
         assert get(plain(spec), path) == value
         assert spec_at(base, ((path, value),)) == spec
     path_and_value = {joined(place): value for place, value in found}
-    assert changed(spec, path_and_value) == spec
+    assert spec.with_(path_and_value) == spec
     written = [f"{path}={json.dumps(value)}" for path, value in path_and_value.items()]
     assert specs.loads(text, name, written) == spec
 
@@ -178,7 +178,7 @@ def test_nothing_is_set_where_a_path_leads_nowhere():
     before = source.copy()
     for path in ("steps.7.pressure", "geometry.type.first", "supports.0.fix"):
         with pytest.raises(SpecError):
-            assign(source, path, "1 kPa", "")
+            assign(source, path, "1 kPa", "", Spec)
     assert source == before
 
 
@@ -193,10 +193,10 @@ def test_a_list_that_the_file_lacks_is_set_whole(path):
 
 def test_a_changed_copy_is_checked_anew():
     spec = sheets()
-    copy = changed(spec, {"geometry.n_a": 3, PATH: "600 MPa"})
+    copy = spec.with_({"geometry.n_a": 3, PATH: "600 MPa"})
     assert isinstance(copy, Spec)
     assert (copy.geometry.n_a, ply(copy).material.youngs_modulus) == (3, 600.0)
     assert spec == sheets()
     with pytest.raises(SpecError) as caught:
-        changed(spec, {"geometry.n_a": 0})
+        spec.with_({"geometry.n_a": 0})
     assert caught.value.lines[0].startswith("--set geometry.n_a=0: geometry.n_a: '0' must be")
