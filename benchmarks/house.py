@@ -2,7 +2,7 @@
 
     .venv/bin/python -m benchmarks.house
 
-docs/house.md holds the figures. tests/test_rooms.py and tests/test_types.py use the same functions.
+docs/house.md holds the figures. Tests in tests/house use the same functions.
 """
 
 from __future__ import annotations

@@ -1,13 +1,48 @@
-"""One headless Chromium for all tests of pages, and the folder of the tests of the report."""
+"""The order of the tests, one headless Chromium for all tests of pages, and the folder of the tests
+of the report."""
+
+from pathlib import Path
 
 import pytest
 
-pytest.register_assert_rewrite("browsing")
-
-import bent_beam  # noqa: E402
-import browsing  # noqa: E402
+pytest.register_assert_rewrite("tests.browsing")
 
 from softact.report import write_report  # noqa: E402
+from tests import bent_beam, browsing  # noqa: E402
+
+# Modules that solve much, start many processes or wait: after all others, so that a fault that a
+# cheap test sees is seen early; the longest first, so that two processes end at the same time.
+SLOW = """
+house/test_killed_studies contact/test_nothing_passes run/test_killed run/test_resume run/test_run
+run/test_resume_loads solve/test_dynamics geometries/test_slow_pneunet contact/test_rigid_contact
+geometries/test_knit_strips sheets/test_inflated_sheets contact/test_sheet_contact house/test_fuzz
+house/test_contributing house/test_isolation geometries/test_woven_contracting
+geometries/test_woven_bending geometries/test_woven_elongating geometries/test_woven_stiffening
+geometries/test_sliding_shell contact/test_sheet_friction contact/test_surface_contact
+sheets/test_inflated_beam sheets/test_sheets solve/test_volume_control solve/test_diagnosis
+house/test_invariants loads/test_load_cases bodies/test_soundness sweep/test_cli sweep/test_cluster
+sweep/test_faults sweep/test_inputs check/test_check converge/test_converge optimise/test_optimise
+analytic/test_calculix analytic/test_thick_walls analytic/test_homogeneous analytic/test_fibres
+analytic/test_beams fit/test_calibrate fit/test_every_start system/test_jit
+geometries/test_every_geometry geometries/test_refinement geometries/test_imported
+geometry/test_field_files report/test_study_pages_browser report/test_pages_browser
+report/test_report_browser report/test_animation test_api
+""".split()
+
+
+def pytest_configure(config):
+    """xdist keeps to the order below, instead of beginning with the files of the most tests."""
+    if hasattr(config.option, "loadscopereorder"):
+        config.option.loadscopereorder = False
+
+
+def pytest_collection_modifyitems(items):
+    """Put the slow modules last."""
+    place = {name: number for number, name in enumerate(SLOW, 1)}
+    here = Path(__file__).parent
+    items.sort(
+        key=lambda item: place.get(item.path.relative_to(here).with_suffix("").as_posix(), 0)
+    )
 
 
 @pytest.fixture(scope="session")

@@ -67,3 +67,19 @@ def on_a_plate(plate: tuple[float, ...] = WIDE) -> Callable:
         occ.addBox(*plate)
 
     return make
+
+
+MILLI = r"\( LENGTH_UNIT\(\) NAMED_UNIT\(\*\) SI_UNIT\(\.MILLI\.,\.METRE\.\) \)"
+INCH = """#9001 = LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),#9002);
+#9002 = ( LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT(.MILLI.,.METRE.) );
+#9003 = DIMENSIONAL_EXPONENTS(1.,0.,0.,0.,0.,0.,0.);
+"""
+
+
+def in_unit(text: str, unit: str) -> str:
+    """The text of a STEP file in mm with the same numbers in another unit."""
+    if unit == "in":
+        inch = "( CONVERSION_BASED_UNIT('INCH',#9001) LENGTH_UNIT() NAMED_UNIT(#9003) )"
+        return re.sub(MILLI, inch, text).replace("ENDSEC;\nEND-ISO", f"{INCH}ENDSEC;\nEND-ISO")
+    prefix = {"m": "$", "cm": ".CENTI.", "mm": ".MILLI."}[unit]
+    return text.replace("SI_UNIT(.MILLI.,.METRE.)", f"SI_UNIT({prefix},.METRE.)")

@@ -13,8 +13,8 @@ import tempfile
 import time
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
-import browsing
+sys.path.insert(0, str(Path(__file__).parents[2]))
+from tests import browsing
 
 DESK = 900
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from meshes import block
-from solving import CLAMP, build, solve
 
 from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
 from softact.model import Support
+from tests.analytic.meshes import block
+from tests.analytic.solving import CLAMP, build, solve
 
 # The cross-section is free to become broader and narrower at its root, as beam theory has it.
 BEAM_ROOT = Support("x_min", {0: 0.0, 2: 0.0})

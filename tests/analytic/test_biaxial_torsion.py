@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 import scipy.optimize
-from meshes import block, disc
-from solving import ROLLERS, build, solve
 
 from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
 from softact.model import Support
 from softact.solve.newton import Newton
+from tests.analytic.meshes import block, disc
+from tests.analytic.solving import ROLLERS, build, solve
 
 RADIUS, LENGTH = 12.7, 25.4  # mm
 

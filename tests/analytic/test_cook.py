@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from meshes import block
-from solving import CLAMP, build, solve
 
 from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
 from softact.model import Support
+from tests.analytic.meshes import block
+from tests.analytic.solving import CLAMP, build, solve
 
 PLANE_STRAIN = [Support("z_min", {2: 0.0}), Support("z_max", {2: 0.0})]
 CORNER = (48.0, 60.0, 0.0)

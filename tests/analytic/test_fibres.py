@@ -4,10 +4,7 @@ import numpy as np
 import pytest
 import scipy.integrate
 import scipy.optimize
-from by_hand import principal_slopes
-from meshes import block
 from mpi4py import MPI
-from solving import ROLLERS, build, solve
 
 from softact.geometries.tube import Tube
 from softact.geometry.base import make_mesh
@@ -18,6 +15,9 @@ from softact.measures.snapshot import Snapshot
 from softact.mesh.tetrahedra import distribute, read_msh
 from softact.model import Model, Support
 from softact.system.term import State
+from tests.analytic.by_hand import principal_slopes
+from tests.analytic.meshes import block
+from tests.analytic.solving import ROLLERS, build, solve
 
 MATRIX = dict(c10=0.14)
 FIBRES = MATRIX | dict(k1=0.5, k2=0.4, kappa=0.1)

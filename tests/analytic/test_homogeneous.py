@@ -9,13 +9,13 @@ along 1 is (t1 − t3)/λ1 with ti = λi ∂W/∂λi (Ogden 1972); ``by_hand`` h
 import numpy as np
 import pytest
 import scipy.optimize
-from by_hand import INVARIANT_LAWS, STRETCH_LAWS, principal_slopes
-from meshes import block
-from solving import ROLLERS, build, solve
 
 from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
 from softact.model import Support
+from tests.analytic.by_hand import INVARIANT_LAWS, STRETCH_LAWS, principal_slopes
+from tests.analytic.meshes import block
+from tests.analytic.solving import ROLLERS, build, solve
 
 BULK = 1e8  # MPa: J differs from 1 by less than 1e-7
 LOW_BULK = 30.0  # MPa, for the test of the compressible answer

@@ -9,9 +9,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from meshes import block
-from petsc4py import PETSc
-from solving import build
 
 from softact.bodies.layer import BondedLayer
 from softact.bodies.solid import Solid
@@ -20,8 +17,10 @@ from softact.loads.surface_pressure import FacePressure
 from softact.materials import LAWS
 from softact.model import ELEMENTS
 from softact.system.term import EVERYTHING, InvertedElementError, Origin, State
+from tests.analytic.differences import dense, force, slope, tangent, to_global, to_local
+from tests.analytic.meshes import block
+from tests.analytic.solving import build
 
-STEP = 1e-5
 PAPER = SimpleNamespace(youngs_modulus=65.0, poissons_ratio=0.2, density=7.5e-10)
 
 
@@ -52,36 +51,6 @@ def random_state(model, seed=1, size=0.04):
     state = State(size * rng.standard_normal(model.unknowns.local), LOADS)
     assert model.smallest_jacobian(state.x) > 0.1
     return state
-
-
-def moved(state, change):
-    return State(**{**vars(state), "x": state.x + change})
-
-
-def force(model, term, state):
-    out = np.zeros(model.unknowns.local)
-    term.add_force(state, out)
-    return out
-
-
-def tangent(model, terms, state):
-    """The matrix of some terms, dense."""
-    model.assembler.fixed[:] = 0
-    model.assembler.clear()
-    for term in terms:
-        term.add_tangent(state, None)
-    return dense(model.assembler.finish_matrix())
-
-
-def dense(matrix: PETSc.Mat) -> np.ndarray:
-    copy = PETSc.Mat()
-    return matrix.convert("dense", copy).getDenseArray().copy()
-
-
-def slope(function, state, direction, step=STEP):
-    """Central difference of ``function(state)`` along ``direction``."""
-    ahead, behind = (function(moved(state, s * step * direction)) for s in (1, -1))
-    return (ahead - behind) / (2 * step)
 
 
 def potential(model, term, state):
@@ -130,16 +99,6 @@ def test_tangent_is_slope_of_force(model, name):
     assert np.linalg.norm(found - expected) <= 1e-6 * np.linalg.norm(expected)
     np.testing.assert_allclose(matrix, matrix.T, atol=1e-12 * np.abs(matrix).max(initial=1e-300))
     assert np.any(matrix) == (name not in DEAD)
-
-
-def to_global(model, local):
-    out = np.empty_like(local)
-    out[model.unknowns.number] = local
-    return out
-
-
-def to_local(model, values):
-    return values[model.unknowns.number]
 
 
 def test_tangent_of_pressure_on_open_surface(model):

@@ -5,10 +5,7 @@ import functools
 import numpy as np
 import pytest
 import scipy.integrate
-from by_hand import principal_slopes
-from meshes import block
 from mpi4py import MPI
-from solving import build, solve
 
 from softact.geometries.thick_sphere import ThickSphere
 from softact.geometry.base import make_mesh
@@ -16,6 +13,9 @@ from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
 from softact.mesh.tetrahedra import distribute, read_msh
 from softact.model import Model, Support
+from tests.analytic.by_hand import principal_slopes
+from tests.analytic.meshes import block
+from tests.analytic.solving import build, solve
 
 INNER, OUTER = 10.0, 11.0  # mm
 # law, its constants in MPa, and REFERENCE's table: stretch of the inner surface, pressure in kPa.

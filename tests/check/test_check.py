@@ -7,7 +7,6 @@ import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
-import bent_beam
 import pytest
 from click.testing import CliRunner
 
@@ -15,6 +14,7 @@ from softact.check import compare
 from softact.check.cases import find, read
 from softact.cli.check import check as command
 from softact.errors import SpecError
+from tests import bent_beam
 
 ROOT = Path(__file__).parents[2]
 CASE = """\

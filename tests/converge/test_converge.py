@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
-import bent_beam
 import numpy as np
 import pytest
 
@@ -27,6 +26,7 @@ from softact.results.own_folder import Output
 from softact.sweep import compute as computing
 from softact.sweep.cache import Cache
 from softact.sweep.record import Record, from_results
+from tests import bent_beam
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 SPEC = specs.loads(

@@ -4,13 +4,13 @@ from math import pi
 
 import numpy as np
 import pytest
-import step_files
-from step_files import BLOCK_VOLUME
 
 from softact.errors import MeshError, SpecError
 from softact.geometries.from_step import FromStep
 from softact.geometry.base import look, make_mesh
 from softact.spec import loads
+from tests import step_files
+from tests.step_files import BLOCK_VOLUME
 
 
 @pytest.fixture

@@ -3,14 +3,13 @@
 import gmsh
 import numpy as np
 import pytest
-import step_files
-from step_files import BLOCK_VOLUME, LIKE_THE_BLOCK, WIDE
-from test_step_names import in_unit
 
 from softact.errors import MeshError
 from softact.geometries.from_step import FromStep
 from softact.geometry.base import make_mesh
 from softact.mesh.components import components
+from tests import step_files
+from tests.step_files import BLOCK_VOLUME, LIKE_THE_BLOCK, WIDE, in_unit
 
 TWO = {"regions": ["rubber", "base"], "mesh_size": "5 mm"}
 

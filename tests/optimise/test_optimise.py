@@ -6,7 +6,6 @@ import re
 import shutil
 import sqlite3
 
-import bent_beam
 import numpy as np
 import pytest
 
@@ -24,6 +23,7 @@ from softact.sweep.axes import Axis
 from softact.sweep.cache import Cache
 from softact.sweep.record import refresh
 from softact.sweep.spec import read
+from tests import bent_beam
 
 FILE = """
 base:

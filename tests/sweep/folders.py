@@ -1,6 +1,6 @@
 """Runs that are made up, by the closed form of tests/bent_beam.py: the angle is given."""
 
-import bent_beam
+from tests import bent_beam
 
 CUBE = """
 base:

@@ -19,8 +19,7 @@ from softact.sweep.cache import BusyError, Cache
 from softact.sweep.compute import compute
 from softact.sweep.local import run_all
 from softact.sweep.version import run_key
-
-from .folders import instead_of_run
+from tests.sweep.folders import instead_of_run
 
 SPEC = specs.loads(
     "geometry: {type: block}\nmaterials: {body: {law: neo_hookean, c10: 0.1 MPa}}\n"

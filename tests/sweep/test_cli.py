@@ -8,9 +8,11 @@ import sys
 import time
 
 import pytest
-from browsing import DESK, PHONE, assert_quiet_and_fits
 
-from .folders import CUBE
+from softact.cli import main as cli
+from softact.sweep import cluster
+from tests.browsing import DESK, PHONE, assert_quiet_and_fits
+from tests.sweep.folders import CUBE
 
 SWEEP = (
     CUBE
@@ -100,10 +102,15 @@ def test_list_computes_nothing(folder):
         (["-o", "cube.yaml"], "cube.yaml: is a file; name another folder with -o DIR"),
     ],
 )
-def test_wrong_options_are_one_line(folder, options, said, tmp_path):
+def test_wrong_options_are_one_line(options, said, tmp_path, monkeypatch, capfd):
+    """Called in this process, where a scheduler has half a second to answer instead of 30 s."""
+    monkeypatch.setattr(cluster, "_SECONDS", 0.5)
+    monkeypatch.chdir(tmp_path)
     (tmp_path / "cube.yaml").write_text(SWEEP)
-    code, _, err = call(tmp_path, *options)
-    assert (code, len(err.splitlines())) == (2, 1)
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["sweep", "cube.yaml", *options])
+    err = capfd.readouterr().err
+    assert (stop.value.code, len(err.splitlines())) == (2, 1)
     assert said in err
     assert [path.name for path in tmp_path.iterdir()] == ["cube.yaml"]
 

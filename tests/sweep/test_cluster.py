@@ -13,8 +13,7 @@ import pytest
 
 from softact.errors import SpecError
 from softact.sweep.cluster import slurm_cluster, slurm_options
-
-from .folders import CUBE
+from tests.sweep.folders import CUBE
 
 pytest.importorskip("distributed", reason="needs distributed (pip install softact[cluster])")
 pytest.importorskip("dask_jobqueue", reason="needs dask-jobqueue")

@@ -11,8 +11,7 @@ from softact.sweep.axes import Axis
 from softact.sweep.design import Design
 from softact.sweep.points import Plan, spec_at
 from softact.sweep.spec import Sweep, read
-
-from .folders import CUBE
+from tests.sweep.folders import CUBE
 
 LENGTH = Axis(path="geometry.length", **{"from": "4 mm", "to": "8 mm", "count": 3})
 LAW = Axis(path="materials.body", name="law", values=("ecoflex-00-30", "elastosil-m4601"))

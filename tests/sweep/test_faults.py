@@ -16,8 +16,7 @@ from types import SimpleNamespace
 import pytest
 
 from softact.errors import OUT_OF_MEMORY
-
-from .folders import CUBE
+from tests.sweep.folders import CUBE
 
 CUBES = CUBE + "axes: [{path: materials.body.c10, values: [0.1 MPa, 0.2 MPa]}]\n"
 SIZES = "[geometry.length, geometry.width, geometry.height], values: [4 mm, 32 mm]"

@@ -7,7 +7,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import bent_beam
 import meshio
 import pytest
 
@@ -24,8 +23,8 @@ from softact.sweep.compute import compute
 from softact.sweep.points import Plan
 from softact.sweep.spec import Sweep, read
 from softact.sweep.version import run_key
-
-from .folders import CUBE, instead_of_run
+from tests import bent_beam
+from tests.sweep.folders import CUBE, instead_of_run
 
 # The height of a block comes from a module, the width from a file, the length from the environment.
 SCRIPT = """

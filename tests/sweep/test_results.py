@@ -17,8 +17,7 @@ from softact.sweep.cache import Cache
 from softact.sweep.spec import Sweep, read
 from softact.sweep.study import locally, open_study
 from softact.sweep.trends import verdicts
-
-from .folders import CUBE, instead_of_run
+from tests.sweep.folders import CUBE, instead_of_run
 
 AXES = """
 axes:

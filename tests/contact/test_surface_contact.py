@@ -1,0 +1,187 @@
+"""Contact of a body with itself and between bodies: tangents, patch, two blocks, friction."""
+
+import numpy as np
+import pytest
+
+from softact.contact.surfaces import Touching
+from softact.loads.load_step import LoadStep
+from softact.materials import LAWS
+from softact.measures import MEASURES
+from softact.measures.snapshot import Snapshot
+from softact.model import Support
+from tests.analytic.differences import force, slope, tangent, to_global, to_local
+from tests.analytic.meshes import block
+from tests.analytic.solving import build, solve
+
+SOFT = LAWS["neo_hookean"].of(c10=0.05, bulk_modulus=50.0)
+GAP = 0.02
+
+
+def slit(points):
+    """Squeezes the middle third of the height to the gap."""
+    z = np.interp(points[:, 2], [0, 1, 2, 3], [0, 1, 1 + GAP, 2 + GAP])
+    return np.column_stack([points[:, :2], z])
+
+
+def jaws(friction=0.0, shear=0.0, joined=True):
+    """Two blocks of 3 × 1 × 1 mm over each other, joined at x < 1 unless they are not.
+
+    shear: how far the mesh lines inside the upper block lie beside those of the lower one, mm.
+    """
+
+    def mapping(points):
+        moved = slit(points)
+        for c, length in enumerate((3.0, 1.0)):
+            inside = (points[:, c] > 0.1) & (points[:, c] < length - 0.1)
+            moved[:, c] += shear * inside * (points[:, 2] > 1.5)
+        return moved
+
+    def keep(centres):
+        return (np.abs(centres[:, 2] - 1.5) > 0.6) | ((centres[:, 0] < 1) & joined)
+
+    tets = block((3, 2, 3), (3.0, 1.0, 3.0), mapping, keep)
+    touching = Touching("jaws", (("inside",),), friction)
+    return build(tets, SOFT, touching=[touching])
+
+
+def bitten(friction):
+    """The jaws at a random state with overlap, and what they remember of an earlier one."""
+    model = jaws(friction, shear=0.13)
+    rng = np.random.default_rng(4)
+    places = model.unknowns.spaces[0].tabulate_dof_coordinates()
+    state = model.initial_state()
+    z = model.displacement_dofs[:, 2]
+    state.x = 0.004 * rng.standard_normal(model.unknowns.local)
+    state.x[z] -= 0.012 * places[:, 0] * (places[:, 2] > 1.01)
+    model.contacts.remember(state)
+    state.x = state.x + 0.002 * rng.standard_normal(model.unknowns.local)
+    return model, state
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.4])
+def test_tangent(friction):
+    """Force against energy, tangent against force, by central differences."""
+    model, state = bitten(friction)
+    (term,) = model.contacts
+    assert (term.gaps(state.x)[2] < 0).sum() > 20
+    direction = np.random.default_rng(2).standard_normal(model.unknowns.local)
+    matrix = tangent(model, [term], state)
+    assert np.abs(matrix).max() > 0.01
+    found = to_local(model, matrix @ to_global(model, direction))
+    expected = slope(lambda s: force(model, term, s), state, direction)
+    # A point that begins to touch, to slip or to face another facet has no derivative there.
+    assert np.linalg.norm(found - expected) <= 2e-4 * np.linalg.norm(expected)
+    if friction:
+        assert np.abs(matrix - matrix.T).max() > 1e-3 * np.abs(matrix).max()
+    else:
+        np.testing.assert_allclose(matrix, matrix.T, atol=1e-12 * np.abs(matrix).max())
+        work = slope(lambda s: term.energy(s), state, direction)
+        assert force(model, term, state) @ direction == pytest.approx(work, rel=1e-5)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.4])
+def test_action_and_reaction(friction):
+    """The forces of a contact of a body with itself add up to nothing."""
+    model, state = bitten(friction)
+    (term,) = model.contacts
+    forces = force(model, term, state)[model.displacement_dofs]
+    assert np.abs(forces).sum() > 0.01
+    np.testing.assert_allclose(forces.sum(axis=0), 0, atol=1e-14)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.4])
+def test_resumed_run(friction):
+    """A state stored with its memory gives the same forces in a model that is built anew."""
+    model, state = bitten(friction)
+    (term,) = model.contacts
+    start = model.initial_state()
+    start.x, start.memory = state.x, state.memory
+    other = jaws(friction, shear=0.13)
+    other.contacts.resume(start)
+    model.contacts.resume(start)
+    (again,) = other.contacts
+    found = force(other, again, start)
+    assert np.abs(found).max() > 0.001
+    np.testing.assert_allclose(found, force(model, term, start), atol=1e-15)
+    if friction:
+        start.memory = {}
+        assert np.abs(force(other, again, start) - found).max() > 1e-4
+
+
+SIDES = [Support("x_min", {0: 0.0}), Support("y_min", {1: 0.0}), Support("z_min", {2: 0.0})]
+
+
+@pytest.mark.parametrize(("shear", "exact"), [(0.0, 1e-9), (0.17, 0.01)])
+def test_two_blocks(shear, exact):
+    """Two blocks over each other, pressed by a fifth: both are strained alike and uniformly.
+
+    To 1e-9 where their meshes match, within 1 % where the facets of one lie across the other's.
+    """
+    model = jaws(shear=shear, joined=False)
+    press = [*SIDES, Support("z_max", {2: -0.4})]
+    start = [*SIDES, Support("z_max", {2: 0.0})]
+    solution = solve(model, LoadStep("press", supports=press), start, 0.5)
+    f = model.solids["body"].deformation_gradient(solution.state.x)
+    (term,) = model.contacts
+    _, _, gap = term.gaps(solution.state.x)
+    inside = gap[np.isfinite(gap)]
+    assert -0.02 * term.facets.size.min() < inside.min() and inside.max() < 0
+    expected = (2 + GAP - 0.4 - inside.mean()) / 2
+    np.testing.assert_allclose(f[..., 2, 2], expected, rtol=exact)
+    found = MEASURES["contact"].evaluate(Snapshot(model, solution.state))
+    area = model.surfaces.area("z_max")  # as large as each of the two faces that touch
+    assert found[f"contact_area_{term.name}_mm2"] == pytest.approx(area, rel=max(exact, 1e-6))
+
+
+def test_energy_of_closing_and_opening():
+    """Jaws that close and open without friction give back the work, and end as they began."""
+    model = jaws()
+    hold = Support("z_min", dict.fromkeys(range(3), 0.0))
+    ends = [Support("z_max", {2: value}) for value in (-0.06, 0.0)]
+    steps = [LoadStep(name, supports=[hold, e]) for name, e in zip("co", ends, strict=True)]
+    solution = solve(model, steps, [hold, ends[1]], 0.25)
+    (term,) = model.contacts
+    closed, opened = solution.ends
+    assert term.energy(closed) > 1e-6 and term.energy(opened) == 0.0
+    assert abs(model.energy(opened)) < 1e-9 * model.energy(closed)
+    forces = [solution.reaction("z_max", state)[2] for state in solution.path]
+    assert forces[4] < -0.001 and abs(forces[-1]) < 1e-9
+
+
+@pytest.mark.parametrize(("pressed", "exact"), [(0.1, 0.07), (0.03, 0.01)])
+def test_friction(pressed, exact):
+    """One block dragged over the other resists with μ times the pressing force. The couple of the
+    forces turns the faces in touch by an angle in proportion to them, 1.0° where they are pressed
+    by 0.1 mm: μ between faces is then less between axes, by 6.4 %, and by 0.9 % at 0.03 mm."""
+    model = jaws(friction=0.3, joined=False)
+    hold = Support("z_min", dict.fromkeys(range(3), 0.0))
+
+    def top(x, z):
+        return [hold, Support("z_max", {0: x, 1: 0.0, 2: z})]
+
+    ways = {"press": 0.0, "drag": 0.5}
+    steps = [LoadStep(name, supports=top(x, -pressed)) for name, x in ways.items()]
+    solution = solve(model, steps, top(0.0, 0.0), 0.25)
+    (term,) = model.contacts
+    normal, sliding = term.pressed(solution.state)
+    assert normal.sum() > (pressed - GAP) / 4  # N, of more than 0.5 N/mm
+    slipping = np.linalg.norm(sliding, axis=1) / normal
+    assert np.median(slipping) == pytest.approx(0.3, rel=1e-5) and slipping.max() < 0.3001
+    assert np.average(slipping, weights=normal) == pytest.approx(0.3, rel=0.01)
+    force = solution.reaction("z_max")
+    assert force[0] == pytest.approx(0.3 * -force[2], rel=exact)
+    assert force[0] < 0.3 * -force[2]
+
+
+@pytest.mark.parametrize("shear", [0.25, 0.5])
+def test_a_sheared_corner_does_not_touch_itself(shear):
+    """Faces that meet at 76° or 63° instead of 90°: points near the edge are inside of the other
+    face's plane, and do not touch it."""
+    sides = ("x_min", "x_max", "z_min", "z_max")
+    touching = Touching("self", (sides,))
+    model = build(block((4, 2, 4), (2.0, 1.0, 2.0)), SOFT, touching=[touching])
+    state = model.initial_state()
+    state.x[model.displacement_dofs[:, 0]] = shear * model.nodes.places[:, 2]
+    (contact,) = model.contacts
+    contact.resume(state)
+    assert not model.contacts.touch(state)
