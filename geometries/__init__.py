@@ -1,7 +1,9 @@
 """The actuators that softact can mesh: one file each, one line each in the registry."""
 
 from softact.geometries.antagonistic import Antagonistic
+from softact.geometries.bellows import Bellows
 from softact.geometries.block import Block
+from softact.geometries.braided_muscle import BraidedMuscle
 from softact.geometries.fiber_reinforced import FiberReinforced
 from softact.geometries.from_script import FromScript
 from softact.geometries.from_step import FromStep
@@ -19,7 +21,9 @@ from softact.geometries.woven_stiffening import WovenStiffening
 
 GEOMETRIES = {
     "antagonistic": Antagonistic,
+    "bellows": Bellows,
     "block": Block,
+    "braided_muscle": BraidedMuscle,
     "fiber_reinforced": FiberReinforced,
     "from_script": FromScript,
     "from_step": FromStep,

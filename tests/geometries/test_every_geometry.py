@@ -66,6 +66,12 @@ CASES = [
     ("shell_reinforced", {"cuts": 0, "symmetry": False}),
     ("fiber_reinforced", {"length": "40 mm"}),
     ("fiber_reinforced", {"length": "40 mm", "symmetry": False, "base_wall": "1 mm"}),
+    ("bellows", {"convolutions": 3}),
+    ("bellows", {"convolutions": 2, "fold_radius": "1.2 mm", "part": "half", "mesh_size": "2 mm"}),
+    ("bellows", {"convolutions": 1, "pitch": "20 mm", "part": "whole", "wall": "2 mm"}),
+    ("braided_muscle", {}),
+    ("braided_muscle", {"part": "half", "length": "30 mm", "mesh_size": "2 mm"}),
+    ("braided_muscle", {"part": "whole", "length": "20 mm", "wall": "3 mm", "braid": "2 mm"}),
     ("block", {"through_wall": 3}),
     ("thick_sphere", {"through_wall": 3}),
     ("tube", {"inner_radius": "5 mm", "outer_radius": "5.5 mm", "through_wall": 3}),
@@ -75,6 +81,8 @@ CASES = [
     ("antagonistic", {"chambers": 1, "symmetry": True, "mesh_size": "2.5 mm", "through_wall": 2}),
     ("shell_reinforced", {"cuts": 1, "end": "8 mm", "mesh_size": "3 mm", "through_wall": 2}),
     ("fiber_reinforced", {"length": "30 mm", "mesh_size": "3 mm", "through_wall": 2}),
+    ("bellows", {"convolutions": 1, "part": "half", "through_wall": 3}),
+    ("braided_muscle", {"wall": "2 mm", "braid": "2 mm", "part": "whole", "through_wall": 5}),
 ]  # fmt: skip
 
 

@@ -82,6 +82,9 @@ def test_remark_names_walls_by_their_thickness():
         ("shell_reinforced", {"cuts": 2, "mesh_size": "6 mm"}),
         ("shell_reinforced", {"cuts": 2, "mesh_size": "2 mm"}),
         ("fiber_reinforced", {"length": "40 mm"}),
+        ("bellows", {"convolutions": 2}),
+        ("bellows", {"convolutions": 1, "wall": "2 mm", "pitch": "12 mm", "mesh_size": "1.5 mm"}),
+        ("braided_muscle", {"length": "30 mm"}),
         ("thick_sphere", {}),
     ],
 )
