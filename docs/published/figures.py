@@ -17,7 +17,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from softact.files import document
-from softact.spec import opened
+from softact.spec import Spec, opened
 from softact.spec.faults import validated
 from softact.spec.path import assign
 
@@ -65,7 +65,7 @@ class Run(Strict):
         """16 hexadecimal digits of all that is written for this run and makes its numbers."""
         base = self.base()
         for path, value in self.changes:
-            assign(base, path, value, path)
+            assign(base, path, value, path, Spec)
         data = {key: value for key, value in base.data.items() if key not in _TEXTS}
         return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()[:16]
 
