@@ -61,8 +61,10 @@ def main(command: str, kills: int, seed: int) -> None:
             kill_after(start(folder, name), moment)
             kept = len(rows(folder / name))
             resumed += kept > 0
-            if start(folder, name, "--resume").wait():
-                sys.exit(f"kill {trial} after {moment:.2f} s: the resumed run failed")
+            again = start(folder, name, "--resume")
+            if again.wait():
+                said = (folder / "errors.txt").read_text(encoding="utf-8")
+                sys.exit(f"kill {trial} after {moment:.2f} s: the resumed run failed: {said}")
             status = json.loads((folder / name / "run.json").read_text())["status"]
             found = rows(folder / name)
             gap = difference(wanted, found) if len(wanted) == len(found) else float("inf")
@@ -111,8 +113,10 @@ def start(folder: Path, name: str, *options: str) -> subprocess.Popen:
 
 def _start(folder: Path, *words: str) -> subprocess.Popen:
     command = [sys.executable, "-m", "softact.cli.main", *words]
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    return subprocess.Popen(command, cwd=folder, start_new_session=True, **quiet)
+    with (folder / "errors.txt").open("w", encoding="utf-8") as errors:
+        return subprocess.Popen(
+            command, cwd=folder, start_new_session=True, stdout=subprocess.DEVNULL, stderr=errors
+        )
 
 
 def kill_after(process: subprocess.Popen, seconds: float) -> None:

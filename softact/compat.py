@@ -93,13 +93,46 @@ def _reference_element(degree: int) -> Any:
     return basix.create_element(basix.ElementFamily.P, basix.CellType.tetrahedron, degree)
 
 
-def create_mesh(comm: MPI.Comm, cells: np.ndarray, points: np.ndarray) -> dolfinx.mesh.Mesh:
-    """Distributed dolfinx mesh of affine tets; rank 0 passes all, the others empty arrays."""
-    ghosts = dolfinx.mesh.GhostMode.none
+def create_mesh(
+    comm: MPI.Comm, cells: np.ndarray, points: np.ndarray, part: np.ndarray
+) -> dolfinx.mesh.Mesh:
+    """Distributed dolfinx mesh of affine tets; rank 0 passes all, the others empty arrays.
+
+    part: process (n,) that each cell goes to. No cells are shared.
+    """
+    ranks, begins = part.astype(np.int32), np.arange(len(part) + 1, dtype=np.int32)
+    if _OLD:  # finds shared nodes by the neighbours that other processes have, and drops these
+        ranks, begins = _with_neighbours(cells, ranks)
+
+    def partitioner(*call: Any) -> Any:
+        return dolfinx.cpp.graph.AdjacencyList_int32(ranks, begins)
+
     if _OLD:
-        return dolfinx.mesh.create_mesh(comm, cells, points, ufl_mesh(), ghost_mode=ghosts)
-    partitioner = dolfinx.mesh.create_cell_partitioner(ghosts)
+        none = dolfinx.mesh.GhostMode.none
+        return dolfinx.mesh.create_mesh(
+            comm, cells, points, ufl_mesh(), ghost_mode=none, partitioner=partitioner
+        )
     return dolfinx.mesh.create_mesh(comm, cells, points, ufl_mesh(), partitioner)
+
+
+def _with_neighbours(cells: np.ndarray, part: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Processes of each cell, its own first, then those of cells beyond its facets; and where each
+    cell's begin, one more than there are cells."""
+    facets = np.sort(cells[:, [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]]], axis=-1).reshape(-1, 3)
+    order = np.lexsort(facets.T)
+    ordered = facets[order]
+    first = np.flatnonzero((ordered[1:] == ordered[:-1]).all(axis=1))
+    one, other = order[first] // 4, order[first + 1] // 4
+    apart = part[one] != part[other]
+    one, other = one[apart], other[apart]
+    across = np.concatenate(
+        [np.column_stack([one, part[other]]), np.column_stack([other, part[one]])]
+    )
+    across = np.unique(across.astype(np.int64), axis=0)
+    cell = np.concatenate([np.arange(len(part)), across[:, 0]])
+    rank = np.concatenate([part, across[:, 1]])
+    begins = np.concatenate([[0], np.cumsum(np.bincount(cell, minlength=len(part)))])
+    return rank[np.argsort(cell, kind="stable")].astype(np.int32), begins.astype(np.int32)
 
 
 def function_space(

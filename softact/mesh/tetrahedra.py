@@ -13,6 +13,7 @@ from softact import compat
 from softact.errors import MeshError, SoftactError
 from softact.mesh import leaks
 from softact.mesh.layout import Layout
+from softact.mesh.partition import parts
 from softact.mesh.sheets import SheetMesh, on_facets
 
 if TYPE_CHECKING:
@@ -146,9 +147,11 @@ def distribute(comm: MPI.Comm, load: Callable[[], Tetrahedra], layout: Layout) -
     """Spread a mesh over all processes of ``comm``; ``load`` is called on rank 0 only."""
     tets, region, located = _on_root(comm, lambda: _prepare(load(), layout))
     if comm.rank == 0:
-        domain = compat.create_mesh(comm, tets.cells, tets.points)
+        part = parts(tets.points[tets.cells].mean(axis=1), comm.size)
+        domain = compat.create_mesh(comm, tets.cells, tets.points, part)
     else:
-        domain = compat.create_mesh(comm, np.empty((0, 4), np.int64), np.empty((0, 3)))
+        nothing = np.empty((0, 4), np.int64), np.empty((0, 3)), np.empty(0, np.int32)
+        domain = compat.create_mesh(comm, *nothing)
     original = np.asarray(domain.topology.original_cell_index, dtype=np.int64)
     local_cells = domain.topology.index_map(3).size_local
     original = original[:local_cells]

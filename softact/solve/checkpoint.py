@@ -85,6 +85,7 @@ def pack(model: Model, checkpoint: Checkpoint) -> bytes | None:
             arrays[f"values_{number}"] = np.concatenate([v for _, v in found], axis=1)
     parts = {"begun": checkpoint.begun.memory, "now": checkpoint.state.memory}
     memories = model.comm.gather(parts | {"passed": checkpoint.passed})
+    shares = model.comm.gather(_share(model))
     if memories is None:
         return None
     for rank, parts in enumerate(memories):
@@ -98,6 +99,7 @@ def pack(model: Model, checkpoint: Checkpoint) -> bytes | None:
         "path": [{"s": p.s, "q": p.q.tolist()} for p in checkpoint.path],
         "has_rate": rate is not None,
         "processes": len(memories),
+        "parts": shares,
     }
     return seal(known, arrays)
 
@@ -128,6 +130,7 @@ def _unpacked(model: Model, path: Path, known: Mapping, file: NpzFile) -> Checkp
             raise SpecError(f"{path}: was written on another mesh; start the run anew")
         for vector, values in zip(vectors, file[f"values_{number}"], strict=True):
             vector[dofs] = values[order]
+    same_parts = _same_parts(model, known)
     states = []
     for when, loads, x in (
         ("begun", known["begun"], vectors[0]),
@@ -135,7 +138,7 @@ def _unpacked(model: Model, path: Path, known: Mapping, file: NpzFile) -> Checkp
     ):
         if set(loads) != {field for field, load in BY_FIELD.items() if not load.holds_volume}:
             raise KeyError("loads")
-        memory = _memory(file, known["processes"], when, model.comm)
+        memory = _memory(file, known["processes"], same_parts, when, model.comm)
         states.append(
             State(x.copy(), {f: _values(written) for f, written in loads.items()}, memory)
         )
@@ -147,20 +150,43 @@ def _unpacked(model: Model, path: Path, known: Mapping, file: NpzFile) -> Checkp
         points[-1] = replace(points[-1], rate=vectors[-1])
     begun, now = states
     plain = {name: known[name] for name in PLAIN}
-    passed = _passed(file, known["processes"], model.comm)
+    passed = _passed(file, known["processes"], same_parts, model.comm)
     return Checkpoint(begun=begun, state=now, path=points, passed=passed, **plain)
 
 
-def _passed(file: NpzFile, processes: int, comm: MPI.Comm) -> dict[str, np.ndarray]:
-    """Equilibria that were passed; without a limit, other processes need not know them."""
-    if processes != comm.size and not file["memory/0/passed/left"]:
+def _share(model: Model) -> list[list[float]]:
+    """What tells the part of the mesh that a process has: number and centre of its nodes."""
+    return [
+        [owned, *places[:owned].mean(axis=0).tolist()] if owned else [0, 0.0, 0.0, 0.0]
+        for places, _, owned in _groups(model)
+    ]
+
+
+def _same_parts(model: Model, known: Mapping) -> bool:
+    """Whether each process has the part of the mesh that it had. Collective."""
+    if known["processes"] != model.comm.size:
+        return False
+    mine = _share(model)
+    kept = known.get("parts", [mine] if model.comm.size == 1 else [[]] * model.comm.size)
+    there = np.array(kept[model.comm.rank], dtype=float)
+    here = np.array(mine, dtype=float)
+    size = max(float(np.abs(here).max(initial=0.0)), 1.0)
+    same = here.shape == there.shape and bool(np.abs(here - there).max(initial=0.0) < 1e-6 * size)
+    return bool(model.comm.allreduce(int(same)) == model.comm.size)
+
+
+def _passed(
+    file: NpzFile, processes: int, same_parts: bool, comm: MPI.Comm
+) -> dict[str, np.ndarray]:
+    """Equilibria that were passed; without a limit, other parts of the mesh need not know them."""
+    if not same_parts and not file["memory/0/passed/left"]:
         return {}
-    kept = _memory(file, processes, "passed", comm)
+    kept = _memory(file, processes, same_parts, "passed", comm)
     return {name: np.asarray(value) for name, value in kept.items()}
 
 
 def _memory(
-    file: NpzFile, processes: int, when: str, comm: MPI.Comm
+    file: NpzFile, processes: int, same_parts: bool, when: str, comm: MPI.Comm
 ) -> dict[str, np.ndarray | float]:
     """What ``pack`` was given by this process."""
     prefix = f"memory/{comm.rank}/{when}/"
@@ -170,6 +196,11 @@ def _memory(
         raise SpecError(
             f"a run with contact, or beyond a limit of its load, was begun with -n {processes} and "
             f"goes on with as many, not with -n {comm.size}"
+        )
+    if comm.allreduce(len(found)) and not same_parts:
+        raise SpecError(
+            "a run with contact, or beyond a limit of its load, was begun by an earlier softact, "
+            "which gave each process another part of the mesh; start it anew, or with -n 1"
         )
     return found
 

@@ -44,9 +44,9 @@ def case(tmp_path, monkeypatch):
         return compare_outcome(directory)
 
     def compare_outcome(directory):
-        from softact.run.start import CaseOutcome
+        from softact.run.start import Outcome
 
-        return CaseOutcome("complete", directory, None)
+        return Outcome("complete", directory, None)
 
     monkeypatch.setattr(compare, "run", run)
     path = tmp_path / "beam.yaml"

@@ -254,7 +254,7 @@ def test_what_looks_like_data_is_never_run(name, content, mesh, tmp_path):
     file = mesh(matching(0.0)) if name == "part.msh.opt" else str(tmp_path / name)
     (tmp_path / name).write_text(content.format(mark=mark))
     if name == "part.step.opt":
-        import step_files
+        from tests import step_files
 
         file = str(step_files.write(tmp_path / "part.step", step_files.bladder))
     file = file.removesuffix(".opt")
