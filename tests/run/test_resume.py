@@ -8,11 +8,13 @@ import shutil
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from benchmarks import resume
 from softact import spec as specs
 from softact.errors import SoftactError
+from softact.files.restart import RESTART, seal, unseal
 from softact.run.start import run
 
 CUBE = """
@@ -66,7 +68,7 @@ def curve(directory):
         return list(csv.DictReader(file))
 
 
-def interrupt(spec, directory, after):
+def interrupt(spec, directory, after, processes=1):
     """Solve and kill the command after so many increments; its solver ends with it."""
     count = 0
 
@@ -77,7 +79,7 @@ def interrupt(spec, directory, after):
             raise Killed
 
     with pytest.raises(Killed):
-        run(spec, directory, progress=progress, report=False)
+        run(spec, directory, processes=processes, progress=progress, report=False)
     assert json.loads((directory / "run.json").read_text())["status"] == "incomplete"
 
 
@@ -105,9 +107,37 @@ def test_another_number_of_processes_goes_on(cube, whole, interrupted, tmp_path)
     cut = tmp_path / "cut"
     interrupted(7, cut)
     run(cube(), cut, processes=2, report=False, resume=True)
-    for row, other in zip(curve(whole), curve(cut), strict=True):
+    assert_alike(whole, cut)
+
+
+def assert_alike(whole, other):
+    """Figures of two runs on other numbers of processes."""
+    for row, there in zip(curve(whole), curve(other), strict=True):
         for name in ("tip_x_mm", "tip_y_mm", "strain_energy_mJ", "max_principal_stretch"):
-            assert float(row[name]) == pytest.approx(float(other[name]), rel=1e-6, abs=1e-9)
+            assert float(row[name]) == pytest.approx(float(there[name]), rel=1e-6, abs=1e-9)
+
+
+def test_several_processes_hold_what_they_held(cube, whole, tmp_path):
+    """What each remembers is of its own part of the mesh. Of an earlier softact, it may be of
+    another: then it is refused, but where nothing depends on it."""
+    cut = tmp_path / "cut"
+    interrupt(cube(), cut, 7, processes=2)
+    known, file = unseal(cut / RESTART)
+    arrays = {name: file[name] for name in file.files if name != "known"}
+    assert len(arrays["memory/1/passed/branch"])
+    (earlier := dict(known)).pop("parts")
+    shutil.copytree(cut, tmp_path / "two")
+    run(cube(), tmp_path / "two", processes=2, report=False, resume=True)
+    assert_alike(whole, tmp_path / "two")
+    shutil.copytree(cut, tmp_path / "earlier")
+    (tmp_path / "earlier" / RESTART).write_bytes(seal(earlier, arrays))
+    shutil.copytree(tmp_path / "earlier", tmp_path / "beyond")
+    run(cube(), tmp_path / "earlier", processes=2, report=False, resume=True)
+    assert_alike(whole, tmp_path / "earlier")
+    arrays["memory/0/passed/left"] = np.array(1)
+    (tmp_path / "beyond" / RESTART).write_bytes(seal(earlier, arrays))
+    with pytest.raises(SoftactError, match="was begun by an earlier softact"):
+        run(cube(), tmp_path / "beyond", processes=2, report=False, resume=True)
 
 
 def test_finished_run_is_extended(cube, whole, tmp_path):
