@@ -51,6 +51,10 @@ class Watch:
         now = replace(state, x=state.x.copy())
         self.states += 1
         place = f"{attempt.step} {attempt.fraction:.2%} ({attempt.control})"
+        if attempt.control not in MOTIONS and self.states > 1:
+            # Not the first, which nobody solved; and before contact is asked about another state:
+            # at the edge of two facets a point keeps the one that it faced before.
+            self._forces(now, place)
         if self._last is None:
             self._rest_energy = self.model.strain_energy(now)
         elif attempt.control in MOTIONS:
@@ -59,8 +63,6 @@ class Watch:
             self.work += self._work_since(now)
             self._through(now, place)
         if attempt.control not in MOTIONS:
-            if self.states > 1:  # the first is where the run starts, and nothing was solved there
-                self._forces(now, place)
             self._branch(now, attempt, place)
         self._impossible(now, place)
         self._energy = max(self._energy, abs(self.model.strain_energy(now)))
