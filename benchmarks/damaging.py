@@ -1,14 +1,27 @@
-"""Damages files of a result folder in ways that are drawn: cut, zeroed, flipped, edited."""
+"""Damages files of a result folder in ways that are drawn: cut, zeroed, flipped, edited.
+
+``python -m benchmarks.damaging --count 200`` damages the folder of a run that was killed and goes
+on with ``softact run --resume``: each time either to the figures of the undisturbed run, or refused
+with a line that names the file and says what to do.
+"""
 
 import csv
 import io
 import json
 import random
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import click
 import h5py
 import numpy as np
+
+from benchmarks import resume
 
 Damage = Callable[[bytearray, random.Random], bytearray]
 TEXTS = ("run.json", "spec.yaml", "curve.csv", "summary.csv", "mesh_error.json")
@@ -153,3 +166,66 @@ def rewritten(path: Path, draw: random.Random) -> str:
         elif how == "huge":
             file.create_dataset(name, (10**9, 3), "f8", chunks=(1000, 3))
     return f"{how}: {name}"
+
+
+SPEC = """
+name: cube
+geometry: {type: block, length: 4 mm, width: 4 mm, height: 4 mm, mesh_size: 4 mm}
+materials: {body: {law: neo_hookean, c10: 0.1 MPa}}
+steps: [{name: pull, traction: {surface: x_max, value: [20 kPa, 0 kPa, 0 kPa]}}]
+solver: {initial_increment: 0.1, max_increment: 0.1}
+"""
+
+
+@click.command()
+@click.option("--count", type=click.IntRange(1), default=200, show_default=True)
+@click.option("--seed", type=int, default=1, show_default=True)
+def main(count: int, seed: int) -> None:
+    """Damage, go on and compare."""
+    draw, ends = random.Random(seed), Counter()
+    with tempfile.TemporaryDirectory(prefix="softact-") as scratch:
+        folder = Path(scratch)
+        (folder / "cube.yaml").write_text(SPEC)
+        command = [sys.executable, "-m", "softact.cli.main", "run", "cube.yaml", "-n", "1", "-o"]
+
+        def called(*words: str) -> subprocess.CompletedProcess:
+            return subprocess.run(
+                [*command, *words], cwd=folder, capture_output=True, text=True, check=False
+            )
+
+        assert called("whole").returncode == 0
+        wanted = resume.rows(folder / "whole")
+        _cut_short(folder, command)
+        for number in range(count):
+            shutil.rmtree(folder / "out", ignore_errors=True)
+            shutil.copytree(folder / "begun", folder / "out")
+            name, how = damage(folder / "out", draw)
+            done = called("out", "--resume")
+            lines = done.stderr.splitlines()
+            if done.returncode == 0:
+                rows = resume.rows(folder / "out")
+                gap = resume.difference(wanted, rows) if len(rows) == len(wanted) else np.inf
+                assert gap <= resume.TOLERANCE, f"{number}: {name} {how}: off by {gap:.1e}"
+                ends[f"{name}: as undisturbed"] += 1
+            else:
+                said = len(lines) == 1 and name in lines[0] and done.returncode == 2
+                assert said, f"{number}: {name} {how}: exit code {done.returncode}: {lines}"
+                ends[f"{name}: refused"] += 1
+    for end, times in sorted(ends.items()):
+        click.echo(f"{times:4d} {end}")
+    click.echo(f"{count} damaged files: each resumed to the same figures, or refused in one line")
+
+
+def _cut_short(folder: Path, command: Sequence[str]) -> None:
+    """The folder "begun" of a run that was killed after some increments."""
+    process = subprocess.Popen(
+        [*command, "begun"], cwd=folder, start_new_session=True, stdout=subprocess.DEVNULL
+    )
+    while process.poll() is None and len(resume.rows(folder / "begun")) < 5:
+        pass
+    resume.kill_after(process, 0.0)
+    assert 5 <= len(resume.rows(folder / "begun")) < 11, "the run was not killed on its way"
+
+
+if __name__ == "__main__":
+    main()
