@@ -3,7 +3,8 @@ report that is written anew: ``python -m benchmarks.resume --command report --ki
 
 Each trial of a run starts ``softact run`` anew, kills it and its solver with SIGKILL at a moment
 drawn uniformly over the time that an undisturbed run takes, resumes it, and compares the curve with
-that of the undisturbed run. Exits with 1 where a figure differs by more than 1e-8 of its size.
+that of the undisturbed run. Exits with 1 where a figure differs by more than 1e-7 of its size: two
+processes add up in another order each time, by which undisturbed runs differ by 1e-8.
 After a killed report each of the results must be what it was to the last byte, the page and the
 pictures whole, and the next report as the first.
 """
@@ -31,7 +32,7 @@ steps:
   - {name: gravity, gravity: [0, 0, -1]}
   - {name: inflate, pressure: 20 kPa, max_increment: 0.02}
 """
-TOLERANCE = 1e-8
+TOLERANCE = 1e-7
 REPORT = ("report.html", "curve.png", "states.png", "shape.png")
 
 
