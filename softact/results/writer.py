@@ -100,11 +100,15 @@ class ResultsWriter:
         return writer
 
     def _described(self, file: h5py.File) -> Xdmf:
-        """The XDMF of the increments of the rows so far."""
+        """The XDMF of the increments of the rows so far. Raises ValueError where one of them is not
+        as it was written: it would stay in the folder."""
         found = Xdmf(len(file["mesh/points"]), file["mesh/cells"].shape, sheets_of(file["mesh"]))
         for row, name in zip(self._rows, file["increments"], strict=False):
-            group = file["increments"][name]
-            found.add(self._time(row), f"increments/{name}", dict(group.items()))
+            items = dict(file["increments"][name].items())
+            if not all(isinstance(field, str) and field.isprintable() for field in items):
+                raise ValueError(f"increment {name} has fields without a name")
+            values = {field: fields_file.array(item) for field, item in items.items()}
+            found.add(self._time(row), f"increments/{name}", values)
         return found
 
     @property

@@ -18,6 +18,7 @@ from softact.report import frames
 from softact.results import journal
 from softact.results.fields_file import changed, opened, write_array
 from softact.results.folder import read
+from softact.results.writer import ResultsWriter
 from softact.run.resuming import identity, to_resume
 from softact.run.start import run
 from tests import bent_beam
@@ -104,6 +105,26 @@ def test_resume(whole, tmp_path, seed):
         missing = name == "restart.npz"
         assert old is None if missing else old.steps == identity(spec)["steps"]
         assert not missing or how in ("missing", "a folder")
+
+
+@pytest.mark.parametrize("how", ["a name that is none", "other numbers"])
+def test_states_that_stay_are_looked_at(whole, tmp_path, how):
+    """A run that goes on keeps the states before it: a damaged one is not handed on."""
+    folder = tmp_path / "cube"
+    shutil.copytree(whole, folder)
+    with h5py.File(folder / "fields.h5", "r+") as file:
+        group = file["increments"][next(iter(file["increments"]))]
+        if how == "other numbers":
+            group["displacement"][0] = 1.0
+        else:
+            group.move("displacement", b"displ\xe0cement")
+    before = (folder / "fields.h5").read_bytes()
+    curve = (folder / "curve.csv").read_text()
+    with pytest.raises(SpecError) as found:
+        ResultsWriter.reopen(folder, SPEC, None, curve)
+    assert len(found.value.lines) == 1 and named(found.value.lines, {"fields.h5"})
+    assert (folder / "fields.h5").read_bytes() == before
+    assert json.loads((folder / "run.json").read_text())["status"] == "complete"
 
 
 def test_any_column_missing(tmp_path, capsys):
