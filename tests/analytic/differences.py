@@ -6,6 +6,7 @@ A difference over a step h is wrong by h² times a third derivative.
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from petsc4py import PETSc
 
 from softact.system.term import State
@@ -51,3 +52,25 @@ def to_global(model, local):
 
 def to_local(model, values):
     return values[model.unknowns.number]
+
+
+def assert_contact_tangent(model, term, state, friction, least, off, step=STEP):
+    """Force against energy, tangent against force, in a direction that is drawn.
+
+    friction: coefficient; with it the tangent is not symmetric and there is no energy. least: what
+    the largest entry exceeds, N/mm, or nothing touches. off: largest relative deviation of the
+    tangent: a point that begins to touch, to slip or to face another facet within the step has no
+    derivative there.
+    """
+    direction = np.random.default_rng(2).standard_normal(model.unknowns.local)
+    matrix = tangent(model, [term], state)
+    assert np.abs(matrix).max() > least
+    found = to_local(model, matrix @ to_global(model, direction))
+    expected = slope(lambda s: force(model, term, s), state, direction, step)
+    assert np.linalg.norm(found - expected) <= off * np.linalg.norm(expected)
+    if friction:
+        assert np.abs(matrix - matrix.T).max() > 1e-3 * np.abs(matrix).max()
+    else:
+        np.testing.assert_allclose(matrix, matrix.T, atol=1e-12 * np.abs(matrix).max())
+        work = slope(lambda s: term.energy(s), state, direction)
+        assert force(model, term, state) @ direction == pytest.approx(work, rel=1e-5)
