@@ -16,7 +16,7 @@ from pydantic import Field
 
 from softact.geometry.base import THINNEST, Geometry, Layout, ThroughWall, main
 from softact.geometry.prisms import Prism, Prisms
-from softact.geometry.rounds import SYMMETRY, Bent, Part, RoundSection, ends_and_planes
+from softact.geometry.rounds import LACKING, SYMMETRY, Bent, Part, RoundSection, ends_and_planes
 from softact.geometry.steps import steps
 from softact.geometry.walls import Wall
 from softact.geometry.waves import Wave
@@ -119,16 +119,17 @@ class Bellows(Geometry):
         }
 
     def volume_tolerance(self, name: str) -> float:
+        section = self._section.lacking(self.mesh_size)
         if name in ("clamp", "tip"):
-            return 1e-9
+            return section
         wave, w = self._wave, self.wall
         turn = wave.turn(self.mesh_size, w, self.least_steps)
-        if name == "body":  # two arcs that are cut at the same angles: sin(turn)/turn of the area
-            return turn**2 / 6
-        # A chord cuts a² (turn − sin(turn))/2 off its arc: less air at crests, more at roots.
+        if name == "body":  # two arcs that are cut at the same angles
+            return section + LACKING * turn**4
+        # A quadratic arc lacks a² turn LACKING turn⁴/2: less air at crests, more at roots.
         cut = wave.crest * (wave.fold - w / 2) ** 2 + wave.root * (wave.fold + w / 2) ** 2
-        arcs = 2 * pi * cut * 2 * wave.lean * turn**2 / 12
-        return self.convolutions * arcs / wave.air_volume(w)
+        arcs = 2 * pi * cut * 2 * wave.lean * LACKING / 2 * turn**4
+        return section + self.convolutions * arcs / wave.air_volume(w)
 
     @property
     def _section(self) -> RoundSection:
@@ -178,8 +179,7 @@ class Bellows(Geometry):
         plate = np.linspace(0.0, self.end, steps(self.end, size, least) + 1)
         stations = self.end + wave.stations(size, self.wall, least)
         lines = np.concatenate([plate[:-1], stations, wound - plate[-2::-1]])
-        wider = section.widening(size)
-        Bent(solid, section.mesh(size, least), lines, wider, self._bend).add_to(gmsh)
+        Bent(solid, section.mesh(size, least), lines, self._bend).add_to(gmsh)
 
     def _bend(self, x: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Where a point of the straight tube is in the bellows, along the axis and the radius."""

@@ -97,6 +97,9 @@ class BraidedMuscle(Geometry):
             "tip": outside,
         }
 
+    def volume_tolerance(self, name: str) -> float:
+        return self._section.lacking(self.mesh_size)
+
     def walls(self) -> tuple[Wall, ...]:
         parts = self.walls_between_planes(wall=self.wall, braid=self.braid)
         return (

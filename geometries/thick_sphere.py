@@ -15,6 +15,7 @@ from softact.geometry.base import Geometry, Layout, ThroughWall, main
 from softact.geometry.gmsh_groups import add_mesh, prism_sides, prism_tetrahedra
 from softact.geometry.steps import steps
 from softact.geometry.walls import Wall
+from softact.mesh.curves import bent, edges_of
 from softact.units import Length
 
 
@@ -109,7 +110,11 @@ class ThickSphere(Geometry):
             edges = np.column_stack([rim[:-1], rim[1:]])
             surfaces.append((frozenset({name}), prism_sides(edges, layers, count)))
         tets = prism_tetrahedra(triangles, layers, count)
-        add_mesh(gmsh, points, {"body": tets}, surfaces)
+        edges = edges_of(tets)
+        towards = points[edges].mean(axis=1)
+        radius = np.linalg.norm(points[edges], axis=2).mean(axis=1)
+        middles = towards * (radius / np.linalg.norm(towards, axis=1))[:, None]
+        add_mesh(gmsh, points, {"body": tets}, surfaces, bent(edges, points, middles))
 
 
 if __name__ == "__main__":

@@ -52,11 +52,10 @@ def mixed(*elements: Any) -> Any:
 
 
 @functools.cache
-def ufl_mesh() -> ufl.Mesh:
-    """The one abstract mesh of affine tetrahedra, for forms that belong to no particular mesh."""
-    if _OLD:
-        return ufl.Mesh(ufl.VectorElement("Lagrange", CELL, 1))
-    return ufl.Mesh(basix.ufl.element("Lagrange", CELL, 1, shape=(3,)))
+def ufl_mesh(degree: int = 1) -> ufl.Mesh:
+    """The one abstract mesh of tetrahedra of ``degree`` (1 straight, 2 curved), for forms that
+    belong to no particular mesh."""
+    return ufl.Mesh(lagrange(degree, (3,)))
 
 
 def quadrature_rule(degree: int) -> tuple[np.ndarray, np.ndarray]:

@@ -35,7 +35,7 @@ from softact.mesh.sheets import SheetMesh
 from softact.mesh.sheets import nodes_of as sheet_nodes_of
 from softact.mesh.tetrahedra import Mesh
 from softact.system.assembly import Assembler
-from softact.system.nodes import nodes_of
+from softact.system.nodes import nodes_of, solid_places
 from softact.system.term import InvertedElementError, Origin, State, Term, Value
 from softact.system.unknowns import Unknowns
 
@@ -145,17 +145,20 @@ class Model:
                 spaces.append(compat.function_space(mesh.domain, pressure_degree, 1, constant))
         loose, elements = np.empty((0, 3)), np.empty((0, 0), np.int64)
         curves: dict[str, np.ndarray] = {}
+        middles = mesh.middles if self.degree == 2 else None
+        places = solid_places(spaces, middles)
         if mesh.sheets:
-            solid = spaces[0].tabulate_dof_coordinates() if spaces else np.empty((0, 3))
-            loose, elements, curves = self._sheet_nodes(mesh.sheets, solid)
+            loose, elements, curves = self._sheet_nodes(mesh.sheets, places)
         self.unknowns = Unknowns(self.comm, spaces, len(loose))
-        self.nodes = nodes_of(self.unknowns, loose)
+        self.nodes = nodes_of(self.unknowns, places, loose)
         self.sheets: dict[str, SheetPart] = {}
         if mesh.sheets:
             size = self.unknowns.local
             self.sheets = make_parts(mesh.sheets, elements, sheets, self.nodes, size)
         tables = [part.triangles.table for part in self.sheets.values()]
-        self.assembler = Assembler(mesh, self.unknowns, tables)
+        self.assembler = Assembler(
+            mesh, self.unknowns, tables, None if middles is None else places
+        )
         self.displacement_dofs = self.nodes.dofs
         self.cell_nodes = compat.cell_dofs(spaces[0]) if spaces else np.empty((0, 0), np.int32)
         self.surfaces = Surfaces(

@@ -117,9 +117,8 @@ class Layer:
         places, dofs = model.nodes.places[nodes], model.nodes.dofs[nodes]
         triangles = Triangles(nodes, places, dofs, table)
         law = GreenLaw(material.youngs_modulus, material.poissons_ratio)
-        frames = triangles.frames(np.array([1.0, 0.0, 0.0]))
         relaxed_law = relaxed(law, material.poissons_ratio, KEPT_BONDED)
-        return BondedMembrane(triangles, frames, [(relaxed_law, layer.thickness)])
+        return BondedMembrane(triangles, np.array([1.0, 0.0, 0.0]), [(relaxed_law, layer.thickness)])
 
 
 class LayerMembrane:

@@ -10,7 +10,7 @@ import numpy as np
 
 from softact.materials.plane_stress import Response, SheetLaw
 from softact.materials.tension_field import PLACE, TensionField
-from softact.mesh.triangles import MEMBRANE_RULE, Triangles
+from softact.mesh.triangles import MEMBRANE_RULE, Triangles, areas_at
 from softact.system.term import Origin, State
 
 KEPT = 4  # states whose stresses are kept, see ``softact.bodies.solid``
@@ -23,17 +23,18 @@ class Membrane:
     """Π = t ∫ W(C) dA with C = FᵀF in the sheet's plane and S33 = 0; see ``plane_stress``.
 
     law: one energy per volume for each layer of the sheet; they share the strain and add up, each
-    with its thickness (mm). frames: (k, 2, 3) axes of C in each triangle.
+    with its thickness (mm). along: (3,) the first axis of C, put into the sheet.
     """
 
     def __init__(
-        self, triangles: Triangles, frames: np.ndarray, laws: list[tuple[SheetLaw, float]]
+        self, triangles: Triangles, along: np.ndarray, laws: list[tuple[SheetLaw, float]]
     ):
         self.triangles, self.laws = triangles, laws
         points, weights = MEMBRANE_RULE
+        frames = triangles.frames(along, points)
         self.gradients = triangles.gradients(frames, points)
-        self.undeformed = np.swapaxes(frames, 1, 2)[:, None]
-        self.weights = triangles.areas[:, None] * weights
+        self.undeformed = np.swapaxes(frames, -1, -2)
+        self.weights = areas_at(triangles.places, points) * weights
         self._kept: dict[bytes, Evaluated] = {}
 
     @property

@@ -12,6 +12,7 @@ from softact import compat
 from softact.bodies.sheet import SheetPart
 from softact.mesh.node_order import facet_tables
 from softact.mesh.tetrahedra import Mesh
+from softact.mesh.triangles import areas_at
 from softact.system.nodes import Nodes
 from softact.system.term import shared_forces, unit_forces
 from softact.system.unknowns import Unknowns
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from softact.system.assembly import Assembler
 
 SAME_PLACE = 1e-9  # of the body's size
+MIDDLES = np.array([[1, 1, 0], [0, 1, 1], [1, 0, 1]]) / 2  # of the edges 01, 12, 20, barycentric
 SIMPSON, TRAPEZIUM = (1 / 6, 1 / 6, 2 / 3), (1 / 2, 1 / 2)
 
 
@@ -77,10 +79,9 @@ class Surfaces:
             nodes = self._sheets[name].triangles.nodes
         else:
             nodes = self.facet_nodes(self.facets(name))
-        a, b, c = np.moveaxis(self._nodes.places[nodes[:, :3]], 1, 0)
-        area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
         # The middles of the edges integrate a quadratic exactly; linear facets have corners only.
-        return nodes[:, -3:].ravel(), np.repeat(area / 3, 3)
+        points = np.eye(3) if nodes.shape[1] == 3 else MIDDLES
+        return nodes[:, -3:].ravel(), (areas_at(self._nodes.places[nodes], points) / 3).ravel()
 
     def nodes(self, name: str) -> np.ndarray:
         """Displacement nodes on a surface or curve that this process holds, also where the facet

@@ -96,8 +96,7 @@ class SheetPart:
             raise SpecError(
                 f"sheet '{name}': its axis {list(sheet.axis)} is normal to it; fibres lie in it"
             )
-        frames = triangles.frames(along)
-        self.membrane = Membrane(triangles, frames, [self._law(ply) for ply in sheet.plies])
+        self.membrane = Membrane(triangles, along, [self._law(ply) for ply in sheet.plies])
         self.bend: list[LayerBending] = []
 
     def _law(self, ply: Ply) -> tuple[SheetLaw, float]:

@@ -77,25 +77,44 @@ class Solid:
         self.volumes = self._reference_volumes()
         self._kept: dict[bytes, tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
         self._began: tuple[TimeStep, np.ndarray, np.ndarray] | None = None  # see ``_viscous``
-        self.fibres = None if fibres is None else fibres(self._places(points))
+        self.fibres = None if fibres is None else fibres(self.places(points).reshape(-1, 3))
 
-    def corners(self, chosen: slice | np.ndarray | int = slice(None)) -> np.ndarray:
-        """Undeformed corners (..., 4, 3) mm of the region's tetrahedra, or of chosen ones."""
-        return self.assembler.points[self.assembler.geometry_nodes[self.cells[chosen]]]
-
-    def _places(self, points: np.ndarray) -> np.ndarray:
-        """Undeformed places of the quadrature points, cell after cell: (cells · points, 3) mm."""
-        shares = np.column_stack([1 - points.sum(axis=1), points])
-        return (shares @ self.corners()).reshape(-1, 3)
+    def places(
+        self, points: np.ndarray, chosen: slice | np.ndarray | int = slice(None)
+    ) -> np.ndarray:
+        """Undeformed places (..., n, 3) mm of reference points (n, 3) in each of the region's
+        tetrahedra, or in chosen ones."""
+        a = self.assembler
+        shares = compat.tabulate_values(a.shape_degree, points)
+        return shares @ a.points[a.geometry_nodes[self.cells[chosen]]]
 
     def centres(self) -> np.ndarray:
         """Undeformed centres of the elements (cells, 3) mm."""
-        return self.corners().mean(axis=1)
+        return self.places(np.full((1, 3), 0.25))[:, 0]
 
     def _reference_volumes(self) -> np.ndarray:
         """Undeformed volume that belongs to each quadrature point: (cells, points) mm³."""
-        x = self.corners()
-        return np.abs(determinant(x[:, 1:] - x[:, :1]))[:, None] * self.weights
+        return np.abs(self.shape_determinant(self._gradients)) * self.weights
+
+    def shape_determinant(
+        self, gradients: np.ndarray, chosen: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Determinant (cells, points) of the map from the reference tetrahedron to each undeformed
+        one where ``gradients`` were taken, mm³; of all the region's cells, or of chosen ones."""
+        cells = self.cells if chosen is None else np.ascontiguousarray(self.cells[chosen])
+        out = np.empty((len(cells), len(gradients)))
+        a = self.assembler
+        a.library.shape_determinant(
+            ctypes.c_int64(len(cells)),
+            pointer(cells),
+            pointer(a.geometry_nodes),
+            a.geometry_nodes.shape[1],
+            pointer(a.points),
+            len(gradients),
+            pointer(gradients),
+            pointer(out),
+        )
+        return out
 
     def deformation_gradient(
         self, x: np.ndarray, gradients: np.ndarray | None = None, chosen: np.ndarray | None = None
@@ -111,6 +130,7 @@ class Solid:
             ctypes.c_int64(len(cells)),
             pointer(cells),
             pointer(a.geometry_nodes),
+            a.geometry_nodes.shape[1],
             pointer(a.points),
             len(gradients),
             self._functions,

@@ -4,8 +4,8 @@ An element whose middle is inside out is none any more. One that is folded at a 
 carries its forces (a coarse mesh of a balloon has such elements, and the balloon's pressure): that
 is told, not refused.
 
-With quadratic displacements on straight edges J = det F is a cubic polynomial over the tetrahedron.
-It lies between the smallest and the largest of its Bernstein coefficients (Johnen, Remacle and
+With quadratic displacements on straight edges J = det F is a cubic polynomial over the tetrahedron,
+and on curved ones J times the determinant of the undeformed shape is. It lies between the smallest and the largest of its Bernstein coefficients (Johnen, Remacle and
 Geuzaine 2013, J. Comput. Phys. 233:359); where these do not decide, the tetrahedron is cut into
 eight, which brings them closer.
 """
@@ -110,8 +110,9 @@ def smallest_jacobian(solid: Solid, x: np.ndarray) -> Smallest:
         jacobian = determinant(solid.deformation_gradient(x, gradients, cells))
         least = np.unravel_index(np.argmin(jacobian), jacobian.shape)
         if jacobian[least] < best.jacobian:
-            place = barycentric[least[1]] @ solid.corners(cells[least[0]])
+            place = solid.places(barycentric[least[1]][None, 1:], cells[least[0]])[0]
             best = Smallest(float(jacobian[least]), _place(place))
-        bounds = (jacobian[:, members] @ _to_bernstein().T).min(axis=(1, 2))
+        polynomial = jacobian * np.abs(solid.shape_determinant(gradients, cells))
+        bounds = (polynomial[:, members] @ _to_bernstein().T).min(axis=(1, 2))
         cells = cells[(bounds <= 0) & (jacobian.min(axis=1) > 0)]
     return best

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softact.contact.pressure import ONSET, SHEET_STIFFNESS, STIFFNESS
-from softact.mesh.triangles import shape_functions
+from softact.mesh.triangles import areas_at, shape_functions
 
 if TYPE_CHECKING:
     from softact.bodies.sheet import SheetPart
@@ -51,8 +51,7 @@ class ContactFacets:
         self.points = model.nodes.places[self.nodes]
         self.values = shape_functions(POINTS, self.nodes.shape[1])
         a, b, c = (self.points[:, i] for i in range(3))
-        area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
-        self.areas = np.repeat(area[:, None] / len(POINTS), len(POINTS), axis=1)
+        self.areas = areas_at(self.points, POINTS) / len(POINTS)
         self.size = sum(np.linalg.norm(e, axis=1) for e in (b - a, c - b, a - c)) / 3
         loose = self.of_sheet & ~self.covering
         self.stiffness = modulus / np.where(loose, self.size**2, self.size)

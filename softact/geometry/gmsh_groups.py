@@ -4,7 +4,37 @@ from types import ModuleType
 
 import numpy as np
 
+from softact.geometry.base import tell
 from softact.mesh.cells import upright
+from softact.mesh.curves import GMSH_EDGES, SIDES, Curves, edges_of
+
+# gmsh's numbers of straight and of quadratic elements.
+TRIANGLES, TETRAHEDRA = (2, 9), (4, 11)
+
+
+class _Middles:
+    """Nodes in the middles of all edges of a mesh; their tags count from ``first``."""
+
+    def __init__(self, curves: Curves, cells: np.ndarray, points: np.ndarray, first: int):
+        self._edges, self._count = edges_of(cells), len(points)
+        self._keys = self._edges[:, 0].astype(np.int64) * self._count + self._edges[:, 1]
+        self.places = curves.middles_of(self._edges, points[self._edges])
+        self.tags = first + np.arange(len(self._edges))
+
+    def of(self, ends: np.ndarray) -> np.ndarray:
+        """Tags (..., ) of the middles of edges (..., 2)."""
+        low, high = np.sort(ends, axis=-1)[..., 0], np.sort(ends, axis=-1)[..., 1]
+        return self.tags[np.searchsorted(self._keys, low.astype(np.int64) * self._count + high)]
+
+
+def _sound(curves: Curves, cells: np.ndarray, points: np.ndarray) -> Curves:
+    kept, folded = curves.sound(cells, points)
+    if folded:
+        tell(
+            f"{folded} of {len(cells)} tetrahedra keep straight edges along the curved walls, which "
+            "would fold them; a smaller mesh_size follows the walls better"
+        )
+    return kept
 
 
 def add_mesh(
@@ -12,28 +42,41 @@ def add_mesh(
     points: np.ndarray,
     regions: dict[str, np.ndarray],
     surfaces: list[tuple[frozenset[str], np.ndarray]],
+    curves: Curves | None = None,
 ) -> None:
-    """Makes a new gmsh model of discrete entities.
+    """Makes a new gmsh model of discrete entities, of quadratic elements where edges are curved.
 
     points: (n, 3) mm; those that no cell uses are left out. regions: name -> tetrahedra (m, 4),
     turned so that their volume is positive. surfaces: triangles (k, 3) with the names of all
-    surface groups that they are in; each triangle occurs once.
+    surface groups that they are in; each triangle occurs once. curves: edges that are not straight;
+    those that would fold a tetrahedron are made straight, and that is said.
     """
     model = gmsh.model
     model.add("discrete")
-    used = np.unique(np.concatenate([tets.ravel() for tets in regions.values()]))
+    cells = np.vstack(list(regions.values()))
+    used = np.unique(cells)
     tag = np.zeros(len(points), dtype=np.int64)
     tag[used] = np.arange(1, len(used) + 1)
+    kept = _sound(curves or Curves(), upright(points, cells), points)
+    middles = _Middles(kept, cells, points, len(used) + 1) if len(kept) else None
     volumes = [model.addDiscreteEntity(3) for _ in regions]
     model.mesh.addNodes(3, volumes[0], tag[used], points[used].ravel())
+    if middles:
+        model.mesh.addNodes(3, volumes[0], middles.tags, middles.places.ravel())
+
+    def add(entity: int, kind: tuple[int, int], corners: np.ndarray, edges: np.ndarray) -> None:
+        nodes = tag[corners]
+        if middles:
+            nodes = np.hstack([nodes, middles.of(corners[:, edges])])
+        model.mesh.addElementsByType(entity, kind[bool(middles)], [], nodes.ravel())
+
     for volume, (name, tets) in zip(volumes, regions.items(), strict=True):
-        turned = upright(points, tets)
-        model.mesh.addElementsByType(volume, 4, [], tag[turned].ravel())
+        add(volume, TETRAHEDRA, upright(points, tets), GMSH_EDGES)
         model.setPhysicalName(3, model.addPhysicalGroup(3, [volume]), name)
     groups: dict[str, list[int]] = {}
     for names, triangles in surfaces:
         entity = model.addDiscreteEntity(2)
-        model.mesh.addElementsByType(entity, 2, [], tag[triangles].ravel())
+        add(entity, TRIANGLES, triangles, SIDES)
         for name in names:
             groups.setdefault(name, []).append(entity)
     for name in sorted(groups):

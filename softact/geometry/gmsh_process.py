@@ -11,6 +11,7 @@ import math
 import os
 import signal
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,26 +22,33 @@ from softact.child_processes import end_with
 from softact.errors import MeshError
 from softact.files.streams import make_safe
 from softact.geometry.base import FAULT, Geometry, tell
+from softact.geometry.gmsh_groups import TETRAHEDRA, TRIANGLES
 from softact.geometry.walls import one_element_thick, remark
 from softact.mesh import leaks
 from softact.mesh.boundary import face_keys
 from softact.mesh.components import FACES
+from softact.mesh.curves import GMSH_EDGES, Curves, of_quadratic, volumes
 from softact.mesh.file_mesh import missing
+from softact.mesh.triangles import VOLUME_RULE, areas_at, shape_functions, tangents
 from softact.units import one_line
 
-TRIANGLE, TETRAHEDRON = 2, 4  # gmsh's numbers for first-order elements
+# Nodes of straight and of quadratic elements, by the number of their corners.
+NODES = ({3: 3, 4: 4}, {3: 6, 4: 10})
 # Mean ratio (1 regular, 0 flat) under which a tetrahedron would spoil the solution.
 WORST_QUALITY = 0.01
+REMARKABLE = 0.01  # relative error of a volume that the user is told of
 
 
 @dataclass(frozen=True)
 class Parts:
     """A mesh by names: points (n, 3) mm, tetrahedra (m, 4), triangles (k, 3) turned outward from
-    the region that they belong to. Triangles inside the solid are in no cell's outside."""
+    the region that they belong to. Triangles inside the solid are in no cell's outside. curves:
+    edges that are not straight."""
 
     points: np.ndarray
     regions: dict[str, np.ndarray]
     surfaces: dict[str, np.ndarray]
+    curves: Curves
 
     @property
     def cells(self) -> np.ndarray:
@@ -129,16 +137,23 @@ def read_parts(geometry: Geometry) -> Parts:
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     number = np.zeros(int(tags.max(initial=0)) + 1, dtype=np.int64)
     number[tags] = np.arange(len(tags))
+    points, curved = coordinates.reshape(-1, 3), Curves()
     named = {}
+    quadratic = len(gmsh.model.mesh.getElementsByType(TETRAHEDRA[1])[0]) > 0
     for dimension, group in gmsh.model.getPhysicalGroups():
-        kind, corners = {2: (TRIANGLE, 3), 3: (TETRAHEDRON, 4)}.get(dimension, (0, 0))
-        if kind:
+        kinds, corners = {2: (TRIANGLES, 3), 3: (TETRAHEDRA, 4)}.get(dimension, ((0, 0), 0))
+        if corners:
             pieces = [
-                gmsh.model.mesh.getElementsByType(kind, entity)[1]
+                gmsh.model.mesh.getElementsByType(kinds[quadratic], entity)[1]
                 for entity in gmsh.model.getEntitiesForPhysicalGroup(dimension, group)
             ]
-            elements = number[np.concatenate(pieces).astype(np.int64)].reshape(-1, corners)
+            nodes = NODES[quadratic][corners]
+            elements = number[np.concatenate(pieces).astype(np.int64)].reshape(-1, nodes)
             named[dimension, gmsh.model.getPhysicalName(dimension, group)] = elements
+    if quadratic:
+        every = np.vstack([part for (dimension, _), part in named.items() if dimension == 3])
+        curved = of_quadratic(points, every, GMSH_EDGES)
+        named = {key: part[:, : key[0] + 1] for key, part in named.items()}
     layout = geometry.layout()
     wanted = [(3, name) for name in layout.regions] + [(2, name) for name in layout.surfaces]
     faults = [
@@ -150,7 +165,7 @@ def read_parts(geometry: Geometry) -> Parts:
         raise MeshError(*faults)
     regions = {name: named[3, name] for name in layout.regions}
     surfaces = {name: named[2, name] for name in layout.surfaces}
-    return Parts(coordinates.reshape(-1, 3), regions, surfaces)
+    return Parts(points, regions, surfaces, curved)
 
 
 def signed_volumes(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
@@ -230,6 +245,22 @@ def check(geometry: Geometry, parts: Parts) -> list[str]:
 
 def remarks(geometry: Geometry, parts: Parts) -> list[str]:
     """What the user should know of a mesh that is fit."""
+    return [*_far_off(geometry, parts), *_thin(geometry, parts)]
+
+
+def _far_off(geometry: Geometry, parts: Parts) -> Iterator[str]:
+    """Volumes and areas that the mesh misses by more than REMARKABLE."""
+    found = measure(geometry, parts)
+    for name, wanted in geometry.volumes().items():
+        if abs(found[name] / wanted - 1) > REMARKABLE:
+            unit = "mm^2" if name in parts.surfaces and name not in geometry.layout().cavities else "mm^3"
+            yield (
+                f"the mesh gives '{name}' {found[name]:.4g} {unit}, {found[name] / wanted - 1:+.1%} "
+                f"of the closed form {wanted:.4g} {unit}; a smaller mesh_size comes nearer"
+            )
+
+
+def _thin(geometry: Geometry, parts: Parts) -> list[str]:
     known, layout = geometry.walls(), geometry.layout()
     if known == ():
         return []
@@ -246,19 +277,22 @@ def remarks(geometry: Geometry, parts: Parts) -> list[str]:
 def measure(geometry: Geometry, parts: Parts) -> dict[str, float]:
     """Volumes of regions and cavities (mm^3) and areas of surfaces (mm^2) of the mesh. A name
     that a cavity shares with a surface means the cavity."""
-    points, cells = parts.points, parts.cells
+    points, cells, curves = parts.points, parts.cells, parts.curves
+    rule, weights = VOLUME_RULE
     found = {
-        name: float(np.linalg.norm(triangle_vectors(points, triangles), axis=1).sum())
+        name: float((areas_at(curves.triangles(triangles, points), rule) @ weights).sum())
         for name, triangles in parts.surfaces.items()
     }
     for name, tets in parts.regions.items():
-        found[name] = float(signed_volumes(points, tets).sum())
+        found[name] = float(volumes(curves.nodes(tets, points)).sum())
     for name, walls in geometry.layout().cavities.items():
         triangles, _ = outward(np.vstack([parts.surfaces[wall] for wall in walls]), cells)
-        middle = points[triangles].mean(axis=1)
+        nodes = curves.triangles(triangles, points)
+        place = shape_functions(rule, nodes.shape[1]) @ nodes
+        area = np.cross(*np.moveaxis(tangents(nodes, rule), -1, 0)) / 2
         # Flux of (x, 0, 0), (0, y, 0) and (0, 0, z). Planes that close a cavity take no flux if
         # they are symmetry planes; an open end takes the flux along the axis, so that is left out.
-        flux = -(middle * triangle_vectors(points, triangles)).sum(axis=0)
+        flux = -np.einsum("kqc,kqc,q->c", place, area, weights)
         found[name] = float(flux.max())
     return found
 

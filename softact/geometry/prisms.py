@@ -16,10 +16,12 @@ from typing import Any
 import numpy as np
 
 from softact.geometry.boxes import OUTSIDE, SAME_PLANE, Plane
+from softact.geometry.curved import curves_of
 from softact.geometry.gmsh_groups import add_mesh, prism_sides, prism_tetrahedra
 from softact.geometry.steps import steps
-from softact.geometry.subdivide import TRIANGLE, Pieces
+from softact.geometry.subdivide import Pieces
 from softact.mesh.cells import check_number
+from softact.mesh.curves import Curves, bent, edges_of
 
 # The least number of edges of a full circle: its polygon lacks 2.6 % of the area.
 EDGES_OF_A_CIRCLE = 16
@@ -61,11 +63,12 @@ class Skin:
 @dataclass(frozen=True)
 class Section:
     """Triangles (k, 3) over points (n, 2) at (y, z) in mm; shapes: name -> whether each triangle
-    lies in it (k,)."""
+    lies in it (k,). curves: edges that are not straight."""
 
     points: np.ndarray
     triangles: np.ndarray
     shapes: Mapping[str, np.ndarray]
+    curves: Curves
 
 
 @dataclass(frozen=True)
@@ -173,21 +176,13 @@ def _divide_curves(gmsh: ModuleType, size: float, circle_edges: int) -> None:
 
 
 def _read_section(gmsh: ModuleType, faces: Mapping[str, set[int]], least: int) -> Section:
-    if least > 1:
-        cut = Pieces(gmsh, 2, least)
-        found = {tag: part for (dimension, tag), part in cut.of.items() if dimension == 2}
-        points = cut.points[:, :2]
-    else:
-        tags, coordinates, _ = gmsh.model.mesh.getNodes()
-        order = np.argsort(tags)
-        points = coordinates.reshape(-1, 3)[order, :2]
-        found = {}
-        for _, tag in gmsh.model.getEntities(2):
-            _, nodes = gmsh.model.mesh.getElementsByType(TRIANGLE, tag)
-            found[tag] = np.searchsorted(tags[order], nodes).reshape(-1, 3)
+    cut = Pieces(gmsh, 2, least)
+    found = {tag: part for (dimension, tag), part in cut.of.items() if dimension == 2}
+    curves = curves_of(gmsh, cut.points, cut.of, 2)
     face = np.concatenate([np.full(len(part), tag) for tag, part in found.items()])
     inside = {name: np.isin(face, list(tags)) for name, tags in faces.items()}
-    return Section(points, np.vstack(list(found.values())), inside)
+    flat = Curves(curves.edges, curves.places[:, :2])
+    return Section(cut.points[:, :2], np.vstack(list(found.values())), inside, flat)
 
 
 class PrismMesh:
@@ -215,6 +210,14 @@ class PrismMesh:
         count = len(self.section.points)
         x = np.repeat(self.lines, count)
         return np.column_stack([x, np.tile(self.section.points, (len(self.lines), 1))])
+
+    def middles(self, edges: np.ndarray) -> np.ndarray:
+        """Places (k, 3) mm of the middles of edges (k, 2) between those points."""
+        count = len(self.section.points)
+        level, across = np.divmod(edges, count)
+        x = self.lines[level].mean(axis=1)
+        ends = self.section.points[across]
+        return np.column_stack([x, self.section.curves.middles_of(across, ends)])
 
     def tetrahedra(self, region: int) -> np.ndarray:
         """Corners (m, 4) of the tetrahedra of a region, turned either way."""
@@ -291,7 +294,9 @@ class PrismMesh:
     def add_to(self, gmsh: ModuleType) -> None:
         """Puts the mesh and its named groups into a new, discrete gmsh model."""
         regions = {name: self.tetrahedra(i) for i, name in enumerate(self.solid.regions)}
-        add_mesh(gmsh, self.points(), regions, self.triangles())
+        points, edges = self.points(), edges_of(np.vstack(list(regions.values())))
+        curves = bent(edges, points, self.middles(edges))
+        add_mesh(gmsh, points, regions, self.triangles(), curves)
 
 
 def _names(plane: Plane) -> frozenset[str]:

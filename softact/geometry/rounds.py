@@ -2,13 +2,12 @@
 
 Tubes and bellows have thin walls all around. Here every circle of the section has the same number
 of edges, so the triangles of a wall are halves of the rectangles between two circles, and walls may
-be as thin as a sleeve. Corners lie a little outside of their circle, so that each polygon has the
-circle's area: volumes, and with them the thrust of a pressure on the ends, are exact.
+be as thin as a sleeve. The edges of a circle are curved: their middles lie on it.
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from math import pi, sin, sqrt
+from math import pi
 from typing import Any, Literal
 
 import numpy as np
@@ -16,7 +15,11 @@ import numpy as np
 from softact.geometry.boxes import Plane
 from softact.geometry.prisms import EDGES_OF_A_CIRCLE, PrismMesh, Prisms, Section, Shapes
 from softact.geometry.steps import steps
+from softact.mesh.curves import SIDES, Curves, bent
 
+#: A sector whose arc is a parabola through its ends and its middle lacks this part of the area, of
+#: the angle a: LACKING a⁴ (sin a/a + 8/3 sin(a/2) (1 − cos(a/2))/a).
+LACKING = 1 / 480
 Part = Literal["whole", "half", "quarter"]
 QUARTERS: dict[Part, int] = {"whole": 4, "half": 2, "quarter": 1}
 # Symmetry planes of each part, y = 0 and z = 0, as a layout has them.
@@ -63,10 +66,9 @@ class RoundSection:
         most = self.widest or max(self.discs.values())
         return steps(pi / 2 * most, size, EDGES_OF_A_CIRCLE // 4)
 
-    def widening(self, size: float) -> float:
-        """Radius of a polygon's corners by that of the circle with the same area."""
-        angle = pi / 2 / self.edges_of_a_quarter(size)
-        return sqrt(angle / sin(angle))
+    def lacking(self, size: float) -> float:
+        """Share of each circle's area that its quadratic edges lack at most."""
+        return 1.1 * LACKING * (pi / 2 / self.edges_of_a_quarter(size)) ** 4
 
     def triangles(self, size: float, least: int = 1) -> dict[str, int]:
         """How many triangles of ``mesh`` lie in each disc, before there is one."""
@@ -83,11 +85,10 @@ class RoundSection:
         circle of ``discs`` to the next."""
         n, quarters = self.edges_of_a_quarter(size), QUARTERS[self.part]
         radii, names = self._circles(size, least)
-        wider = self.widening(size)
         rings = [_Ring(min(k, n), quarters) for k in range(len(radii))]
         start = -pi / 2 if self.part == "half" else 0.0
         rows = zip(radii, rings, strict=True)
-        points = np.vstack([radius * wider * ring.directions(start) for radius, ring in rows])
+        points = np.vstack([radius * ring.directions(start) for radius, ring in rows])
         first = np.cumsum([0, *(ring.count for ring in rings)])
         pieces = [
             rings[k - 1].triangles_to(rings[k], int(first[k - 1]), int(first[k]))
@@ -95,7 +96,15 @@ class RoundSection:
         ]
         disc = np.repeat(names[1:], [len(piece) for piece in pieces])
         shapes = {name: disc <= number for number, name in enumerate(self.discs)}
-        return Section(points, np.vstack(pieces), shapes)
+        triangles = np.vstack(pieces)
+        return Section(points, triangles, shapes, self._curves(points, triangles, first[n]))
+
+    def _curves(self, points: np.ndarray, triangles: np.ndarray, first: int) -> Curves:
+        """Edges between circles, from the one with the points from ``first`` on: their middles lie
+        in the middle of the angle and of the radius. Further inside all are straight."""
+        edges = np.unique(np.sort(triangles[:, SIDES].reshape(-1, 2), axis=1), axis=0)
+        edges = edges[edges[:, 0] >= first]
+        return bent(edges, points, in_the_middle(points[edges]))
 
     def _rings(self, size: float, least: int) -> dict[str, int]:
         """Number of rings of triangles of each disc outside of the one before. The core has a ring
@@ -159,6 +168,14 @@ class _Ring:
         return np.vstack(pieces)
 
 
+def in_the_middle(ends: np.ndarray) -> np.ndarray:
+    """Points (k, 2) between those of pairs (k, 2, 2), in the middle of their angle and of their
+    radius about the origin."""
+    radius = np.linalg.norm(ends, axis=-1)
+    towards = (ends / radius[..., None]).sum(axis=1)
+    return radius.mean(axis=1)[:, None] * towards / np.linalg.norm(towards, axis=1)[:, None]
+
+
 def ends_and_planes(length: float, part: Part) -> tuple[Plane, ...]:
     """The clamp at x = 0, the tip at ``length`` (mm), and the part's symmetry planes."""
     planes = [Plane(name, axis, 0.0) for name, axis in SYMMETRY[part].items()]
@@ -169,7 +186,7 @@ class Bent(PrismMesh):
     """A straight round solid whose points are taken to other places along the axis and the radius.
 
     bend: function of x and the radius (n,) of the straight solid's points, mm, to those that they
-    have; wider: see ``RoundSection.widening``.
+    have.
     """
 
     def __init__(
@@ -177,16 +194,21 @@ class Bent(PrismMesh):
         solid: Prisms,
         section: Section,
         lines: np.ndarray,
-        wider: float,
         bend: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]],
     ):
         super().__init__(solid, section, lines)
-        self._wider, self._bend = wider, bend
+        self._bend = bend
 
     def points(self) -> np.ndarray:
         """See ``PrismMesh``."""
-        points = super().points()
+        return self._bent(super().points())
+
+    def middles(self, edges: np.ndarray) -> np.ndarray:
+        """See ``PrismMesh``."""
+        return self._bent(super().middles(edges))
+
+    def _bent(self, points: np.ndarray) -> np.ndarray:
         radius = np.linalg.norm(points[:, 1:], axis=1)
-        x, there = self._bend(points[:, 0], radius / self._wider)
-        factor = self._wider * there / np.where(radius > 0.0, radius, 1.0)
+        x, there = self._bend(points[:, 0], radius)
+        factor = there / np.where(radius > 0.0, radius, 1.0)
         return np.column_stack([x, points[:, 1:] * factor[:, None]])

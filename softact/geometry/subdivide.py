@@ -15,6 +15,7 @@ from types import ModuleType
 
 import numpy as np
 
+from softact.geometry.curved import EXACT, curves_of, is_curved
 from softact.geometry.gmsh_groups import add_mesh
 from softact.mesh.cells import check_number
 
@@ -22,7 +23,6 @@ from softact.mesh.cells import check_number
 #: wall would cross the other one.
 SIDES_OF_A_CIRCLE = 24
 EDGE, TRIANGLE, TETRAHEDRON = 1, 2, 4  # gmsh's numbers
-_EXACT = ("Discrete", "Plane", "Line")  # kinds of entities on which the points lie as they are
 _STILL = 1e-7  # mm: what a point lies off its curve or surface by rounding
 
 
@@ -121,7 +121,7 @@ class Pieces:
                     continue
                 own = np.unique(part)
                 fixed[own], moved[own] = True, 0.0
-                if not gmsh.model.getType(d, tag).startswith(_EXACT):
+                if not gmsh.model.getType(d, tag).startswith(EXACT):
                     near, _ = gmsh.model.getClosestPoint(d, tag, self.points[own].ravel())
                     moved[own] = np.reshape(near, (-1, 3)) - self.points[own]
         moved[self._old] = 0.0  # they lie where they should but for gmsh's rounding
@@ -159,13 +159,14 @@ def fill(gmsh: ModuleType, size: float, k: int) -> None:
 
 
 def cut_mesh(gmsh: ModuleType, k: int) -> None:
-    """Put the tetrahedra of the current gmsh model, cut into ``k`` along each edge, and its named
-    groups into a new, discrete model; nothing where k is 1 or there are none.
+    """Put the tetrahedra of the current gmsh model, cut into ``k`` along each edge and curved along
+    curved walls, and its named groups into a new, discrete model; nothing where k is 1 and all
+    walls are flat, or where there are no straight tetrahedra.
 
     Raises MeshError where there would be too many.
     """
     count = len(gmsh.model.mesh.getElementsByType(TETRAHEDRON)[0])
-    if k == 1 or not count:
+    if not count or (k == 1 and not is_curved(gmsh, 3)):
         return
     check_number(count * k**3)
     regions, names = _groups(gmsh)
@@ -179,7 +180,7 @@ def cut_mesh(gmsh: ModuleType, k: int) -> None:
         (frozenset(of), cut.of[2, tag]) for tag, of in sorted(names.items()) if (2, tag) in cut.of
     ]
     if solids:
-        add_mesh(gmsh, cut.points, solids, surfaces)
+        add_mesh(gmsh, cut.points, solids, surfaces, curves_of(gmsh, cut.points, cut.of, 3))
 
 
 def _groups(gmsh: ModuleType) -> tuple[dict[str, list[int]], dict[int, set[str]]]:

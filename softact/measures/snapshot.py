@@ -204,10 +204,8 @@ class Snapshot:
         from softact.system.forms import QUADRATURE_DEGREE
 
         points, _ = compat.quadrature_rule(QUADRATURE_DEGREE)
-        barycentric = np.column_stack([1 - points.sum(axis=1), points])
         cell, point = np.divmod(chosen, len(points))
-        vertices = self.positions[self.model.cell_nodes[solid.cells[cell], :4]]
-        return np.einsum("kv,kvi->ki", barycentric[point], vertices)
+        return solid.places(points, cell)[np.arange(len(cell)), point]
 
     def largest(self, values: np.ndarray) -> tuple[float, np.ndarray]:
         """Largest nodal value over all processes and its undeformed place (3,) in mm."""

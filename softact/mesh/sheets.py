@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import scipy.sparse.csgraph
 
 from softact.errors import MeshError
+from softact.mesh.curves import Curves
 
 SIDES = ((0, 1), (1, 2), (2, 0))
 SMALLEST_ANGLE = 1e-3  # sine; a triangle below it has no plane
@@ -16,13 +17,13 @@ SMALLEST_ANGLE = 1e-3  # sine; a triangle below it has no plane
 
 @dataclass(frozen=True)
 class SheetMesh:
-    """Flat triangles that share their nodes where sheets are joined. Lengths in mm.
+    """Triangles that share their nodes where sheets are joined. Lengths in mm.
 
     points: (n, 3) corners. triangles: (m, 3); the normal, by the right-hand rule, points out of
     the cavity that the sheet walls. parts: name -> numbers of its triangles. curves: name ->
     (k, 2) edges. bonded: parts whose corners are those of a solid. hinges: (k, 2) edges, such as
     seams, over which no bending moment passes. continuous: parts of one sheet that goes on beneath
-    such seams; between them no edge is a hinge.
+    such seams; between them no edge is a hinge. bent: edges of triangles that are not straight.
     """
 
     points: np.ndarray
@@ -32,18 +33,27 @@ class SheetMesh:
     bonded: tuple[str, ...] = ()
     hinges: np.ndarray | None = None
     continuous: tuple[str, ...] = ()
+    bent: Curves = field(default_factory=Curves)
 
     @classmethod
     def of_parts(
-        cls, points: np.ndarray, parts: Mapping[str, np.ndarray], bonded: tuple[str, ...]
+        cls,
+        points: np.ndarray,
+        parts: Mapping[str, np.ndarray],
+        bonded: tuple[str, ...],
+        bent: Curves | None = None,
     ) -> SheetMesh:
-        """From points of which not all are used, and name -> (k, 3) triangles."""
+        """From points of which not all are used, and name -> (k, 3) triangles. bent: edges that are
+        not straight."""
         used, triangles = np.unique(np.vstack(list(parts.values())), return_inverse=True)
         ends = np.cumsum([len(members) for members in parts.values()])
         numbers = np.split(np.arange(ends[-1]), ends[:-1])
         named = dict(zip(parts, numbers, strict=True))
+        renumber = np.full(len(points), -1)
+        renumber[used] = np.arange(len(used))
         points, triangles = points[used], triangles.reshape(-1, 3)
-        return cls(points, triangles, named, {}, bonded, creases(points, triangles))
+        curves = (bent or Curves()).renumbered(renumber)
+        return cls(points, triangles, named, {}, bonded, creases(points, triangles), bent=curves)
 
     def patches(self) -> np.ndarray:
         """(m,) number of the piece of each triangle when the sheets are cut along the hinges."""
@@ -159,7 +169,7 @@ def nodes_of(mesh: SheetMesh, degree: int) -> SheetNodes:
     count = len(mesh.points)
     sides = np.sort(mesh.triangles[:, list(SIDES)], axis=-1).reshape(-1, 2)
     edges, place = np.unique(sides, axis=0, return_inverse=True)
-    places = np.vstack([mesh.points, mesh.points[edges].mean(axis=1)])
+    places = np.vstack([mesh.points, mesh.bent.middles_of(edges, mesh.points[edges])])
     keys = edges[:, 0] * count + edges[:, 1]
 
     def with_middles(pairs: np.ndarray) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +12,7 @@ import numpy as np
 from softact import compat
 from softact.errors import MeshError, SoftactError
 from softact.mesh import leaks
+from softact.mesh.curves import VTK_EDGES, Curves, of_quadratic
 from softact.mesh.layout import Layout
 from softact.mesh.partition import parts
 from softact.mesh.sheets import SheetMesh, on_facets
@@ -35,6 +36,8 @@ class Mesh:
     cell_count: cells of the whole mesh.
     sheets: triangles in space, None where there are none; for one process only.
     comm: the MPI communicator.
+    middles: (cells, 6, 3) places of the middles of each local cell's edges, in the order of
+        quadratic elements; None where all edges are straight.
     """
 
     domain: Any
@@ -44,38 +47,43 @@ class Mesh:
     cell_count: int
     comm: MPI.Comm
     sheets: SheetMesh | None = None
+    middles: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
 class Tetrahedra:
     """A whole mesh as plain arrays: points (n, 3) mm, cells (m, 4), region (m,) and for each
-    surface name its triangles (k, 3)."""
+    surface name its triangles (k, 3). curves: edges that are not straight."""
 
     points: np.ndarray
     cells: np.ndarray
     region: np.ndarray
     surfaces: dict[str, np.ndarray]
+    curves: Curves = field(default_factory=Curves)
 
 
 def read_msh(path: Path, layout: Layout) -> Tetrahedra:
-    """Read a gmsh file (format 4.1, first-order tets, named groups).
+    """Read a gmsh file (format 4.1, tets of first or second order, named groups).
 
     Raises MeshError where a group that the layout promises is missing.
     """
     import meshio
 
     raw = meshio.read(path, file_format="gmsh")
-    blocks = {"tetra": 3, "triangle": 2}
+    blocks = {"tetra": (3, 4), "triangle": (2, 3), "tetra10": (3, 4), "triangle6": (2, 3)}
     sets: dict[tuple[int, str], list[np.ndarray]] = {}
     for name, per_block in raw.cell_sets.items():
         if name.startswith("gmsh:"):
             continue
         for block, members in zip(raw.cells, per_block, strict=True):
             if members is not None and block.type in blocks and len(members):
-                sets.setdefault((blocks[block.type], name), []).append(
-                    block.data[np.asarray(members, dtype=np.int64)]
+                dimension, corners = blocks[block.type]
+                sets.setdefault((dimension, name), []).append(
+                    block.data[np.asarray(members, dtype=np.int64), :corners]
                 )
-    return from_groups(raw.points, sets, layout, str(path))
+    curved = [block.data for block in raw.cells if block.type == "tetra10"]
+    curves = of_quadratic(raw.points, np.vstack(curved), VTK_EDGES) if curved else Curves()
+    return from_groups(raw.points, sets, layout, str(path), curves)
 
 
 def from_groups(
@@ -83,6 +91,7 @@ def from_groups(
     sets: Mapping[tuple[int, str], list[np.ndarray]],
     layout: Layout,
     origin: str,
+    curves: Curves | None = None,
 ) -> Tetrahedra:
     """Tetrahedra from {(dimension, name): [cells, ...]}; unused points are dropped."""
     cells, region = [], []
@@ -104,6 +113,7 @@ def from_groups(
         numbered.reshape(-1, 4),
         np.concatenate(region),
         surfaces,
+        (curves or Curves()).renumbered(renumber),
     )
 
 
@@ -145,7 +155,7 @@ def check_closed(tets: Tetrahedra, layout: Layout) -> None:
 
 def distribute(comm: MPI.Comm, load: Callable[[], Tetrahedra], layout: Layout) -> Mesh:
     """Spread a mesh over all processes of ``comm``; ``load`` is called on rank 0 only."""
-    tets, region, located = _on_root(comm, lambda: _prepare(load(), layout))
+    tets, region, located, curves = _on_root(comm, lambda: _prepare(load(), layout))
     if comm.rank == 0:
         part = parts(tets.points[tets.cells].mean(axis=1), comm.size)
         domain = compat.create_mesh(comm, tets.cells, tets.points, part)
@@ -160,7 +170,8 @@ def distribute(comm: MPI.Comm, load: Callable[[], Tetrahedra], layout: Layout) -
     local_of[original] = np.arange(local_cells)
     facets = {name: _local_facets(rows, local_of, nodes) for name, rows in located.items()}
     sheets = _covering(comm, tets, located, layout) if layout.covers else None
-    return Mesh(domain, layout, region[original], facets, len(region), comm, sheets)
+    middles = curves.middles(nodes, domain.geometry.x[compat.geometry_dofs(domain)])
+    return Mesh(domain, layout, region[original], facets, len(region), comm, sheets, middles)
 
 
 def of_sheets(comm: MPI.Comm, sheets: SheetMesh, layout: Layout) -> Mesh:
@@ -180,14 +191,14 @@ def _covering(
         cells, corners = tets.cells[located[surface][:, 0]], located[surface][:, 1:]
         opposite = cells[~(cells[:, :, None] == corners[:, None]).any(axis=2)]
         triangles[sheet] = on_facets(tets.points, corners, opposite)
-    return SheetMesh.of_parts(tets.points, triangles, layout.bonded)
+    return SheetMesh.of_parts(tets.points, triangles, layout.bonded, tets.curves)
 
 
 def _prepare(
     tets: Tetrahedra, layout: Layout
-) -> tuple[Tetrahedra, np.ndarray, dict[str, np.ndarray]]:
+) -> tuple[Tetrahedra, np.ndarray, dict[str, np.ndarray], Curves]:
     check_closed(tets, layout)
-    return tets, tets.region, _locate_facets(tets)
+    return tets, tets.region, _locate_facets(tets), tets.curves
 
 
 def _on_root(comm: MPI.Comm, work: Callable[[], tuple]) -> tuple:

@@ -16,6 +16,7 @@ VOLUME_RULE = (
     np.array([np.roll([1 - 2 * t, t, t], k) for t in (_A, _B) for k in range(3)]),
     np.repeat([0.223381589678011, 0.109951743655322], 3),
 )
+MIDDLE = np.full((1, 3), 1 / 3)
 
 
 def shape_functions(barycentric: np.ndarray, nodes: int) -> np.ndarray:
@@ -43,6 +44,20 @@ def shape_gradients(barycentric: np.ndarray, nodes: int) -> np.ndarray:
     return by_corner[:, :, 1:] - by_corner[:, :, :1]
 
 
+def tangents(places: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Derivatives (k, q, 3, 2) of the places of triangles (k, n, 3) with respect to the coordinates
+    that run from corner 0 to 1 and to 2, at barycentric points (q, 3)."""
+    gradients = shape_gradients(points, places.shape[1])
+    return np.einsum("qna,knc->kqca", gradients, places, optimize=True)
+
+
+def areas_at(places: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Half of the area element (k, q) of triangles (k, n, 3) at barycentric points (q, 3): their
+    area, where they are flat."""
+    one, other = np.moveaxis(tangents(places, points), -1, 0)
+    return np.linalg.norm(np.cross(one, other), axis=-1) / 2
+
+
 @dataclass(frozen=True)
 class Triangles:
     """Elements of one sheet in the global system.
@@ -57,39 +72,37 @@ class Triangles:
     table: Any
 
     @property
-    def sides(self) -> tuple[np.ndarray, np.ndarray]:
-        """Edges (k, 3) each from the first corner to the second and to the third."""
-        return self.places[:, 1] - self.places[:, 0], self.places[:, 2] - self.places[:, 0]
-
-    @property
     def areas(self) -> np.ndarray:
         """Undeformed areas (k,), mm²."""
-        return np.linalg.norm(np.cross(*self.sides), axis=1) / 2
+        points, weights = VOLUME_RULE
+        return areas_at(self.places, points) @ weights
 
     @property
     def normals(self) -> np.ndarray:
-        """Undeformed unit normals (k, 3)."""
-        normal = np.cross(*self.sides)
-        return normal / np.linalg.norm(normal, axis=1)[:, None]
+        """Undeformed unit normals (k, 3) in the middles."""
+        return self._normals(MIDDLE)[:, 0]
 
-    def frames(self, along: np.ndarray) -> np.ndarray:
-        """Orthonormal frames (k, 2, 3): ``along`` (3,) or (k, 3) put into the plane, and normal ×
-        that. Where it is normal to the sheet, the first side takes its place."""
-        normal = self.normals
-        first = np.broadcast_to(along, normal.shape)
-        first = first - (first * normal).sum(axis=1)[:, None] * normal
-        length = np.linalg.norm(first, axis=1)
-        lost = length < 1e-6 * np.linalg.norm(along, axis=-1)
-        first = np.where(lost[:, None], self.sides[0], first)
-        first = first / np.linalg.norm(first, axis=1)[:, None]
-        return np.stack([first, np.cross(normal, first)], axis=1)
+    def _normals(self, points: np.ndarray) -> np.ndarray:
+        normal = np.cross(*np.moveaxis(tangents(self.places, points), -1, 0))
+        return normal / np.linalg.norm(normal, axis=-1)[..., None]
+
+    def frames(self, along: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """Orthonormal frames (k, q, 2, 3) at barycentric points (q, 3): ``along`` (3,) put into the
+        tangent plane, and normal × that. Where it is normal to the sheet, the direction of the
+        first side takes its place."""
+        normal = self._normals(points)
+        first = along - (normal @ along)[..., None] * normal
+        lost = np.linalg.norm(first, axis=-1) < 1e-6 * np.linalg.norm(along)
+        first = np.where(lost[..., None], tangents(self.places, points)[..., 0], first)
+        first = first / np.linalg.norm(first, axis=-1)[..., None]
+        return np.stack([first, np.cross(normal, first)], axis=-2)
 
     def gradients(self, frames: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """Derivatives (k, q, n, 2) of the shape functions along the frames."""
-        sides = np.stack(self.sides, axis=2)  # (k, 3, 2)
-        jacobian = frames @ sides  # (k, 2, 2): frame coordinates by reference coordinates
+        """Derivatives (k, q, n, 2) of the shape functions along the frames (k, q, 2, 3)."""
+        # (k, q, 2, 2): derivatives of frame coordinates with respect to reference coordinates
+        jacobian = frames @ tangents(self.places, points)
         reference = shape_gradients(points, self.nodes.shape[1])
-        return np.einsum("qna,kai->kqni", reference, np.linalg.inv(jacobian))
+        return np.einsum("qna,kqai->kqni", reference, np.linalg.inv(jacobian))
 
     def current(self, x: np.ndarray) -> np.ndarray:
         """Deformed places (k, n, 3)."""
@@ -106,8 +119,8 @@ class Triangles:
     def mass(self) -> np.ndarray:
         """∫ N N dA (k, n, n), mm²."""
         points, weights = VOLUME_RULE
-        value = self.values(points)
-        return np.einsum("k,q,qn,qm->knm", self.areas, weights, value, value)
+        value, areas = self.values(points), areas_at(self.places, points)
+        return np.einsum("kq,q,qn,qm->knm", areas, weights, value, value)
 
 
 def average(

@@ -22,8 +22,9 @@ typedef struct {
     int64_t count;
     const int32_t *cells;
     const int32_t *facets; /* NULL on cells */
-    const int32_t *nodes;  /* geometry nodes, 4 per cell */
+    const int32_t *nodes;  /* that give a cell its shape: 4, or 10 of a curved one */
     const double *points;  /* 3 per node */
+    int32_t shape;         /* 4 or 10 */
     const double *constants;
     int32_t coefficient_count;
     const coefficient_t *coefficients;
@@ -33,11 +34,11 @@ typedef struct {
 static void tabulate(kernel_t kernel, const entities_t *on, int64_t e, double *w, double *A,
                      size_t size)
 {
-    double x[12];
+    double x[30];
     const int32_t cell = on->cells[e];
-    for (int v = 0; v < 4; ++v)
-        memcpy(x + 3 * v, on->points + 3 * (int64_t)on->nodes[4 * (int64_t)cell + v],
-               3 * sizeof(double));
+    const int32_t *nodes = on->nodes + on->shape * (int64_t)cell;
+    for (int v = 0; v < on->shape; ++v)
+        memcpy(x + 3 * v, on->points + 3 * (int64_t)nodes[v], 3 * sizeof(double));
     double *to = w;
     for (int k = 0; k < on->coefficient_count; ++k) {
         const coefficient_t *c = on->coefficients + k;
@@ -161,34 +162,83 @@ void expand_pattern(int32_t blocks, const int32_t *indptr, const int32_t *indice
                 }
 }
 
+/* dX_i/dxi_j of a curved cell's own shape; g: (10, 3) reference gradients at the point. */
+static void curved_map(const double *points, const int32_t *nodes, const double *g, double m[3][3])
+{
+    memset(m, 0, 9 * sizeof(double));
+    for (int n = 0; n < 10; ++n) {
+        const double *x = points + 3 * (int64_t)nodes[n];
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j)
+                m[i][j] += x[i] * g[3 * n + j];
+    }
+}
+
+/* The same of a straight cell, everywhere. */
+static void straight_map(const double *points, const int32_t *nodes, double m[3][3])
+{
+    const double *x0 = points + 3 * (int64_t)nodes[0];
+    for (int j = 0; j < 3; ++j) {
+        const double *xj = points + 3 * (int64_t)nodes[j + 1];
+        for (int i = 0; i < 3; ++i)
+            m[i][j] = xj[i] - x0[i];
+    }
+}
+
+/* k = det(m) inverse(m); returns det(m). */
+static double adjugate(double m[3][3], double k[3][3])
+{
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) {
+            const int a = (j + 1) % 3, b = (j + 2) % 3, c = (i + 1) % 3, d = (i + 2) % 3;
+            k[i][j] = m[a][c] * m[b][d] - m[a][d] * m[b][c];
+        }
+    return m[0][0] * k[0][0] + m[0][1] * k[1][0] + m[0][2] * k[2][0];
+}
+
+/* dV/dV_ref of the cells' own shape at points: out (count, points); see `deformation_gradient`. */
+void shape_determinant(int64_t count, const int32_t *cells, const int32_t *nodes, int32_t shape,
+                       const double *points, int32_t rule, const double *gradients, double *out)
+{
+    double m[3][3], k[3][3];
+    for (int64_t e = 0; e < count; ++e) {
+        const int32_t *own = nodes + shape * (int64_t)cells[e];
+        for (int q = 0; q < rule; ++q) {
+            if (shape == 10)
+                curved_map(points, own, gradients + (int64_t)q * 30, m);
+            else
+                straight_map(points, own, m);
+            out[e * rule + q] = adjugate(m, k);
+        }
+    }
+}
+
 /* Deformation gradient at the points of each cell.
 
+   shape: 4, or 10 nodes that give a cell its shape, those of its displacement.
    gradients: (points, 10, 3) reference gradients of the shape functions (`functions` of them);
    u: local unknowns; dofs: (cells, stride), the first 3*functions entries are displacements, node
    by node; out: (count, points, 3, 3). */
-void deformation_gradient(int64_t count, const int32_t *cells, const int32_t *nodes,
+void deformation_gradient(int64_t count, const int32_t *cells, const int32_t *nodes, int32_t shape,
                           const double *points, int32_t rule, int32_t functions,
                           const double *gradients, const int32_t *dofs, int32_t stride,
                           const double *u, double *out)
 {
     for (int64_t e = 0; e < count; ++e) {
         const int64_t cell = cells[e];
-        const double *x0 = points + 3 * (int64_t)nodes[4 * cell];
-        double m[3][3], k[3][3]; /* m[i][j] = dx_i/dX_j of the affine map, k its inverse */
-        for (int j = 0; j < 3; ++j) {
-            const double *xj = points + 3 * (int64_t)nodes[4 * cell + j + 1];
-            for (int i = 0; i < 3; ++i)
-                m[i][j] = xj[i] - x0[i];
+        const int32_t *own = nodes + shape * cell;
+        double m[3][3], k[3][3], det = 0.0;
+        if (shape == 4) {
+            straight_map(points, own, m);
+            det = adjugate(m, k);
         }
-        for (int i = 0; i < 3; ++i)
-            for (int j = 0; j < 3; ++j) {
-                const int a = (j + 1) % 3, b = (j + 2) % 3, c = (i + 1) % 3, d = (i + 2) % 3;
-                k[i][j] = m[a][c] * m[b][d] - m[a][d] * m[b][c];
-            }
-        const double det = m[0][0] * k[0][0] + m[0][1] * k[1][0] + m[0][2] * k[2][0];
         for (int q = 0; q < rule; ++q) {
             double h[3][3] = {{0}}; /* du_i/dxi_j */
             const double *g = gradients + (int64_t)q * functions * 3;
+            if (shape == 10) {
+                curved_map(points, own, g, m);
+                det = adjugate(m, k);
+            }
             for (int n = 0; n < functions; ++n)
                 for (int i = 0; i < 3; ++i) {
                     const double un = u[dofs[cell * stride + 3 * n + i]];

@@ -84,16 +84,28 @@ class BlockTable:
 class Assembler:
     """Sparsity pattern and matrix of a set of unknowns.
 
-    mesh: of the cells; without a ``domain`` there are none. tables: further elements.
+    mesh: of the cells; without a ``domain`` there are none. tables: further elements. curved:
+    places (n, 3) mm of the displacement's nodes where the cells are curved.
     """
 
-    def __init__(self, mesh: Mesh, unknowns: Unknowns, tables: Sequence[BlockTable] = ()):
+    def __init__(
+        self,
+        mesh: Mesh,
+        unknowns: Unknowns,
+        tables: Sequence[BlockTable] = (),
+        curved: np.ndarray | None = None,
+    ):
         self.unknowns = unknowns
         self.library = jit.load_library(unknowns.comm, Path(__file__).with_name("_assembly.c"))
         self.library.assemble_scalar.restype = ctypes.c_double
         self.geometry_nodes: np.ndarray = np.empty((0, 4), np.int32)
         self.points: np.ndarray = np.empty((0, 3))
-        if mesh.domain is not None:
+        if curved is not None:
+            self.geometry_nodes = np.ascontiguousarray(
+                compat.cell_dofs(unknowns.spaces[0]), dtype=np.int32
+            )
+            self.points = np.ascontiguousarray(curved)
+        elif mesh.domain is not None:
             self.geometry_nodes = np.ascontiguousarray(
                 compat.geometry_dofs(mesh.domain), dtype=np.int32
             )
@@ -228,8 +240,14 @@ class Assembler:
             loose.changed = False
 
     def kernels(self, name: str, *arguments: int | None) -> tuple[ctypes.c_void_p, ...]:
-        """Compiled kernels of the forms that ``softact.system.forms.name(*arguments)`` writes."""
-        return jit.load_kernels(self.unknowns.comm, forms, name, *arguments)
+        """Compiled kernels of the forms that ``softact.system.forms.name`` writes for the degree of
+        the cells' shape and ``arguments``."""
+        return jit.load_kernels(self.unknowns.comm, forms, name, self.shape_degree, *arguments)
+
+    @property
+    def shape_degree(self) -> int:
+        """1 where the cells are straight, 2 where they are curved."""
+        return 2 if self.geometry_nodes.shape[1] == 10 else 1
 
     def add_matrix(self, address: ctypes.c_void_p, on: Entities, size: int) -> None:
         """Run the matrix loop of one kernel."""

@@ -4,6 +4,9 @@ Notation: u displacement, p hydrostatic pressure (positive in tension), F = I + 
 E Green strain, S second Piola-Kirchhoff stress, N outward normal of the undeformed solid. Strain
 and stress are written as Voigt vectors in the order 11, 22, 33, 12, 13, 23; shear strains carry
 the factor two.
+
+geometry: degree of the tetrahedra's own shape, 1 straight and 2 curved. degree: that of the
+displacement.
 """
 
 from __future__ import annotations
@@ -43,15 +46,15 @@ def _ds(degree: int) -> ufl.Measure:
     return ufl.ds(metadata={"quadrature_degree": degree})
 
 
-def _space(element: Any) -> ufl.FunctionSpace:
-    return ufl.FunctionSpace(compat.ufl_mesh(), element)
+def _space(geometry: int, element: Any) -> ufl.FunctionSpace:
+    return ufl.FunctionSpace(compat.ufl_mesh(geometry), element)
 
 
-def _displacement_space(degree: int) -> ufl.FunctionSpace:
-    return _space(compat.lagrange(degree, (3,)))
+def _displacement_space(geometry: int, degree: int) -> ufl.FunctionSpace:
+    return _space(geometry, compat.lagrange(degree, (3,)))
 
 
-def solid(degree: int, pressure_degree: int | None) -> tuple[ufl.Form, ufl.Form]:
+def solid(geometry: int, degree: int, pressure_degree: int | None) -> tuple[ufl.Form, ufl.Form]:
     """Stress divergence and incompressibility of a solid: (residual, tangent).
 
     Π = ∫ W̄(C) + p (J − 1) − U*(p) dX; the stress S = 2 ∂W̄/∂C and its derivative D come as
@@ -67,12 +70,12 @@ def solid(degree: int, pressure_degree: int | None) -> tuple[ufl.Form, ufl.Form]
     elements = [compat.lagrange(degree, (3,))]
     if pressure_degree is not None:
         elements.append(compat.lagrange(pressure_degree, (), pressure_degree == 0))
-    space = _space(compat.mixed(*elements))
+    space = _space(geometry, compat.mixed(*elements))
     w, test, trial = ufl.Coefficient(space), ufl.TestFunction(space), ufl.TrialFunction(space)
-    points = _space(compat.quadrature_element(QUADRATURE_DEGREE, 6))
+    points = _space(geometry, compat.quadrature_element(QUADRATURE_DEGREE, 6))
     stress, moduli = (
         ufl.Coefficient(points),
-        ufl.Coefficient(_space(compat.quadrature_element(QUADRATURE_DEGREE, 36))),
+        ufl.Coefficient(_space(geometry, compat.quadrature_element(QUADRATURE_DEGREE, 36))),
     )
     geometric_stress = ufl.Coefficient(points)
     if pressure_degree is None:
@@ -98,7 +101,7 @@ def solid(degree: int, pressure_degree: int | None) -> tuple[ufl.Form, ufl.Form]
     return residual, tangent
 
 
-def cavity(degree: int) -> tuple[ufl.Form, ufl.Form, ufl.Form]:
+def cavity(geometry: int, degree: int) -> tuple[ufl.Form, ufl.Form, ufl.Form]:
     """Volume that a cavity's walls enclose and the follower pressure: (volume, force, tangent).
 
     V(u) = −⅓ ∫ (X + u) · cof(F) N dA over the walls; N points out of the solid, so into the
@@ -106,7 +109,7 @@ def cavity(degree: int) -> tuple[ufl.Form, ufl.Form, ufl.Form]:
     lies in a symmetry plane may be left out. Force and tangent are the derivatives of −p V, so
     the tangent is exact and symmetric. Coefficient (all): u. Constant (force, tangent): p.
     """
-    space = _displacement_space(degree)
+    space = _displacement_space(geometry, degree)
     mesh = space.ufl_domain()
     u, pressure = ufl.Coefficient(space), ufl.Constant(mesh)
     position = ufl.SpatialCoordinate(mesh) + u
@@ -118,7 +121,7 @@ def cavity(degree: int) -> tuple[ufl.Form, ufl.Form, ufl.Form]:
     return volume * ds, force, ufl.derivative(force, u, trial)
 
 
-def surface_pressure(degree: int) -> tuple[ufl.Form, ufl.Form]:
+def surface_pressure(geometry: int, degree: int) -> tuple[ufl.Form, ufl.Form]:
     """Follower pressure on a surface that need not enclose anything: (force, tangent).
 
     The pressure −p cof(F) N per undeformed area pushes against the normal N out of the solid. On
@@ -126,7 +129,7 @@ def surface_pressure(degree: int) -> tuple[ufl.Form, ufl.Form]:
     the symmetric part is given, which costs Newton iterations but no accuracy.
     Coefficient (both): u. Constant (both): p.
     """
-    space = _displacement_space(degree)
+    space = _displacement_space(geometry, degree)
     mesh = space.ufl_domain()
     u, pressure = ufl.Coefficient(space), ufl.Constant(mesh)
     test, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
@@ -141,7 +144,7 @@ def surface_pressure(degree: int) -> tuple[ufl.Form, ufl.Form]:
     return force, 0.5 * (exact + ufl.adjoint(exact))
 
 
-def layer(degree: int) -> tuple[ufl.Form, ufl.Form, ufl.Form]:
+def layer(geometry: int, degree: int) -> tuple[ufl.Form, ufl.Form, ufl.Form]:
     """Thin elastic layer bonded to a surface: (energy, residual, tangent).
 
     Plane-stress St. Venant-Kirchhoff membrane on the tangential Green strain E:
@@ -150,7 +153,7 @@ def layer(degree: int) -> tuple[ufl.Form, ufl.Form, ufl.Form]:
     stiffness takes the stress from the strain Σ wₖ E(vₖ) + l E'(v₁)(u − v₁).
     Constants: A, ν; tangent also w₁, … and l.
     """
-    space = _displacement_space(degree)
+    space = _displacement_space(geometry, degree)
     mesh = space.ufl_domain()
     u, *states = (ufl.Coefficient(space) for _ in range(1 + LAYER_STATES))
     stiffness, poisson, *weights = (ufl.Constant(mesh) for _ in range(2 + LAYER_STATES))
@@ -186,25 +189,25 @@ def layer(degree: int) -> tuple[ufl.Form, ufl.Form, ufl.Form]:
     return energy, residual, tangent
 
 
-def body_force(degree: int) -> tuple[ufl.Form]:
+def body_force(geometry: int, degree: int) -> tuple[ufl.Form]:
     """Work of a body force per undeformed volume: linear form; constant: the force (3)."""
-    space = _displacement_space(degree)
+    space = _displacement_space(geometry, degree)
     force = ufl.Constant(space.ufl_domain(), shape=(3,))
     return (ufl.dot(force, ufl.TestFunction(space)) * _dx(),)
 
 
-def inertia(degree: int) -> tuple[ufl.Form, ufl.Form]:
+def inertia(geometry: int, degree: int) -> tuple[ufl.Form, ufl.Form]:
     """Force of an acceleration: (force, tangent). Coefficient of the force: displacement from
     where the body would be without force; constant (both): density over the squared time step."""
-    space = _displacement_space(degree)
+    space = _displacement_space(geometry, degree)
     away, factor = ufl.Coefficient(space), ufl.Constant(space.ufl_domain())
     test, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
     dx = ufl.dx(metadata={"quadrature_degree": 2 * degree})
     return factor * ufl.dot(away, test) * dx, factor * ufl.dot(trial, test) * dx
 
 
-def surface_force(degree: int) -> tuple[ufl.Form]:
+def surface_force(geometry: int, degree: int) -> tuple[ufl.Form]:
     """Work of a dead force per undeformed area: linear form; constant: the force (3)."""
-    space = _displacement_space(degree)
+    space = _displacement_space(geometry, degree)
     force = ufl.Constant(space.ufl_domain(), shape=(3,))
     return (ufl.dot(force, ufl.TestFunction(space)) * _ds(QUADRATURE_DEGREE),)

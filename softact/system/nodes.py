@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from softact import compat
 from softact.system.unknowns import Unknowns
 
 if TYPE_CHECKING:
+    import dolfinx
     from mpi4py import MPI
 
 
@@ -30,16 +33,30 @@ class Nodes:
     blocks: np.ndarray
 
 
-def nodes_of(unknowns: Unknowns, loose_places: np.ndarray) -> Nodes:
-    """All displacement nodes: those of the first space, and the loose ones at their places."""
-    places, number = np.empty((0, 3)), np.empty(0, np.int64)
+def solid_places(spaces: Sequence[dolfinx.fem.FunctionSpace], middles: np.ndarray | None) -> np.ndarray:
+    """Undeformed places (n, 3) mm of the nodes of the displacement of tetrahedra.
+
+    middles: (cells, 6, 3) where quadratic nodes lie that are off their straight edges, see
+    ``softact.mesh.tetrahedra.Mesh``.
+    """
+    if not spaces:
+        return np.empty((0, 3))
+    places = np.array(spaces[0].tabulate_dof_coordinates())
+    if middles is not None:
+        places[compat.cell_dofs(spaces[0])[:, 4:]] = middles
+    return places
+
+
+def nodes_of(unknowns: Unknowns, places: np.ndarray, loose_places: np.ndarray) -> Nodes:
+    """All displacement nodes: those of tetrahedra at their ``places``, and the loose ones."""
+    number = np.empty(0, np.int64)
     owned, dofs = 0, np.empty((0, 3), np.int32)
     if unknowns.spaces:
         space = unknowns.spaces[0]
         index_map = space.dofmap.index_map
         owned, dofs = index_map.size_local, unknowns.space_dofs[0]
         held = np.arange(owned + index_map.num_ghosts, dtype=np.int32)
-        places, number = space.tabulate_dof_coordinates(), index_map.local_to_global(held)
+        number = index_map.local_to_global(held)
     loose = len(loose_places)
     return Nodes(
         unknowns.comm,
