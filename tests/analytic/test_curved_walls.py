@@ -1,0 +1,149 @@
+"""Orders of convergence with walls that are curved in the mesh: thick sphere and thick tube.
+
+The closed forms are those of an incompressible neo-Hookean wall; a mesh with straight edges is
+measured beside them, so that what the curved ones give is seen.
+"""
+
+import functools
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+import scipy.integrate
+from mpi4py import MPI
+
+from softact.geometries.thick_sphere import ThickSphere
+from softact.geometries.tube import Tube
+from softact.geometry.base import make_mesh
+from softact.loads.load_step import LoadStep
+from softact.materials import LAWS
+from softact.measures.snapshot import Snapshot
+from softact.mesh.curves import Curves
+from softact.mesh.tetrahedra import distribute, read_msh
+from softact.model import Model, Support
+from tests.analytic.solving import solve
+
+INNER, C10, STRETCH = 10.0, 0.14, 1.3  # mm, MPa, of the inner surface
+
+
+@dataclass(frozen=True)
+class Wall:
+    """A neo-Hookean wall under internal pressure, INNER to ``outer`` mm; a sphere, or a tube whose
+    length stays."""
+
+    sphere: bool
+    outer: float
+
+    @property
+    def outer_stretch(self):
+        """Of the circles of the outer surface: the wall keeps its volume."""
+        power = 3 if self.sphere else 2
+        return (1 + (STRETCH**power - 1) * (INNER / self.outer) ** power) ** (1 / power)
+
+    @property
+    def pressure(self):
+        """MPa; Ogden 1984, 5.3.2 (sphere) and 5.3.3 (tube)."""
+
+        def slope(s):
+            if self.sphere:
+                return 4 * C10 * (s - s**-5) / (s**3 - 1)
+            return 2 * C10 * (s - s**-3) / (s**2 - 1)
+
+        return scipy.integrate.quad(slope, self.outer_stretch, STRETCH, epsabs=1e-14)[0]
+
+    @property
+    def hoop(self):
+        """Largest Cauchy stress, around the inner surface, MPa: the radial one is −p there."""
+        radial = STRETCH**-4 if self.sphere else STRETCH**-2
+        return 2 * C10 * (STRETCH**2 - radial) - self.pressure
+
+    def volume(self, part):
+        """Of the inflated cavity of the meshed part, mm³; part: of a sphere, or mm of a tube."""
+        if self.sphere:
+            return part * 4 / 3 * np.pi * (INNER * STRETCH) ** 3
+        return part / 4 * np.pi * (INNER * STRETCH) ** 2
+
+
+# The sphere's meshes are alike at all sizes, the tube's are not.
+SPHERE, TUBE = Wall(True, INNER / (1 - np.pi / 8)), Wall(False, INNER / (1 - np.pi / 8))
+
+
+def geometry_of(wall, divisions):
+    size = wall.outer * np.pi / 2 / divisions * (1 + 1e-9)
+    kind, sizes = (ThickSphere, {}) if wall.sphere else (Tube, {"length": size})
+    sizes |= {"inner_radius": INNER, "outer_radius": wall.outer, "mesh_size": size}
+    return kind(**{name: f"{length:.12g} mm" for name, length in sizes.items()})
+
+
+@pytest.fixture(scope="module")
+def errors(tmp_path_factory):
+    """Wall, edges of a quarter, whether they are curved -> errors (meshes, 3) of displacement,
+    volume and stress."""
+    folder = tmp_path_factory.mktemp("walls")
+
+    @functools.cache
+    def solved(wall, divisions, curved):
+        return np.array([error(wall, n, curved, folder) for n in divisions])
+
+    return solved
+
+
+def error(wall, divisions, curved, folder):
+    """Relative errors of one mesh: the largest of the inner surface's stretch, in its nodes; the
+    inflated cavity's volume; the largest stress."""
+    geometry = geometry_of(wall, divisions)
+    path, layout = folder / f"{wall.sphere}-{divisions}.msh", geometry.layout()
+    make_mesh(geometry, path)
+    tets = read_msh(path, layout)
+    tets = tets if curved else replace(tets, curves=Curves())
+    mesh = distribute(MPI.COMM_SELF, lambda: tets, layout)
+    law = LAWS["neo_hookean"].of(c10=C10, bulk_modulus=1e6)
+    model = Model(mesh, {"body": law.material()}, wall_normal=geometry.wall_normal)
+    ends = [] if wall.sphere else [Support("clamp", {0: 0.0}), Support("tip", {0: 0.0})]
+    loads = {"pressure": {"cavity": wall.pressure}} if wall.sphere else {}
+    loads = loads or {"surface_pressure": {"bore": wall.pressure}}
+    state = solve(model, LoadStep("inflate", **loads), ends, 0.25).state
+    inner = model.surfaces.nodes("cavity" if wall.sphere else "bore")
+    moved = model.nodes.places[inner] + state.x[model.displacement_dofs[inner]]
+    if not wall.sphere:
+        moved = moved[:, 1:]
+    stretch = np.linalg.norm(moved, axis=1) / INNER
+    volume = model.cavity_volume(state, "cavity") / wall.volume(1 / 8) if wall.sphere else 1.0
+    stress = Snapshot(model, state).max_principal_stress.max()
+    return np.abs(stretch / STRETCH - 1).max(), abs(volume - 1), abs(stress / wall.hoop - 1)
+
+
+def orders(found):
+    return np.log2(found[:-1] / found[1:])
+
+
+def test_sphere(errors):
+    """Third order of the displacement, fourth of the volume and of the stress at least third; with
+    straight edges second and hardly one. Finer meshes: ``python -m benchmarks.curved``."""
+    curved, straight = (errors(SPHERE, (4, 8), c) for c in (True, False))
+    assert (orders(curved) > [2.7, 3.7, 3]).all(), curved
+    assert (curved[-1] < [8e-4, 5e-4, 5e-3]).all(), curved
+    assert (orders(straight)[:, :2] < 2.2).all(), straight
+    assert (straight[-1] / curved[-1] > [10, 40, 6]).all(), straight
+
+
+def test_tube(errors):
+    """The same in a mesh without order; a tube has no cavity of its own."""
+    curved, straight = (errors(TUBE, (8, 16), c)[:, ::2] for c in (True, False))
+    assert (orders(curved) > 2.2).all(), curved
+    assert (curved[-1] < [1e-4, 3e-3]).all(), curved
+    assert (straight[-1] / curved[-1] > [30, 5]).all(), straight
+
+
+@pytest.mark.parametrize("divisions", [2, 4, 8])
+def test_volume_of_the_mesh(divisions, tmp_path):
+    """Of the undeformed cavity: 1.5 % at two edges of a quarter, where straight ones lack 30 %."""
+    geometry = geometry_of(SPHERE, divisions)
+    path = tmp_path / "sphere.msh"
+    make_mesh(geometry, path)
+    mesh = distribute(MPI.COMM_SELF, lambda: read_msh(path, geometry.layout()), geometry.layout())
+    law = LAWS["neo_hookean"].of(c10=C10, bulk_modulus=1e6)
+    model = Model(mesh, {"body": law.material()}, wall_normal=geometry.wall_normal)
+    found = model.cavity_volume(model.initial_state(), "cavity")
+    assert abs(found / geometry.volumes()["cavity"] - 1) < 0.016 * (2 / divisions) ** 3.8
+    assert model.solids["body"].volumes.sum() == pytest.approx(geometry.volumes()["body"], rel=2e-2)
