@@ -156,9 +156,7 @@ class Model:
             size = self.unknowns.local
             self.sheets = make_parts(mesh.sheets, elements, sheets, self.nodes, size)
         tables = [part.triangles.table for part in self.sheets.values()]
-        self.assembler = Assembler(
-            mesh, self.unknowns, tables, None if middles is None else places
-        )
+        self.assembler = Assembler(mesh, self.unknowns, tables, None if middles is None else places)
         self.displacement_dofs = self.nodes.dofs
         self.cell_nodes = compat.cell_dofs(spaces[0]) if spaces else np.empty((0, 0), np.int32)
         self.surfaces = Surfaces(

@@ -118,7 +118,9 @@ class Layer:
         triangles = Triangles(nodes, places, dofs, table)
         law = GreenLaw(material.youngs_modulus, material.poissons_ratio)
         relaxed_law = relaxed(law, material.poissons_ratio, KEPT_BONDED)
-        return BondedMembrane(triangles, np.array([1.0, 0.0, 0.0]), [(relaxed_law, layer.thickness)])
+        return BondedMembrane(
+            triangles, np.array([1.0, 0.0, 0.0]), [(relaxed_law, layer.thickness)]
+        )
 
 
 class LayerMembrane:

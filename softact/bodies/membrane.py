@@ -26,9 +26,7 @@ class Membrane:
     with its thickness (mm). along: (3,) the first axis of C, put into the sheet.
     """
 
-    def __init__(
-        self, triangles: Triangles, along: np.ndarray, laws: list[tuple[SheetLaw, float]]
-    ):
+    def __init__(self, triangles: Triangles, along: np.ndarray, laws: list[tuple[SheetLaw, float]]):
         self.triangles, self.laws = triangles, laws
         points, weights = MEMBRANE_RULE
         frames = triangles.frames(along, points)

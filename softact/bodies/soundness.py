@@ -5,9 +5,9 @@ carries its forces (a coarse mesh of a balloon has such elements, and the balloo
 is told, not refused.
 
 With quadratic displacements on straight edges J = det F is a cubic polynomial over the tetrahedron,
-and on curved ones J times the determinant of the undeformed shape is. It lies between the smallest and the largest of its Bernstein coefficients (Johnen, Remacle and
-Geuzaine 2013, J. Comput. Phys. 233:359); where these do not decide, the tetrahedron is cut into
-eight, which brings them closer.
+and on curved ones J times the determinant of the undeformed shape is. It lies between the smallest
+and the largest of its Bernstein coefficients (Johnen, Remacle and Geuzaine 2013, J. Comput. Phys.
+233:359); where these do not decide, the tetrahedron is cut into eight, which brings them closer.
 """
 
 from __future__ import annotations

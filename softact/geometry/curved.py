@@ -24,7 +24,10 @@ def is_curved(gmsh: ModuleType, dimension: int) -> bool:
 
 
 def curves_of(
-    gmsh: ModuleType, points: np.ndarray, parts: Mapping[tuple[int, int], np.ndarray], dimension: int
+    gmsh: ModuleType,
+    points: np.ndarray,
+    parts: Mapping[tuple[int, int], np.ndarray],
+    dimension: int,
 ) -> Curves:
     """Curved edges of a mesh of the current model.
 

@@ -31,8 +31,8 @@ def _sound(curves: Curves, cells: np.ndarray, points: np.ndarray) -> Curves:
     kept, folded = curves.sound(cells, points)
     if folded:
         tell(
-            f"{folded} of {len(cells)} tetrahedra keep straight edges along the curved walls, which "
-            "would fold them; a smaller mesh_size follows the walls better"
+            f"{folded} of {len(cells)} tetrahedra keep straight edges along the curved walls, "
+            "which would fold them; a smaller mesh_size follows the walls better"
         )
     return kept
 

@@ -250,13 +250,14 @@ def remarks(geometry: Geometry, parts: Parts) -> list[str]:
 
 def _far_off(geometry: Geometry, parts: Parts) -> Iterator[str]:
     """Volumes and areas that the mesh misses by more than REMARKABLE."""
-    found = measure(geometry, parts)
+    found, cavities = measure(geometry, parts), geometry.layout().cavities
     for name, wanted in geometry.volumes().items():
-        if abs(found[name] / wanted - 1) > REMARKABLE:
-            unit = "mm^2" if name in parts.surfaces and name not in geometry.layout().cavities else "mm^3"
+        off = found[name] / wanted - 1
+        if abs(off) > REMARKABLE:
+            unit = "mm^2" if name in parts.surfaces and name not in cavities else "mm^3"
             yield (
-                f"the mesh gives '{name}' {found[name]:.4g} {unit}, {found[name] / wanted - 1:+.1%} "
-                f"of the closed form {wanted:.4g} {unit}; a smaller mesh_size comes nearer"
+                f"the mesh gives '{name}' {found[name]:.4g} {unit}, {off:+.1%} of the closed form "
+                f"{wanted:.4g} {unit}; a smaller mesh_size comes nearer"
             )
 
 

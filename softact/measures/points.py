@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
 # How far beyond its element a point may lie, as a barycentric coordinate: walls are faceted.
 BEYOND = 0.1
+# How far beyond a straight element a point may lie that is in the curved one, and Newton's steps to
+# its coordinates there.
+NEAR, NEWTON = 0.5, 5
 
 
 @dataclass(frozen=True)
@@ -80,10 +83,30 @@ def _in_solids(model: Model, point: np.ndarray) -> tuple[float, np.ndarray, np.n
     corners = model.nodes.places[cells[:, :4]]
     edges = np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2)
     local = np.linalg.solve(edges, (point - corners[:, 0])[..., None])[..., 0]
-    outside = -np.minimum(local.min(axis=1), 1 - local.sum(axis=1))
+    near = np.flatnonzero(_outside(local) < NEAR)
+    if model.assembler.shape_degree > 1 and len(near):
+        local[near] = _in_curved(model.nodes.places[cells[near]], point, local[near])
+    outside = _outside(local)
     best = int(outside.argmin())
     weights = compat.tabulate_values(model.degree, local[best : best + 1])
     return max(float(outside[best]), 0.0), cells[best], np.ravel(weights)
+
+
+def _outside(local: np.ndarray) -> np.ndarray:
+    """How far (k,) reference points (k, 3) are outside of the tetrahedron, 0 and less within."""
+    return -np.minimum(local.min(axis=1), 1 - local.sum(axis=1))
+
+
+def _in_curved(nodes: np.ndarray, point: np.ndarray, local: np.ndarray) -> np.ndarray:
+    """Reference coordinates (k, 3) of a point in curved tetrahedra (k, 10, 3), by Newton's method
+    from those in the straight ones."""
+    for _ in range(NEWTON):
+        values = compat.tabulate_values(2, local)
+        gradients = compat.tabulate_gradients(2, local)
+        off = np.einsum("kn,kni->ki", values, nodes) - point
+        slope = np.einsum("knj,kni->kij", gradients, nodes)
+        local = local - np.linalg.solve(slope, off[..., None])[..., 0]
+    return local
 
 
 def _on_sheets(model: Model, point: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:

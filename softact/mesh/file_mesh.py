@@ -1,6 +1,6 @@
 """The mesh in gmsh's current model as plain arrays, for geometries out of a user's file.
 
-``straight`` reads it, of whatever order, ``only_named`` keeps what the spec names,
+``read`` takes it, of whatever order, ``only_named`` keeps what the spec names,
 ``softact.mesh.joining.joined`` merges the nodes of solids that touch,
 ``softact.geometry.gmsh_groups.add_mesh`` puts it back.
 """
@@ -17,23 +17,26 @@ from softact.errors import MeshError
 from softact.mesh.boundary import face_keys
 from softact.mesh.cells import MOST_TETRAHEDRA, upright
 from softact.mesh.components import FACES, Skin, place
+from softact.mesh.curves import GMSH_EDGES, Curves, of_quadratic
 from softact.mesh.layout import Layout
 from softact.nearest import likely
 from softact.units import one_line, show
 
 CORNERS = {2: ("Triangle", 3), 3: ("Tetrahedron", 4)}
 CURVED = 1e-3  # part of a tetrahedron's size by which a node is off its straight edge
+QUADRATIC = 10  # nodes of a tetrahedron of the second order
 MOST_NAMES, MOST_LETTERS = 20, 40  # in one message
 
 
 @dataclass(frozen=True)
 class FileMesh:
     """points (n, 3) mm; regions: name -> tetrahedra (m, 4) of positive volume; surfaces: name ->
-    triangles (k, 3), each once."""
+    triangles (k, 3), each once; curves: edges that are not straight."""
 
     points: np.ndarray
     regions: dict[str, np.ndarray]
     surfaces: dict[str, np.ndarray]
+    curves: Curves
 
     @property
     def cells(self) -> np.ndarray:
@@ -63,8 +66,9 @@ class FileMesh:
         ]
 
 
-def straight(gmsh: ModuleType, scale: float, tell: Callable[[str], None]) -> FileMesh:
-    """The named groups of gmsh's current model, of elements of any order by their corners alone.
+def read(gmsh: ModuleType, scale: float, tell: Callable[[str], None]) -> FileMesh:
+    """The named groups of gmsh's current model, of elements of the first or second order, and of
+    higher ones by their corners alone.
 
     scale: mm of the model's unit. tell: receives a line where nodes on edges are left out that
     are not in their middle. Raises MeshError where elements are no tetrahedra or triangles.
@@ -75,23 +79,27 @@ def straight(gmsh: ModuleType, scale: float, tell: Callable[[str], None]) -> Fil
     points = coordinates.reshape(-1, 3) * scale
     groups: dict[tuple[int, str], list[np.ndarray]] = {}
     curved, off = 0, 0.0
+    quadratic = [np.empty((0, QUADRATIC), np.int64)]
     for dimension, name, members, local in _elements(gmsh):
         elements, corners = number[members], CORNERS[dimension][1]
         groups.setdefault((dimension, name), []).append(elements[:, :corners])
-        if dimension == 3 and elements.shape[1] > corners:
+        if dimension == 3 and elements.shape[1] == QUADRATIC:
+            quadratic.append(elements)
+        elif dimension == 3 and elements.shape[1] > corners:
             count, distance = _bent(points, elements, local)
             curved, off = curved + count, max(off, distance)
     if curved:
         tell(
             f"{curved} tetrahedra have curved edges, whose nodes are up to {off:.2g} mm off the "
-            "straight ones: softact takes the corners alone; a finer mesh follows curved walls "
-            "better"
+            "straight ones, and more nodes than softact follows: it takes the corners alone; write "
+            "a mesh of the second order"
         )
     named = {key: np.vstack(pieces) for key, pieces in groups.items()}
     return FileMesh(
         points,
         {name: upright(points, c) for (d, name), c in named.items() if d == 3},
         {name: np.unique(np.sort(c, axis=1), axis=0) for (d, name), c in named.items() if d == 2},
+        of_quadratic(points, np.vstack(quadratic), GMSH_EDGES),
     )
 
 
@@ -145,6 +153,7 @@ def only_named(found: FileMesh, layout: Layout, count: int) -> FileMesh:
         found.points,
         {name: found.regions[name] for name in layout.regions},
         {name: found.surfaces[name] for name in layout.surfaces},
+        found.curves,
     )
     if len(mesh.cells) > MOST_TETRAHEDRA:
         raise MeshError(

@@ -41,6 +41,7 @@ def joined(mesh: FileMesh) -> tuple[FileMesh, float]:
                 name: np.unique(np.sort(renumber[t], axis=1), axis=0)
                 for name, t in mesh.surfaces.items()
             },
+            curves=mesh.curves.renumbered(renumber),
         ),
         area,
     )

@@ -33,7 +33,9 @@ class Nodes:
     blocks: np.ndarray
 
 
-def solid_places(spaces: Sequence[dolfinx.fem.FunctionSpace], middles: np.ndarray | None) -> np.ndarray:
+def solid_places(
+    spaces: Sequence[dolfinx.fem.FunctionSpace], middles: np.ndarray | None
+) -> np.ndarray:
     """Undeformed places (n, 3) mm of the nodes of the displacement of tetrahedra.
 
     middles: (cells, 6, 3) where quadratic nodes lie that are off their straight edges, see
