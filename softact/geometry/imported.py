@@ -18,7 +18,7 @@ from softact.geometry.part_names import PartName, PartNameOrNone
 from softact.geometry.part_size import Drawn
 from softact.geometry.subdivide import cut_mesh, fill
 from softact.mesh.components import components, gap, part_names
-from softact.mesh.file_mesh import FileMesh, only_named, without_inner_walls
+from softact.mesh.file_mesh import FileMesh, only_named, read, without_inner_walls
 from softact.mesh.joining import joined
 from softact.mesh.layout import Layout
 from softact.units import Length, is_utf8

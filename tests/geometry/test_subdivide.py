@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from softact.geometry.subdivide import Pieces, cut_mesh, pieces, subdivided
+from softact.mesh.curves import GMSH_EDGES, of_quadratic
+from softact.mesh.curves import volumes as curved_volumes
 
 
 def volumes(points, cells):
@@ -98,7 +100,7 @@ def test_a_cut_solid_keeps_its_groups_and_its_thin_round_wall(model):
     names = {model.model.getPhysicalName(*group) for group in model.model.getPhysicalGroups()}
     assert names == {"body", "skin"}
     curves = of_quadratic(points, quadratic, GMSH_EDGES)
-    assert curves_volumes(curves.nodes(cells, points)).sum() == pytest.approx(whole, rel=1e-5)
+    assert curved_volumes(curves.nodes(cells, points)).sum() == pytest.approx(whole, rel=1e-5)
     radius = np.linalg.norm(points[np.unique(cells)], axis=1)
     on = {r: int((abs(radius - r) < 1e-6).sum()) for r in (5.0, 5.5)}
     between = int(((radius > 5 + 1e-3) & (radius < 5.5 - 1e-3)).sum())
