@@ -10,24 +10,27 @@ import numpy as np
 import pytest
 
 from softact.geometry.base import Geometry, make_mesh
+from softact.mesh.curves import VTK_EDGES, Curves, of_quadratic
+from softact.mesh.curves import volumes as curved_volumes
 from softact.mesh.layout import Layout
 
 
 @dataclass
 class Solid:
-    """A meshed geometry: points (n, 3), tetrahedra (m, 4), sorted triangles (k, 3) by surface."""
+    """A meshed geometry: points (n, 3), tetrahedra (m, 4), sorted triangles (k, 3) by surface,
+    edges that are not straight."""
 
     geometry: Geometry
     layout: Layout
     points: np.ndarray
     cells: np.ndarray
     surfaces: dict[str, np.ndarray]
+    curves: Curves
 
     @property
     def volumes(self) -> np.ndarray:
         """Signed volume of each tetrahedron."""
-        a, b, c, d = (self.points[self.cells[:, i]] for i in range(4))
-        return np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6
+        return curved_volumes(self.curves.nodes(self.cells, self.points))
 
     @cached_property
     def faces(self) -> dict[tuple[int, ...], list[tuple[int, int]]]:
@@ -52,16 +55,18 @@ class Solid:
 
 def read(geometry: Geometry, path: Path) -> Solid:
     raw = meshio.read(path)
-    cells = np.vstack([block.data for block in raw.cells if block.type == "tetra"])
+    cells = np.vstack([block.data[:, :4] for block in raw.cells if block.type.startswith("tetra")])
+    curved = [block.data for block in raw.cells if block.type == "tetra10"]
+    curves = of_quadratic(raw.points, np.vstack(curved), VTK_EDGES) if curved else Curves()
     surfaces = {}
     for name in geometry.layout().surfaces:
         parts = [
-            block.data[members]
+            block.data[members][:, :3]
             for block, members in zip(raw.cells, raw.cell_sets[name], strict=True)
-            if block.type == "triangle" and len(members)
+            if block.type.startswith("triangle") and len(members)
         ]
         surfaces[name] = np.sort(np.vstack(parts), axis=1)
-    return Solid(geometry, geometry.layout(), raw.points, cells, surfaces)
+    return Solid(geometry, geometry.layout(), raw.points, cells, surfaces, curves)
 
 
 @pytest.fixture(scope="session")
