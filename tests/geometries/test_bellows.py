@@ -90,8 +90,8 @@ def test_they_are_as_stiff_as_a_thin_shell_and_push_with_its_area(curve):
     """The force of the shell and of the mesh that pull one convolution longer, and the thrust under
     pressure of one that is held: p times the area inside the crest, less what the wall carries
     there. A shell is thin and does not shear: that of the mesh is 2 % softer, and of one mesh size
-    and half of it alike (straight edges: 15 % and 3 % stiffer). The area is nearly that of the mean diameter
-    (Expansion Joint Manufacturers Association), but not quite: 0.6 % less."""
+    and half of it alike (straight edges: 15 % and 3 % stiffer). The area is nearly that of the mean
+    diameter (Expansion Joint Manufacturers Association), but not quite: 0.6 % less."""
     stiffness = shell(PULLED, 0.0) / PULLED
     area = np.pi * CREST**2 - shell(0.0, PRESSURE) / PRESSURE
     found = {}

@@ -157,7 +157,7 @@ def sphere():
 
 @pytest.mark.parametrize("version", [2.2, 4.0, 4.1])
 def test_a_mesh_of_second_order_keeps_its_curves(version, mesh, meshed):
-    """With edges of 4 mm on a sphere of 10 mm straight edges lack 5 % of its volume, curved ones
+    """With edges of 4 mm on half a sphere of 10 mm straight edges lack 5 % of its volume, curved ones
     4e-4. A mesh of boxes stays one of straight edges."""
     given = {"cavities": {}, "mesh_size": "4 mm"}
     first = FromScript.model_validate({"file": mesh(sphere, name="first.msh"), **given})
@@ -166,7 +166,7 @@ def test_a_mesh_of_second_order_keeps_its_curves(version, mesh, meshed):
     )
     one, other = meshed(first), meshed(second)
     assert len(one.cells) == len(other.cells)
-    whole = 4 / 3 * np.pi * 10**3
+    whole = 2 / 3 * np.pi * 10**3
     assert one.volumes.sum() == pytest.approx(0.947 * whole, rel=5e-3)
     assert other.volumes.sum() == pytest.approx(whole, rel=5e-4)
     flat = {**BOXES, "file": mesh(two_boxes(2.0), order=2, version=version)}
