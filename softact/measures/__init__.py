@@ -8,6 +8,7 @@ from softact.measures.bending import BENDING
 from softact.measures.contact import CONTACT
 from softact.measures.elongation import ELONGATION
 from softact.measures.energy import ENERGY
+from softact.measures.faces import FACES
 from softact.measures.failure import FAILURE
 from softact.measures.fibres import FIBRES
 from softact.measures.held_tip import HELD_TIP
@@ -28,6 +29,7 @@ MEASURES: dict[str, Measure] = {
         BENDING,
         TIP,
         PROBES,
+        FACES,
         ELONGATION,
         LATERAL,
         TWIST,

@@ -35,7 +35,7 @@ NO_PARAMETERS = ("description", "source", "assumptions", "measures")  # of a spe
 
 def build_model(comm: MPI.Comm, spec: Spec, mesh_file: Path) -> Model:
     """The ``Model`` of a spec on a mesh. Collective."""
-    layout = spec.geometry.layout()
+    layout = spec.layout()
     if isinstance(spec.geometry, SheetGeometry):
         mesh = of_sheets(comm, spec.geometry.checked_mesh(), layout)
     else:

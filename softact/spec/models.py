@@ -3,6 +3,7 @@
 import hashlib
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, get_args
 
 from pydantic import (
@@ -22,7 +23,7 @@ from softact.geometry.base import Geometry
 from softact.geometry.imported import Imported
 from softact.loads import LOADS
 from softact.loads.base import Load
-from softact.mesh.layout import Layout
+from softact.mesh.layout import Layout, Line
 from softact.solve.settings import Predictor, Settings
 from softact.spec.building import changed
 from softact.spec.checks import cross_faults, fibre_faults
@@ -151,6 +152,32 @@ class SupportSpec(Part, title="Support"):
         """Components (0, 1, 2) that are prescribed or held by springs."""
         springs = ("xyz".index(component) for component in self.spring or {})
         return (0, 1, 2) if self.turn else (*self.values, *springs)
+
+
+class LineSpec(Part, title="Line"):
+    """A line on the actuator: straight between two points, or where two surfaces meet."""
+
+    ends: tuple[Point, Point] | None = Field(
+        None, strict=False, description="its ends; edges of the mesh have to lie on it"
+    )
+    between: tuple[str, str] | None = Field(
+        None, strict=False, description="two surfaces, on the edge between which it is"
+    )
+
+    @model_validator(mode="after")
+    def _is_one(self) -> Self:
+        if (self.ends is None) == (self.between is None):
+            raise fault("write one of ends: [[...], [...]] and between: [surface, surface]")
+        if self.ends is not None and self.ends[0] == self.ends[1]:
+            raise fault("both ends are the same point; name it under points")
+        return self
+
+    @property
+    def where(self) -> Line:
+        """As a layout has it."""
+        line = self.between if self.ends is None else self.ends
+        assert line is not None  # one of them is given
+        return line
 
 
 class StepBase(Part):
@@ -293,6 +320,14 @@ class SpecBase(Part):
     probes: dict[Name, Point] = Field(
         {}, description="points of the undeformed actuator whose way is wanted: name -> place"
     )
+    points: dict[Name, Point] = Field(
+        {},
+        description="points for supports and payloads: name -> place on the undeformed actuator; "
+        "the nearest node is taken",
+    )
+    lines: dict[Name, LineSpec] = Field(
+        {}, description="lines for supports, payloads and torques: name -> {ends:} or {between:}"
+    )
     safety_factor: Dimensionless = Field(
         2.0, ge=1, le=100, description="failure pressure over safe pressure"
     )
@@ -319,6 +354,11 @@ class SpecBase(Part):
         if faults or spec is None:
             raise ValidationError.from_exception_data(cls.__name__, faults)
         return spec._resolved()
+
+    def layout(self) -> Layout:
+        """Names of the parts of the geometry, and of the points and lines beside."""
+        lines = {name: line.where for name, line in self.lines.items()}
+        return replace(self.geometry.layout(), points=dict(self.points), lines=lines)
 
     def _resolved(self) -> Self:
         layout = self.geometry.layout()
@@ -356,7 +396,7 @@ class SpecBase(Part):
                 part.pop(text, None)
         if isinstance(self.geometry, Imported):
             data["geometry"]["file"] = self.geometry.content()
-        for part in ("sheets", "probes"):
+        for part in ("sheets", "probes", "points", "lines"):
             if not data[part]:
                 del data[part]  # as before there were any
         for ply in (ply for sheet in data.get("sheets", {}).values() for ply in sheet["plies"]):
