@@ -66,7 +66,7 @@ class Marks:
         is_mine = mine == (gap, number)
         around = self._nodes.comm.allreduce(self._reach(best) if is_mine else 0.0)
         at = self._nodes.comm.bcast(owned[best] if is_mine else None, found.index(min(found)))
-        where = ", ".join(f"{c:.4g}" for c in at)
+        where = ", ".join(f"{c:.4g}" for c in np.round(at, 9) + 0.0)
         if gap > NEAR * around:
             raise SpecError(
                 f"points.{name}: the body has no node near; the nearest is at ({where}) mm, "
