@@ -14,7 +14,7 @@ from softact.measures.fibres import FIBRES
 from softact.measures.held_tip import HELD_TIP
 from softact.measures.lateral import LATERAL
 from softact.measures.pressure import PRESSURE
-from softact.measures.probe import PROBES
+from softact.measures.probe import PROBE_STRESS, PROBES
 from softact.measures.reaction import REACTION
 from softact.measures.strain import STRAIN
 from softact.measures.stress import STRESS
@@ -29,6 +29,7 @@ MEASURES: dict[str, Measure] = {
         BENDING,
         TIP,
         PROBES,
+        PROBE_STRESS,
         FACES,
         ELONGATION,
         LATERAL,

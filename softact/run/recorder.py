@@ -13,6 +13,7 @@ import numpy as np
 
 from softact.measures import MEASURES
 from softact.measures.failure import SHARE
+from softact.measures.further_fields import further_fields
 from softact.measures.points import locate
 from softact.measures.snapshot import Snapshot, gather_mesh, gather_nodes
 from softact.results.folder import NO_EQUILIBRIUM, read
@@ -175,9 +176,10 @@ class Recorder:
         row["residual"] = attempt.residuals[-1] if attempt.residuals else 0.0
         self.row = row
         # Gathered by all processes; only the one that writes gets them.
+        nodal = snapshot.nodal_fields() | further_fields(snapshot, self.spec.fields)
         fields = {
             name: gathered
-            for name, values in snapshot.nodal_fields().items()
+            for name, values in nodal.items()
             if (gathered := gather_nodes(self.model, values)) is not None
         }
         if self.writer is not None:

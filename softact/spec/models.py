@@ -331,6 +331,12 @@ class SpecBase(Part):
     safety_factor: Dimensionless = Field(
         2.0, ge=1, le=100, description="failure pressure over safe pressure"
     )
+    fields: tuple[Literal["stress", "contact_pressure"], ...] = Field(
+        (),
+        strict=False,
+        description="further fields in fields.xdmf: stress: all components of the Cauchy stress; "
+        "contact_pressure: per undeformed area",
+    )
     measures: Measures = Field("all", description="'all' or a list (softact list measures)")
     solver: Solver = Field(Solver(), description="how the equilibrium is sought")
 
@@ -396,7 +402,7 @@ class SpecBase(Part):
                 part.pop(text, None)
         if isinstance(self.geometry, Imported):
             data["geometry"]["file"] = self.geometry.content()
-        for part in ("sheets", "probes", "points", "lines"):
+        for part in ("sheets", "probes", "points", "lines", "fields"):
             if not data[part]:
                 del data[part]  # as before there were any
         for ply in (ply for sheet in data.get("sheets", {}).values() for ply in sheet["plies"]):
