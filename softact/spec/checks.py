@@ -157,7 +157,7 @@ def fibre_faults(materials: Mapping[str, Law], layout: Layout) -> Iterator[Fault
         if not isinstance(law, FibreLaw):
             continue
         place = ("materials", region)
-        if law.normal is not None:
+        if isinstance(law.normal, tuple):
             if not np.any(np.cross(np.array(law.normal), layout.axis)):
                 yield (
                     (*place, "normal"),
