@@ -70,6 +70,10 @@ class Load:
         ``end``."""
         return np.zeros_like(end) if before is None else before
 
+    def said(self, name: str, value: Value, model: Model) -> str:
+        """A value of the whole actuator in words; "" where nothing is to be said. Collective."""
+        return ""
+
     # --- in the system ----------------------------------------------------------------------------
 
     def term(self, model: Model, name: str) -> Term | None:

@@ -58,6 +58,11 @@ class PayloadLoad(Load):
         areas = {name: layout.copies * model.surfaces.area(name) for name, _ in forces}
         return {self.key: added_up((name, force / areas[name]) for name, force in forces)}
 
+    def said(self, name: str, value: Value, model: Model) -> str:
+        """See ``Load.said``."""
+        area = model.mesh.layout.copies * model.surfaces.area(name)
+        return f"payload of {area * np.linalg.norm(value):.4g} N on '{name}'"
+
     def term(self, model: Model, name: str) -> SurfaceForce:
         """See ``Load.term``."""
         return SurfaceForce(self.key, name, model.unit_forces(name))

@@ -65,6 +65,11 @@ class TorqueLoad(Load):
         )
         return {self.key: added_up(moments)}
 
+    def said(self, name: str, value: Value, model: Model) -> str:
+        """See ``Load.said``."""
+        moment = model.mesh.layout.copies * np.linalg.norm(value)
+        return f"torque of {moment:.4g} N·mm on '{name}'"
+
     def term(self, model: Model, name: str) -> SurfaceTorque:
         """See ``Load.term``."""
         return SurfaceTorque(model, name)

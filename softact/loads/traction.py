@@ -47,6 +47,10 @@ class TractionLoad(Load):
         loads = ((load.surface, np.asarray(load.value)) for load in entries(value))
         return {self.key: added_up(loads)}
 
+    def said(self, name: str, value: Value, model: Model) -> str:
+        """See ``Load.said``."""
+        return f"traction of {1e3 * np.linalg.norm(value):.4g} kPa on '{name}'"
+
     def term(self, model: Model, name: str) -> SurfaceForce:
         """See ``Load.term``."""
         return SurfaceForce(self.key, name, model.unit_forces(name))

@@ -59,9 +59,8 @@ class Recorder:
         self.probes = locate(model, spec.probes)
         settings = spec.solver.model_dump()
         settings.pop("element")
-        self.stepper = Stepper(
-            model, Settings(**settings), self._accept, self._reject, self._checkpoint, self._try
-        )
+        heard = self._accept, self._reject, self._checkpoint, self._try, self._remark
+        self.stepper = Stepper(model, Settings(**settings), *heard)
         self.row: dict = model.comm.bcast(writer.last_row if writer is not None else None)
         self.write_time = 0.0
         self.verdict: Verdict | None = None  # on rank 0, at the end
@@ -194,6 +193,9 @@ class Recorder:
         if self.writer is not None and data is not None:
             self.writer.checkpoint(data)
         self.write_time += time.perf_counter() - started
+
+    def _remark(self, text: str) -> None:
+        self.tell({"stage": "note", "text": text})
 
     def _reject(self, attempt: Attempt) -> None:
         self.tell({"stage": "cutback", **asdict(attempt)})

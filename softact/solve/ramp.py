@@ -58,6 +58,15 @@ class Ramp:
         start, end = self._ends.get("pressure", ({}, {}))
         return {n: (float(start[n]), float(end[n])) for n in end if start[n] != end[n]}
 
+    def changing(self, fraction: float) -> list[tuple[str, str, Value]]:
+        """Field, name and value, at a fraction of the step, of the loads that change in it."""
+        return [
+            (field, name, (1 - fraction) * start[name] + fraction * end[name])
+            for field, (start, end) in self._ends.items()
+            for name in end
+            if np.any(start[name] != end[name])
+        ]
+
     @property
     def only_pressures(self) -> bool:
         """Whether pressures, and no other loads, change in this step."""
