@@ -17,6 +17,7 @@ from softact.measures.further_fields import further_fields
 from softact.measures.points import locate
 from softact.measures.snapshot import Snapshot, gather_mesh, gather_nodes
 from softact.results.folder import NO_EQUILIBRIUM, read
+from softact.run.films import compressed_layers
 from softact.run.from_spec import load_steps, parameters, supports_of
 from softact.run.resuming import identity
 from softact.run.unstable import unstable_text
@@ -97,6 +98,7 @@ class Recorder:
         memory = self.model.comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
         status = "no_equilibrium" if progress.stopped else "complete"
         messages = [progress.stopped, *progress.remarks, self._unstable(), *self._beyond_test()]
+        messages += compressed_layers(self.model, self.stepper.state)
         messages += plausible.lines(self.spec)
         messages = [message for message in messages if message]
         if self.writer is not None:

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from softact.bodies.layer import Layer
 from softact.materials.tensors import determinant
 from softact.measures.strain import INCOMPRESSIBLE
 from softact.model import Model
@@ -73,7 +72,7 @@ def _wrinkled_layers(model: Model, state: State) -> Iterator[str]:
     for layer in model.layers:
         if layer.wrinkles or layer.bending is not None:
             continue
-        areas, stress = _membrane(model, state, layer)
+        areas, stress = layer.smallest_stress(state.x)
         parts = zip(*model.comm.allgather((areas, stress)), strict=True)
         areas, stress = (np.concatenate(part) for part in parts)
         pressed = stress < -BARELY * layer.made_of.material.youngs_modulus
@@ -83,25 +82,6 @@ def _wrinkled_layers(model: Model, state: State) -> Iterator[str]:
                 f"the layer on '{layer.surface}' wrinkles: {part:.0%} of it is in compression, and "
                 "without bending stiffness it carries none; wrinkling: tension_field relaxes it"
             )
-
-
-def _membrane(model: Model, state: State, layer: Layer) -> tuple[np.ndarray, np.ndarray]:
-    """Undeformed areas (k,) mm² and smallest principal stresses (k,) MPa of a layer's triangles
-    with straight edges."""
-    nodes = model.surfaces.facet_nodes(model.mesh.facets[layer.surface])[:, :3]
-    before = model.nodes.places[nodes]
-    after = before + state.x[model.displacement_dofs[nodes]]
-    edges, moved = before[:, 1:] - before[:, :1], after[:, 1:] - after[:, :1]
-    metric = edges @ np.swapaxes(edges, 1, 2)
-    # Principal values of the Green strain: eigenvalues of G⁻¹ (g − G)/2, both metrics in the edges.
-    change = np.linalg.inv(metric) @ (moved @ np.swapaxes(moved, 1, 2) - metric) / 2
-    trace, det = np.trace(change, axis1=1, axis2=2), np.linalg.det(change)
-    gap = np.sqrt(np.maximum(trace**2 / 4 - det, 0.0))
-    small, large = trace / 2 - gap, trace / 2 + gap
-    material = layer.made_of.material
-    nu = material.poissons_ratio
-    stress = material.youngs_modulus / (1 - nu**2) * (small + nu * large)
-    return np.sqrt(np.linalg.det(metric)) / 2, stress
 
 
 def _stretched_regions(model: Model, state: State) -> Iterator[str]:
