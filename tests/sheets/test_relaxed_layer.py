@@ -55,10 +55,10 @@ def test_pressed_it_carries_nothing():
     assert kept == pytest.approx(KEPT_BONDED * carried, rel=0.01)
 
 
-@pytest.mark.parametrize(("stretch", "relaxed"), [(0.95, False), (0.95, True), (1.05, False)])
+@pytest.mark.parametrize(("stretch", "relaxed"), [(0.9, False), (0.9, True), (1.05, False)])
 def test_compression_that_a_film_would_not_carry_is_told(stretch, relaxed):
-    """Along x the film is pressed by E (1 − λ²)/2 = 2.4 MPa of 50.5 in plane strain, and wrinkles
-    at ¼ (3 · 4 μ/E')^(2/3) E' = 2.6 % of E'."""
+    """Along x the film is pressed by E' (1 − λ²)/2 = 4.8 MPa, E' = 50.5 MPa in plane strain, and
+    wrinkles at ¼ (3 · 4 μ/E')^(2/3) E' = 2.6 MPa."""
     model = build(block((3, 2, 2), (LENGTH, WIDTH, 1.0)), RUBBER, layers=[film(relaxed)])
     move = [*HELD_ACROSS, Support("x_max", {0: LENGTH * (stretch - 1)})]
     solution = solve(model, LoadStep("pull", supports=move), HELD_ACROSS)
@@ -66,10 +66,8 @@ def test_compression_that_a_film_would_not_carry_is_told(stretch, relaxed):
     assert len(told) == (stretch < 1 and not relaxed)
     if told:
         modulus = 50.0 / (1 - 0.1**2)
-        pressed, limit = (
-            modulus * (1 - 0.95**2) / 2,
-            0.25 * (3 * 1.6 / modulus) ** (2 / 3) * modulus,
-        )
+        pressed = modulus * (1 - 0.9**2) / 2
+        limit = 0.25 * (3 * 1.6 / modulus) ** (2 / 3) * modulus
         assert f"down to {-pressed:.3g} MPa" in told[0]
         assert f"wrinkles at {-limit:.2g} MPa, which 100% of it" in told[0]
 
