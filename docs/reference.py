@@ -8,12 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from softact import catalogue
+from softact.bodies.constraints import Constraint
 from softact.contact.obstacles import OBSTACLES
 from softact.geometry.step_faces import Selection
 from softact.loads import LOADS
 from softact.spec.contact import SurfaceContactSpec
 from softact.spec.models import (
     LayerSpec,
+    LineSpec,
     PlySpec,
     SheetOfLayers,
     Solver,
@@ -33,6 +35,8 @@ PARTS = (
     (SheetOfLayers, "An entry of `sheets`"),
     (PlySpec, "An entry of a sheet's `plies`"),
     (SupportSpec, "An entry of `supports`"),
+    (LineSpec, "A value of `lines`"),
+    (Constraint, "An entry of `constraints`"),
     (Step, "An entry of `steps`"),
     *((part, f"A step's `{key}`") for key, part in LOADED.items() if part and key != "obstacles"),
     *((model, f"An entry of `obstacles`: type `{name}`") for name, model in OBSTACLES.items()),
