@@ -48,6 +48,7 @@ def main() -> None:
             for floor in FLOORS:
                 found = fitted(law, zero, floor)
                 off, spread = 100 * (found.mean(axis=0) - 1), 100 * found.std(axis=0)
+                off = np.round(off, 2) + 0.0
                 cells = [f"{o:+.2f} ± {s:.1f} %" for o, s in zip(off, spread, strict=True)]
                 cells += [""] * (2 - len(cells))
                 row = (law, f"{100 * zero:g} %", f"{100 * floor:g} %", *cells)

@@ -15,15 +15,14 @@ from softact.loads import LOADS
 from softact.spec.contact import SurfaceContactSpec
 from softact.spec.models import (
     LayerSpec,
-    LineSpec,
     PlySpec,
     SheetOfLayers,
     Solver,
     Spec,
     Step,
-    SupportSpec,
 )
 from softact.spec.plausible import RANGES
+from softact.spec.supports import LineSpec, SupportSpec
 from softact.units import DIMENSIONS
 
 LOADED = {key: catalogue.model_in(load.annotation) for key, load in LOADS.items()}

@@ -12,7 +12,6 @@ from dataclasses import asdict, replace
 
 import numpy as np
 
-from softact.loads import BY_FIELD
 from softact.loads.load_step import LoadStep
 from softact.loads.support import Support
 from softact.model import Model
@@ -25,9 +24,9 @@ from softact.solve.newton import Counts, Loaded, Newton, NewtonOutcome, SolveOpt
 from softact.solve.passed import Passed
 from softact.solve.path import Drive, LoadDrive, Point, extrapolate
 from softact.solve.progress import Attempt, Listeners, Progress, Trying
-from softact.solve.ramp import Ramp
+from softact.solve.ramp import Ramp, said
 from softact.solve.settings import Settings
-from softact.system.term import Origin, State, Value
+from softact.system.term import Origin, State
 
 # Part of a step over which the change of the loads is taken.
 RATE_STEP = 1e-4
@@ -388,7 +387,7 @@ class Walk:
 
     def loads_at(self, fraction: float) -> str:
         """The loads that change in the step, at a fraction of it, in words."""
-        return _said(self.model, self.ramp.changing(fraction))
+        return said(self.model, self.ramp.changing(fraction))
 
     def at_limit(self) -> bool:
         """Whether pressure has come so near to a limit that only volume goes on."""
@@ -407,14 +406,5 @@ class Walk:
         ]
         return (
             f"no equilibrium found beyond {self.done:.2%} of step '{self.step.name}' "
-            f"({_said(self.model, loads)}): {'; '.join(why)}"
+            f"({said(self.model, loads)}): {'; '.join(why)}"
         )
-
-
-def _said(model: Model, loads: Sequence[tuple[str, str, Value]]) -> str:
-    """Loads in words: field, name, value."""
-    parts = [
-        BY_FIELD[field].said(name, value, model)
-        for field, name, value in sorted(loads, key=lambda load: load[:2])
-    ]
-    return ", ".join(part for part in parts if part) or "no load"
