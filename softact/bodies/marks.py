@@ -37,16 +37,19 @@ def here(nodes: Nodes, planes: Sequence[int], place: np.ndarray) -> np.ndarray:
 class Marks:
     """Nodes of the points and lines of a layout; sought in the elements of solids and sheets.
 
-    elements: (m, n) displacement nodes of cells in dolfinx's order, and of triangles in VTK's.
+    cells: (m, n) displacement nodes of the solids' cells in dolfinx's order, ``reference``. notes:
+    what to tell of points that are not at a node.
     """
 
     def __init__(
         self, nodes: Nodes, planes: Sequence[int], cells: np.ndarray, reference: np.ndarray
     ):
         self._nodes, self._planes = nodes, planes
-        self._elements = cells
-        order = vtk_order(reference) if len(cells) else np.arange(10)
-        self._edges = [cells[:, order[list(e)]] for e in _with_middles(TET_EDGES, 4, len(order))]
+        self._edges: list[np.ndarray] = []
+        if cells.shape[1]:
+            order = vtk_order(reference)
+            edges = _with_middles(TET_EDGES, 4, len(order))
+            self._edges = [cells[:, order[list(edge)]] for edge in edges]
         self.notes: list[str] = []
 
     def add_triangles(self, triangles: np.ndarray) -> None:

@@ -5,6 +5,7 @@ import pytest
 from mpi4py import MPI
 
 from softact import spec as specs
+from softact.bodies.sheet import Ply, Sheet
 from softact.errors import SpecError
 from softact.loads import LOADS
 from softact.loads.load_step import LoadStep
@@ -20,6 +21,8 @@ from softact.mesh.tetrahedra import distribute
 from softact.model import Model
 from softact.run.held import refuse_loose
 from tests.analytic.meshes import block
+from tests.analytic.sheet_meshes import build as sheet_model
+from tests.analytic.sheet_meshes import rectangle
 from tests.analytic.solving import solve
 
 C10 = 0.14  # MPa
@@ -220,3 +223,17 @@ def test_one_load_and_several_are_written_as_they_were():
     assert changed.steps[0].payload.force[0] == 2.0
     changed = several.with_({"steps.pull.payload.1.force.0": "2 N"})
     assert [load.force[0] for load in changed.steps[0].payload] == [1.0, 2.0]
+
+
+def test_a_point_and_a_line_on_a_sheet():
+    """Of a square sheet a force on its edge is shared by the quadratic edges there."""
+    law = LAWS["linear"].of(youngs_modulus=10.0, poissons_ratio=0.3)
+    points, lines = {"corner": (0.0, 0.0, 0.0)}, {"rim": ((4.0, 0.0, 0.0), (4.0, 4.0, 0.0))}
+    mesh = rectangle((2, 2), (4.0, 4.0))
+    model = sheet_model(mesh, Sheet([Ply(law, 0.1)]), points=points, lines=lines)
+    assert model.surfaces.area("rim") == pytest.approx(4.0)
+    nodes, shares = model.surfaces.shares("rim")
+    along = model.nodes.places[nodes, 1]
+    assert shares[np.argsort(along)] == pytest.approx([1 / 12, 1 / 3, 1 / 6, 1 / 3, 1 / 12])
+    (corner,) = model.surfaces.nodes("corner")
+    assert model.nodes.places[corner] == pytest.approx([0.0, 0.0, 0.0])
