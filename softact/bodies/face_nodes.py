@@ -83,11 +83,6 @@ class FaceNodes:
         masters[self._mine] = x[self._own]
         return x[self._dofs], self._model.sum(masters)
 
-    def places(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Deformed places of the followers (k, 3) and of the masters (m, 3). Collective."""
-        followers, masters = self.displacements(x)
-        return self.followers + followers, self.masters + masters
-
     def add_force(self, followers: np.ndarray, masters: np.ndarray, out: np.ndarray) -> None:
         """Add forces on the followers (k, 3) and this process's share of those on the masters
         (m, 3), N. Collective."""

