@@ -162,7 +162,9 @@ class Solver(Part):
     """How the equilibrium is sought. Increments are fractions of a step."""
 
     element: Literal["P2/P1", "P2/P0", "P2"] = Field(
-        "P2/P1", description="displacement and pressure; P2 alone locks near incompressibility"
+        "P2/P1",
+        description="displacement and pressure; P2/P0 holds the volume under stresses of many "
+        "times the shear modulus; P2 alone locks near incompressibility",
     )
     initial_increment: Dimensionless = Field(
         USUAL.initial_increment, gt=0, le=1, description="first increment"
