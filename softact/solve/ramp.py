@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +12,9 @@ from softact.loads.load_step import LoadStep
 from softact.loads.support import Held
 from softact.solve.border import VolumeControl
 from softact.system.term import State, Value
+
+if TYPE_CHECKING:
+    from softact.model import Model
 
 
 class Ramp:
@@ -58,6 +62,15 @@ class Ramp:
         start, end = self._ends.get("pressure", ({}, {}))
         return {n: (float(start[n]), float(end[n])) for n in end if start[n] != end[n]}
 
+    def changing(self, fraction: float) -> list[tuple[str, str, Value]]:
+        """Field, name and value, at a fraction of the step, of the loads that change in it."""
+        return [
+            (field, name, (1 - fraction) * start[name] + fraction * end[name])
+            for field, (start, end) in self._ends.items()
+            for name in end
+            if np.any(start[name] != end[name])
+        ]
+
     @property
     def only_pressures(self) -> bool:
         """Whether pressures, and no other loads, change in this step."""
@@ -93,3 +106,10 @@ class Ramp:
             return None
         targets = [(1 - fraction) * now + fraction * then for now, then in self._volumes.values()]
         return VolumeControl([{name: 1.0} for name in self._volumes], np.array(targets))
+
+
+def said(model: Model, loads: Iterable[tuple[str, str, Value]]) -> str:
+    """Loads in words: field, name, value. Collective."""
+    ordered = sorted(loads, key=lambda load: load[:2])
+    parts = [BY_FIELD[field].said(name, value, model) for field, name, value in ordered]
+    return ", ".join(part for part in parts if part) or "no load"
