@@ -157,7 +157,7 @@ def sphere():
 
 @pytest.mark.parametrize("version", [2.2, 4.0, 4.1])
 def test_a_mesh_of_second_order_keeps_its_curves(version, mesh, meshed):
-    """With edges of 4 mm straight ones lack 5 % of the volume of half a sphere of 10 mm, curved ones
+    """With edges of 4 mm straight ones lack 5 % of the volume of half a ball of 10 mm, curved ones
     4e-4. A mesh of boxes stays one of straight edges."""
     given = {"cavities": {}, "mesh_size": "4 mm"}
     first = FromScript.model_validate({"file": mesh(sphere, name="first.msh"), **given})
