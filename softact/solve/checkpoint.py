@@ -213,6 +213,9 @@ def _groups(model: Model) -> list[tuple[np.ndarray, np.ndarray, int]]:
         (_places(space), dofs, space.dofmap.index_map.size_local)
         for space, dofs in zip(unknowns.spaces, unknowns.space_dofs, strict=True)
     ]
+    if groups:  # the displacement's nodes lie on curved walls
+        _, dofs, owned = groups[0]
+        groups[0] = model.nodes.places[: len(dofs)], dofs, owned
     loose = len(unknowns.loose_dofs)
     if loose:
         groups.append((model.nodes.places[-loose:], unknowns.loose_dofs, loose))
