@@ -13,6 +13,7 @@ from softact.geometry.base import Geometry, make_mesh
 from softact.mesh.curves import VTK_EDGES, Curves, of_quadratic
 from softact.mesh.curves import volumes as curved_volumes
 from softact.mesh.layout import Layout
+from softact.mesh.triangles import VOLUME_RULE, shape_functions, tangents
 
 
 @dataclass
@@ -51,6 +52,18 @@ class Solid:
         inward = np.einsum("ij,ij->i", areas, self.points[opposite] - a) > 0
         areas[inward] *= -1
         return (a + b + c) / 3, areas
+
+    def outward_elements(self, name: str) -> tuple[np.ndarray, np.ndarray]:
+        """Places and area vectors, turned out of the solid, at the quadrature points of a surface's
+        triangles as they are curved."""
+        corners, (rule, weights) = self.surfaces[name], VOLUME_RULE
+        nodes = self.curves.triangles(corners, self.points)
+        one, other = np.moveaxis(tangents(nodes, rule), -1, 0)
+        areas = np.cross(one, other) * weights[:, None] / 2
+        inward = np.einsum("ki,ki->k", areas.sum(axis=1), self.outward_areas(name)[1]) < 0
+        areas[inward] *= -1
+        places = shape_functions(rule, nodes.shape[1]) @ nodes
+        return places.reshape(-1, 3), areas.reshape(-1, 3)
 
 
 def read(geometry: Geometry, path: Path) -> Solid:
