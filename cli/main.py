@@ -24,6 +24,7 @@ from softact.nearest import nearest
 WRONG_INPUT, BUG, INTERRUPTED, BROKEN_PIPE = 2, 70, 130, 141
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EROFS)
 FIRST = (
+    "new",
     "run",
     "validate",
     "mesh",
@@ -116,7 +117,9 @@ def softact(ctx: click.Context) -> None:
 
     How far it bends, how hard it pushes, how much air it takes. Start with
 
-      softact run configs/pneunet_glove.yaml
+    \b
+      softact new --does bend -o finger.yaml
+      softact run finger.yaml
     """
     if ctx.invoked_subcommand is None:
         click.echo(ctx.get_help())
