@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import Field
 
 from softact.errors import MeshError
+from softact.geometry import step_drawing
 from softact.geometry.base import main, tell
 from softact.geometry.imported import Imported
 from softact.geometry.step_faces import AnySelection, Face, Selection
@@ -85,8 +86,26 @@ class FromStep(Imported):
             for text in part.list_of_faces():
                 tell(text)
 
-    def _read(self, gmsh: ModuleType) -> StepPart:
-        return StepPart.read(gmsh, Path(self.file), self.unit, self.separate, self.mesh_size)
+    def draw(self, gmsh: ModuleType, path: Path) -> None:
+        """See ``Geometry.draw``: all faces with their numbers, and with names as far as there are
+        some; what is missing is said."""
+        part = self._read(gmsh, meshed=False)
+        for text in (*part.overview(), *part.apart()):
+            tell(text)
+        if part.drawn.doubt:
+            tell(part.drawn.doubt)
+        try:
+            surfaces, alone = self._surfaces(part)
+        except MeshError as error:
+            surfaces, alone = {}, []
+            for line in error.lines:
+                tell(line)
+        tell_direction(part, alone, (self.clamp, self.tip))
+        step_drawing.write(gmsh, part, surfaces, path)
+
+    def _read(self, gmsh: ModuleType, meshed: bool = True) -> StepPart:
+        size = self.mesh_size if meshed else None
+        return StepPart.read(gmsh, Path(self.file), self.unit, self.separate, size)
 
     def _surfaces(self, part: StepPart) -> tuple[dict[str, list[Face]], list[str]]:
         """As ``StepPart.surfaces``."""

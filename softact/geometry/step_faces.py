@@ -113,17 +113,21 @@ class Face:
     normal: np.ndarray
     flat: bool
 
+    @property
+    def look(self) -> str:
+        """What it looks like, in words."""
+        looks = f", looks along ({', '.join(f'{n + 0.0:.3g}' for n in np.round(self.normal, 3))})"
+        return (
+            f"{'flat' if self.flat else 'curved'}, {self.area:.4g} mm^2, middle at "
+            f"{place(self.centre)}{looks if self.flat else ''}"
+        )
+
     def line(self, owner: str) -> str:
         """A line about it; owner: name of its solid, "" where there is one only."""
         numbers = " and ".join(map(str, sorted(self.numbers)))
-        kind = "flat" if self.flat else "curved"
         name = f" {', '.join(sorted(self.names))}," if self.names else ""
-        looks = f", looks along ({', '.join(f'{n + 0.0:.3g}' for n in np.round(self.normal, 3))})"
         of = f" of {owner}" if owner else ""
-        return (
-            f"face {numbers}{of}:{name} {kind}, {self.area:.4g} mm^2, middle at "
-            f"{place(self.centre)}{looks if self.flat else ''}"
-        )
+        return f"face {numbers}{of}:{name} {self.look}"
 
 
 def faces_of(gmsh: ModuleType, solids: Sequence[Solid], pieces: dict[int, list[int]]) -> list[Face]:

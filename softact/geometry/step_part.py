@@ -44,13 +44,13 @@ class StepPart:
 
     @classmethod
     def read(
-        cls, gmsh: ModuleType, path: Path, unit: str | None, separate: bool, mesh_size: float
+        cls, gmsh: ModuleType, path: Path, unit: str | None, separate: bool, mesh_size: float | None
     ) -> StepPart:
         """Put the solids of a file into gmsh's current model, in mm.
 
         unit: of length, where the file says it wrong or not at all. separate: whether solids that
-        touch are left apart. Raises MeshError where there is no solid, where the part and
-        ``mesh_size`` (mm) do not fit each other, or where solids cannot be joined.
+        touch are left apart. mesh_size: mm, None where it is not meshed. Raises MeshError where
+        there is no solid, where part and mesh size do not fit, or where solids cannot be joined.
         """
         file = StepFile(path.read_text(encoding="utf-8", errors="replace"))
         others = [
@@ -78,7 +78,8 @@ class StepPart:
                 f"{path.name} holds no solid: its surfaces do not close one (not watertight)"
             )
         drawn = Drawn.of_model(gmsh, unit or in_file, not unit and bool(said))
-        drawn.refuse(mesh_size)
+        if mesh_size is not None:
+            drawn.refuse(mesh_size)
         scale = _size(unit or in_file) if len(said) < 2 else None
         solids = named(gmsh, file.bodies(), scale)
         names = tuple(s.name or f"solid_{i}" for i, s in enumerate(solids, start=1))
@@ -188,11 +189,14 @@ class StepPart:
             apart = "; ".join(listed(part) for part in parts)
             yield f"{len(parts)} parts, which are not joined: {apart}"
 
+    def owners(self) -> dict[int, str]:
+        """The name of each solid, by gmsh's tag; "" where there is one only."""
+        owners = {s.tag: name for s, name in zip(self.solids, self.names, strict=True)}
+        return owners if len(owners) > 1 else dict.fromkeys(owners, "")
+
     def list_of_faces(self) -> Iterator[str]:
         """A line for each face."""
-        owners = {s.tag: name for s, name in zip(self.solids, self.names, strict=True)}
-        if len(owners) == 1:
-            owners = dict.fromkeys(owners, "")
+        owners = self.owners()
         for face in self.faces[:MOST_FACES]:
             yield face.line(" and ".join(owners[solid] for solid in face.solids))
         if len(self.faces) > MOST_FACES:
