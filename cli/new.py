@@ -16,12 +16,40 @@ if TYPE_CHECKING:
     from softact.units import Dimension
 
 
+def _families(context: click.Context, parameter: click.Parameter, begun: str) -> list[str]:
+    from softact.geometries import GEOMETRIES
+
+    return [name for name in GEOMETRIES if name.startswith(begun)]
+
+
+def _motions(context: click.Context, parameter: click.Parameter, begun: str) -> list[str]:
+    from softact.starter import MOTIONS
+
+    return [name for name in MOTIONS if name.startswith(begun)]
+
+
+def _cards(context: click.Context, parameter: click.Parameter, begun: str) -> list[str]:
+    from softact.materials.cards import card_names
+
+    return [name for name in card_names() if name.startswith(begun)]
+
+
 @click.command(short_help="Write a first spec: from what it shall do, its size and its material.")
-@click.argument("family", required=False)
-@click.option("--does", metavar="WORD", help="bend, stretch, contract, twist, grip, press, ...")
+@click.argument("family", required=False, shell_complete=_families)
+@click.option(
+    "--does",
+    metavar="WORD",
+    shell_complete=_motions,
+    help="bend, stretch, contract, twist, grip, press, ...",
+)
 @click.option("--length", metavar="LENGTH", help="How long it is, such as '80 mm'.")
 @click.option("--width", metavar="LENGTH", help="How wide, or its diameter, such as '20 mm'.")
-@click.option("--material", metavar="CARD", help="A card (softact list materials) or a card file.")
+@click.option(
+    "--material",
+    metavar="CARD",
+    shell_complete=_cards,
+    help="A card (softact list materials) or a card file.",
+)
 @click.option("--pressure", metavar="PRESSURE", help="Such as '20 kPa'.")
 @click.option(
     "--file",

@@ -143,6 +143,22 @@ def test_the_command_takes_flags_and_writes_over_nothing(tmp_path, monkeypatch, 
     assert [path.name for path in tmp_path.iterdir()] == ["mine.yaml"]
 
 
+@pytest.mark.parametrize(
+    ("words", "completed"),
+    [
+        ("new slow", ["slow_pneunet"]),
+        ("new --does st", ["stretch"]),
+        ("new pneunet --material ecoflex-00-3", ["ecoflex-00-30", "ecoflex-00-30-epfl"]),
+    ],
+)
+def test_the_shell_completes_names(words, completed, monkeypatch, capsys):
+    monkeypatch.setenv("_SOFTACT_COMPLETE", "bash_complete")
+    monkeypatch.setenv("COMP_WORDS", f"softact {words}")
+    monkeypatch.setenv("COMP_CWORD", str(len(words.split())))
+    leave()
+    assert capsys.readouterr().out.split() == [f"plain,{word}" for word in completed]
+
+
 def test_on_a_terminal_it_asks_for_what_it_was_not_given(tmp_path):
     ours, theirs = pty.openpty()
     command = [sys.executable, "-m", "softact.cli.main", "new", "--width", "20 mm", "-o", "f.yaml"]
