@@ -95,9 +95,9 @@ def _version(ctx: click.Context, parameter: click.Parameter, wanted: bool) -> No
     cls=Commands,
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
-    epilog="'softact COMMAND --help' shows an example for each command. The shell completes commands, "
-    'options and names after: eval "$(_SOFTACT_COMPLETE=bash_source softact)" (or zsh_source, '
-    "fish_source).",
+    epilog="'softact COMMAND --help' shows an example for each command. The shell completes "
+    'commands, options and names after: eval "$(_SOFTACT_COMPLETE=bash_source softact)" '
+    "(or zsh_source, fish_source).",
 )
 @click.option(
     "--version",

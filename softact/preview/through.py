@@ -65,7 +65,9 @@ class _Walk:
         self.next[order[same]], self.next[order[same + 1]] = order[same + 1], order[same]
         self._order, self._count = order, count
         planes = [mesh.surfaces[name] for name in layout.symmetry]
-        self.plane = np.isin(self._keys, face_keys(np.vstack(planes), count)) if planes else None
+        self.plane = np.zeros(len(self._keys), bool)
+        if planes:
+            self.plane = np.isin(self._keys, face_keys(np.vstack(planes), count))
         corners = mesh.points[mesh.cells]
         x = corners[:, FACES]  # (m, 4 faces, 3 corners, 3)
         self._normal = np.cross(x[:, :, 1] - x[:, :, 0], x[:, :, 2] - x[:, :, 0])
@@ -99,7 +101,7 @@ class _Walk:
             behind = 4 * cell + out
             following = self.next[behind]
             ended = following < 0
-            good = ended & ~(self.plane[behind] if self.plane is not None else False)
+            good = ended & ~self.plane[behind]
             way[here[good]] = t[good]
             here, cell, entered = here[~ended], following[~ended] // 4, following[~ended] % 4
             if not len(here):

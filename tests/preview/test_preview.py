@@ -17,7 +17,7 @@ from softact.mesh.quality import signed_volumes
 from softact.preview import of_spec, of_step, write
 from softact.preview.cost import FIT, cost
 from softact.preview.page import packed
-from softact.preview.through import thicknesses
+from softact.preview.through import _Walk, thicknesses
 from softact.preview.words import rows
 from softact.spec import load, loads
 from tests import step_files
@@ -153,6 +153,9 @@ def test_how_thick_the_walls_of_a_room_are(divisions):
     # Walls along x: 1 and 3 mm, y: 2 and 2, z: 3 and 1.
     assert found.thinnest == pytest.approx(1.0)
     assert found.median == pytest.approx(2.0)
+    ways = _Walk(block(divisions), layout).through(block(divisions).surfaces["cavity"])[1]
+    for thick, sides in ((1.0, 2), (2.0, 2), (3.0, 2)):  # of six
+        assert np.isclose(ways, thick).mean() == pytest.approx(sides / 6)
     # Six tetrahedra of a cube have edges of 1, sqrt(2) and sqrt(3): 3, 2 and 1 of six each.
     edge = (3 + 2 * np.sqrt(2) + np.sqrt(3)) / 6 / divisions
     assert found.elements == pytest.approx(1 / edge)
