@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from softact.units import Dimension
 
 
+_OF_FILES = {".step": "from_step", ".stp": "from_step", ".py": "from_script", ".geo": "from_script"}
+
+
 def _families(context: click.Context, parameter: click.Parameter, begun: str) -> list[str]:
     from softact.geometries import GEOMETRIES
 
@@ -54,7 +57,7 @@ def _cards(context: click.Context, parameter: click.Parameter, begun: str) -> li
 @click.option(
     "--file",
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="Your own part, for from_step and from_script.",
+    help="Your own part: a STEP file, a mesh, closed surfaces, a gmsh script.",
 )
 @click.option(
     "-o",
@@ -132,7 +135,7 @@ def _family(
     from softact.starter import MOTIONS, family, for_motion
 
     if name is None and does is None and file is not None:
-        name = "from_step" if file.suffix.lower() in (".step", ".stp") else "from_script"
+        name = _OF_FILES.get(file.suffix.lower(), "from_mesh")
     if name is not None:
         return family(name), does
     if does is None and not asks:
