@@ -98,8 +98,8 @@ def looked_for() -> list[str]:
         "",
         "## Cards that were looked for",
         "",
-        "On 28 November 2026, in papers, public repositories and web pages. A card needs constants, "
-        "or data to fit, and the test that they are from.",
+        "On 28 November 2026, in papers, public repositories and web pages. A card needs "
+        "constants, or data to fit, and the test that they are from.",
         "",
         "| material | found |",
         "| --- | --- |",

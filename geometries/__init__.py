@@ -2,6 +2,7 @@
 
 from softact.geometries.antagonistic import Antagonistic
 from softact.geometries.bellows import Bellows
+from softact.geometries.bending_tube import BendingTube
 from softact.geometries.block import Block
 from softact.geometries.braided_muscle import BraidedMuscle
 from softact.geometries.fiber_reinforced import FiberReinforced
@@ -23,6 +24,7 @@ from softact.geometries.woven_stiffening import WovenStiffening
 GEOMETRIES = {
     "antagonistic": Antagonistic,
     "bellows": Bellows,
+    "bending_tube": BendingTube,
     "block": Block,
     "braided_muscle": BraidedMuscle,
     "fiber_reinforced": FiberReinforced,

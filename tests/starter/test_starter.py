@@ -12,6 +12,7 @@ from softact.cli import main as cli
 from softact.errors import SpecError
 from softact.geometries import GEOMETRIES
 from softact.materials import load_card
+from softact.results.folder import read
 from softact.run import start as runs
 from softact.spec import load
 from softact.starter import MOTIONS, Wanted, families, family, for_motion, write
@@ -191,9 +192,7 @@ def test_on_a_terminal_it_asks_for_what_it_was_not_given(tmp_path):
 def test_a_first_spec_does_what_it_shall(name, does, column, least, tmp_path):
     path = tmp_path / "first.yaml"
     path.write_text(write(family(name), Wanted(does=does), path))
-    runs.run(load(path), tmp_path / "results", report=False)
-    from softact.results.folder import read
-
+    runs.run(load(path), tmp_path / "results", report=False, threads=1)
     results = read(tmp_path / "results")
     assert results.status == "complete"
     assert abs(results.summary[column]) > least
