@@ -41,7 +41,7 @@ class BendingTube(Geometry):
         True,
         description="model the half y >= 0 only: cavity_3 gets the pressure of cavity_2",
     )
-    mesh_size: Length = Field(4.0, description="longest edge")
+    mesh_size: Length = Field(3.0, description="longest edge")
     through_wall: ThroughWall = None
 
     def faults(self) -> Iterator[tuple[str, str]]:

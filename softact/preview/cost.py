@@ -14,13 +14,13 @@ from softact.spec import Spec
 
 @dataclass(frozen=True)
 class _Fit:
-    """Of 20 first specs ('softact new'), one process with one thread.
+    """Of 23 first specs ('softact new'), one process with one thread.
 
     start: seconds of start, mesh and report. iteration: seconds of an iteration at ``unknowns``,
     which grow with this power, and ``small`` more. plain, fibres, slack, sheets: iterations in an
-    increment of the largest size, slack where layers wrinkle; contact: times as many where surfaces
-    touch; gravity: in such a step. off: largest ratio, either way, that is told of. least, each,
-    power: MB.
+    increment of the largest size; slack: where layers wrinkle, or lie beside fibres. contact: times
+    as many where surfaces touch. gravity: in such a step. off: largest ratio, either way, that the
+    page shows. least, each, power: MB.
     """
 
     start: float = 7.0
@@ -76,9 +76,10 @@ def cost(spec: Spec, figures: Figures) -> Cost:
 def _in_an_increment(spec: Spec, figures: Figures) -> float:
     if figures.kind == "triangles":
         return FIT.sheets
-    if any(layer.bending == 0 or layer.surface in figures.curved for layer in spec.layers):
-        return FIT.slack
     fibres = any(law.anisotropic for law in spec.materials.values())
+    slack = any(layer.bending == 0 or layer.surface in figures.curved for layer in spec.layers)
+    if slack or (fibres and spec.layers):
+        return FIT.slack
     return FIT.fibres if fibres else FIT.plain
 
 

@@ -69,7 +69,8 @@ def of_solid(mesh: Tetrahedra, layout: Layout, roles: Mapping[str, Role]) -> Dra
     outside = exterior(mesh.cells)
     if axes:
         names = " and ".join(f"{'xyz'[axis]} = 0" for axis in axes)
-        drawing = Drawing(mesh.points, [], f"cut along its symmetry planes {names}", axes)
+        planes = "planes" if len(axes) > 1 else "plane"
+        drawing = Drawing(mesh.points, [], f"cut along its symmetry {planes} {names}", axes)
         parts = [*_named(outside, mesh, layout, roles, ""), *_inside(mesh, layout, roles, outside)]
         whole = [p for p in parts if _is_outside(p.name, layout)]
         for patch in parts:
