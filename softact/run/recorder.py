@@ -58,6 +58,8 @@ class Recorder:
         self.probes = locate(model, spec.probes)
         settings = spec.solver.model_dump()
         settings.pop("element")
+        settings = {name: value for name, value in settings.items() if value is not None}
+        self.timed = any(step.timing(spec.geometry.layout()) for step in spec.steps)
         self.stepper = Stepper(
             model, Settings(**settings), self._accept, self._reject, self._checkpoint, self._try
         )
@@ -167,6 +169,8 @@ class Recorder:
             "increment": number,
             "step_fraction": attempt.fraction,
         }
+        if self.timed:
+            row["time_s"] = state.clock.now
         for measure in self.measures:
             row |= measure.evaluate(snapshot)
         row["unstable_modes"] = attempt.unstable_modes

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from softact.loads import BY_FIELD
 from softact.loads.load_step import LoadStep
 from softact.loads.support import Held
 from softact.solve.border import VolumeControl
-from softact.system.term import State, Value
+from softact.system.term import Clock, State, Value
 
 
 class Ramp:
@@ -27,7 +28,7 @@ class Ramp:
         held: Held,
         volume: Callable[[State, str], float],
     ):
-        self._held, self._step = held, step
+        self._held, self._step, self._begun = held, step, state.clock.now
         changes = {f: v for f, v in step.loads.items() if not BY_FIELD[f].holds_volume}
         self._ends: dict[str, tuple[dict[str, Value], dict[str, Value]]] = {}
         for field in {**state.loads, **changes}:
@@ -41,6 +42,27 @@ class Ramp:
             if BY_FIELD[field].holds_volume
             for name, added in sorted(values.items())
         }
+
+    @property
+    def timed(self) -> bool:
+        """Whether the step has a clock."""
+        return self._step.timing is not None
+
+    def _gone(self, fraction: float) -> float:
+        """How far loads have gone, at a fraction of the step or of its duration."""
+        timing = self._step.timing
+        return fraction if timing is None else timing.amplitude.at(fraction)
+
+    def _clock(self, before: Clock, fraction: float) -> Clock:
+        timing = self._step.timing
+        if timing is None:
+            return replace(before, runs=False)
+        return replace(before, now=self._begun + fraction * timing.duration, runs=True)
+
+    def _given(self, fraction: float) -> Mapping[str, float]:
+        """Pressures that are given in time; none at the start, which is as it was."""
+        timing = self._step.timing
+        return timing.amplitude.pressures(fraction) if timing and fraction > 0.0 else {}
 
     @property
     def injected(self) -> tuple[str, ...]:
@@ -75,21 +97,26 @@ class Ramp:
         The pressures of injected cavities stay as they are.
         """
 
+        part = self._gone(fraction)
+
         def between(start: Value, end: Value) -> Value:
-            return (1 - fraction) * start + fraction * end
+            return (1 - part) * start + part * end
 
         free = {name: state["pressure"].get(name, 0.0) for name in self.injected}
         state.loads = {
             field: {name: between(start[name], end[name]) for name in start}
             for field, (start, end) in self._ends.items()
         }
+        free.update(self._given(fraction))
         if free:
             state.put("pressure", {**state["pressure"], **free})
-        return self._held.at(fraction)
+        state.clock = self._clock(state.clock, fraction)
+        return self._held.at(part)
 
     def control(self, fraction: float) -> VolumeControl | None:
         """The prescribed volumes; None where there are none."""
         if not self._volumes:
             return None
-        targets = [(1 - fraction) * now + fraction * then for now, then in self._volumes.values()]
+        part = self._gone(fraction)
+        targets = [(1 - part) * now + part * then for now, then in self._volumes.values()]
         return VolumeControl([{name: 1.0} for name in self._volumes], np.array(targets))
