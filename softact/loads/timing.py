@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -13,13 +12,13 @@ TURNS = 0.05
 
 
 class Amplitude:
-    """How far loads have gone to their new values, by the part of the duration that has passed.
+    """How far loads have gone to their new values, by the part of the duration that has passed."""
 
-    turns: parts between 0 and 1 at which loads turn or have a kink; an increment ends at each, so
-    that no peak is missed.
-    """
-
-    turns: tuple[float, ...] = ()
+    @property
+    def turns(self) -> tuple[float, ...]:
+        """Parts between 0 and 1 at which loads turn or have a kink; an increment ends at each, so
+        that no peak is missed."""
+        return ()
 
     def at(self, part: float) -> float:
         """0: as at the start of the step; 1: the new values."""
@@ -63,8 +62,8 @@ class _Cycles(Amplitude):
 
     cycles: float
 
-    @functools.cached_property
-    def turns(self) -> tuple[float, ...]:  # type: ignore[override]
+    @property
+    def turns(self) -> tuple[float, ...]:
         """See ``Amplitude``: twice a cycle."""
         count = int(np.ceil(2 * self.cycles - 1e-9))
         return tuple(k / (2 * self.cycles) for k in range(1, count))
@@ -106,8 +105,8 @@ class History(Amplitude):
         """See ``Amplitude``."""
         return {n: float(np.interp(part, self.parts, v)) for n, v in self.values.items()}
 
-    @functools.cached_property
-    def turns(self) -> tuple[float, ...]:  # type: ignore[override]
+    @property
+    def turns(self) -> tuple[float, ...]:
         """See ``Amplitude``: where one of the pressures turns beyond noise."""
         found: set[int] = set()
         for values in self.values.values():
