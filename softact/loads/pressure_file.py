@@ -17,6 +17,7 @@ from softact.nearest import nearest
 from softact.units import PRESSURE, TIME, conversion, show
 
 EXAMPLE = "time (s),pressure (kPa)"
+TIMES = ("time", "t")
 _HEADING = re.compile(r"(?P<name>.*?)[\s_]*[(\[](?P<unit>[^)\]]*)[)\]]|(?P<n>.*)[\s_](?P<u>\S+)")
 
 
@@ -55,14 +56,7 @@ class PressureFile:
 
 def read(path: Path) -> PressureFile:
     """Read a file. Raises SpecError where it cannot be read, in one line."""
-    try:
-        with open(path, encoding="utf-8-sig", newline="") as file:
-            rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
-    except (OSError, UnicodeDecodeError, csv.Error, ValueError) as error:
-        why = error.strerror if isinstance(error, OSError) else "it is no text of UTF-8"
-        raise SpecError(f"{path.name}: cannot be read ({why})") from None
-    if len(rows) < 3:
-        raise SpecError(f"{path.name}: a header such as '{EXAMPLE}' and two rows are wanted")
+    rows = _rows(path, EXAMPLE)
     columns = [_column(path, cell) for cell in rows[0]]
     names = [name for name, _ in columns]
     if names.count("time") != 1 or len(names) < 2 or len(set(names)) < len(names):
@@ -80,24 +74,59 @@ def read(path: Path) -> PressureFile:
     return PressureFile(times, values)
 
 
-def _column(path: Path, heading: str) -> tuple[str, float]:
-    """What a column is, "time" or a cavity, and the factor to s or MPa."""
+def columns_of(path: Path, example: str) -> dict[str, np.ndarray]:
+    """Columns of a file by their names in small letters, "time" in s, others in their own units.
+
+    Raises SpecError where it cannot be read.
+    """
+    rows = _rows(path, example)
+    names, factors = [], []
+    for heading in rows[0]:
+        name, unit = _named(path, heading, example)
+        names.append("time" if name in TIMES else name)
+        factors.append(_factor(path, heading, unit, TIME.internal) if name in TIMES else 1.0)
+    numbers = np.array([_numbers(path, i, row, len(names)) for i, row in enumerate(rows[1:], 2)])
+    return dict(zip(names, (numbers * factors).T, strict=True))
+
+
+def _rows(path: Path, example: str) -> list[list[str]]:
+    try:
+        with open(path, encoding="utf-8-sig", newline="") as file:
+            rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
+    except (OSError, UnicodeDecodeError, csv.Error, ValueError) as error:
+        why = error.strerror if isinstance(error, OSError) else "it is no text of UTF-8"
+        raise SpecError(f"{path.name}: cannot be read ({why})") from None
+    if len(rows) < 3:
+        raise SpecError(f"{path.name}: a header such as '{example}' and two rows are wanted")
+    return rows
+
+
+def _named(path: Path, heading: str, example: str) -> tuple[str, str]:
+    """Name in small letters and unit of a heading."""
     match = _HEADING.fullmatch(heading.strip())
     if match is None:
-        raise SpecError(f"{path.name}: {show(heading)} has no unit; write '{EXAMPLE}'")
-    name = (match["name"] if match["unit"] is not None else match["n"]).strip().lower()
-    unit = match["unit"] if match["unit"] is not None else match["u"]
-    is_time = name in ("time", "t")
-    if not is_time and not re.fullmatch(r"(pressure|p)(?:[\s_]+(.+))?", name):
-        raise SpecError(f"{path.name}: {show(heading)} is neither; write '{EXAMPLE}'")
+        raise SpecError(f"{path.name}: {show(heading)} has no unit; write '{example}'")
+    if match["unit"] is not None:
+        return match["name"].strip().lower(), match["unit"].strip()
+    return match["n"].strip().lower(), match["u"].strip()
+
+
+def _factor(path: Path, heading: str, unit: str, internal: str) -> float:
     try:
-        factor = conversion(unit.strip(), TIME.internal if is_time else PRESSURE.internal)
+        return conversion(unit, internal)
     except ValueError as error:
         raise SpecError(f"{path.name}: {show(heading)}: {error}") from None
-    if is_time:
-        return "time", factor
+
+
+def _column(path: Path, heading: str) -> tuple[str, float]:
+    """What a column is, "time" or a cavity, and the factor to s or MPa."""
+    name, unit = _named(path, heading, EXAMPLE)
+    if name in TIMES:
+        return "time", _factor(path, heading, unit, TIME.internal)
+    if not re.fullmatch(r"(pressure|p)(?:[\s_]+(.+))?", name):
+        raise SpecError(f"{path.name}: {show(heading)} is neither; write '{EXAMPLE}'")
     cavity = re.sub(r"^(pressure|p)[\s_]*", "", name)
-    return cavity or ALL_CAVITIES, factor
+    return cavity or ALL_CAVITIES, _factor(path, heading, unit, PRESSURE.internal)
 
 
 def _numbers(path: Path, number: int, row: Sequence[str], count: int) -> list[float]:
