@@ -118,6 +118,7 @@ class Walk:
             self.passed.add(point.s, point.x)
         self.go_to(self.drive, self.path[-1])
         self.state.memory, self.state.clock = inside.state.memory, inside.state.clock
+        self.ramp.arrived(self.state, self.path[-1].s)
         self.rest = self._copy()
         self.model.contacts.resume(self.state)
 
@@ -226,7 +227,7 @@ class Walk:
         if not outcome.converged:
             self.reject(self.drive, self.path, target, outcome)
             return outcome
-        in_time = self.pace.in_time(self.state)
+        in_time = self.pace.in_time(self.state, self.ramp.flow_error(self.state, target))
         if not in_time.accepted:  # an equilibrium was found: no other rung is wanted
             self.reject(
                 self.drive, self.path, target, replace(outcome, converged=False, reason=TOO_LONG)
@@ -277,6 +278,7 @@ class Walk:
         self.record(replace(attempt, control=control) if control else attempt)
         self.model.remember(self.state)
         self.state.clock = self.state.clock.arrived()
+        self.ramp.arrived(self.state, point.s)
         self.rest = self._copy()
         return [*(replace(p, rate=None) for p in path[-2:]), point]
 
