@@ -98,3 +98,27 @@ def test_two_processes_compute_the_same(whole, tmp_path):
     for name in ("time_s", "tip_x_mm", "strain_energy_mJ", "softening_loss_mJ"):
         at = names.index(name)
         np.testing.assert_allclose(first[:, at], second[:, at], rtol=1e-6, atol=1e-9)
+
+
+SPHERE = """
+name: sphere
+geometry: {type: thick_sphere, inner_radius: 10 mm, outer_radius: 11 mm, mesh_size: 9 mm}
+materials: {body: {law: neo_hookean, c10: 0.14 MPa}}
+steps:
+  - {name: fill, supply: {pressure: 30 kPa, diameter: 0.3 mm}, duration: 100 ms}
+  - {name: closed, sealed: {heated: 1.1}}
+solver: {initial_increment: 0.25, max_increment: 0.25, time_tolerance: 2e-2}
+measures: [pressure, volume]
+"""
+
+
+def test_air_goes_on_flowing(tmp_path):
+    """A run that is interrupted while air flows in; a step that keeps it follows."""
+    run(specs.loads(SPHERE), tmp_path / "whole", report=False)
+    names, values = columns(tmp_path / "whole")
+    times, pressure = (values[:, names.index(n)] for n in ("time_s", "pressure_kPa"))
+    assert times[-1] == pytest.approx(0.1)
+    assert pressure[-1] > pressure[-5] > 1.0
+    interrupt(specs.loads(SPHERE), tmp_path / "cut", 3)
+    run(specs.loads(SPHERE), tmp_path / "cut", report=False, resume=True)
+    assert_same(tmp_path / "whole", tmp_path / "cut", 1e-9)
