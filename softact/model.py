@@ -267,6 +267,13 @@ class Model:
         for body in self.remembering:
             state.memory = {**state.memory, **body.remember(state)}
 
+    def recall(self, state: State, memory: Mapping[str, np.ndarray | float]) -> None:
+        """Let the materials of ``state`` remember what they did in an earlier memory."""
+        mine = tuple(body.name_of("") for body in self.remembering)
+        if mine:
+            others = {k: v for k, v in state.memory.items() if not k.startswith(mine)}
+            state.memory = others | {k: v for k, v in memory.items() if k.startswith(mine)}
+
     def forget_rates(self, state: State) -> None:
         """Let no rate of a stress be taken over from before ``state``: loads turn there."""
         if self.remembering:

@@ -99,11 +99,12 @@ class RememberingSolid(Solid):
 
     # --- memory ---------------------------------------------------------------------------------
 
-    def _name(self, what: str) -> str:
+    def name_of(self, what: str) -> str:
+        """Key of a state's memory."""
         return f"solid {self.name}.{what}"
 
     def _kept_of(self, state: State, what: str) -> Any:
-        return state.memory.get(self._name(what))
+        return state.memory.get(self.name_of(what))
 
     def _known(self, state: State, what: str) -> np.ndarray:
         return np.asarray(self._kept_of(state, what))
@@ -120,7 +121,7 @@ class RememberingSolid(Solid):
             found["peak"] = np.maximum(self._peak(state), elastic[2])
         if self.prony is not None:
             found |= self._strained(state, self._softened(elastic, state)[0])
-        return {self._name(what): value for what, value in found.items()}
+        return {self.name_of(what): value for what, value in found.items()}
 
     def _strained(self, state: State, stress: np.ndarray) -> dict[str, np.ndarray | float]:
         assert self.prony is not None

@@ -75,3 +75,14 @@ def test_work_is_stored_or_lost():
 
 def solution_displacement(model, state):
     return float(state.x[model.displacement_dofs[model.surfaces.nodes("x_max"), 0]].mean())
+
+
+def test_a_way_that_was_given_up_is_not_remembered():
+    """What the solid remembers goes back; what contacts keep stays."""
+    model = build(block((1, 1, 1)), material())
+    solution = way("uniaxial", model)
+    early, late = solution.ends[0], solution.state
+    assert (late.memory["solid body.peak"] > early.memory["solid body.peak"]).all()
+    late.memory["touch.slip"] = 3.0
+    model.recall(late, early.memory)
+    assert late.memory == {**early.memory, "touch.slip": 3.0}
