@@ -1,5 +1,7 @@
 """Clocks and materials with memory in a spec: what is read, and what is told of what is wrong."""
 
+from pathlib import Path
+
 import pytest
 
 from softact import spec as specs
@@ -114,3 +116,9 @@ def test_sheets_and_layers_refuse_by_name():
     )
     with pytest.raises(SpecError, match=r"layers\.0: layers and sheets do not creep or soften"):
         specs.loads(SPEC.format(step="", material="") + layers)
+
+
+def test_the_example_of_the_docs_is_a_spec():
+    spec = specs.load(Path(__file__).resolve().parents[2] / "docs/examples/cycled_finger.yaml")
+    durations = [step.timing(spec.geometry.layout()).duration for step in spec.steps]
+    assert durations == pytest.approx([3.0, 0.5, 30.0])
