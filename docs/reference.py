@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from softact import catalogue
+from softact.bodies.constraints import Constraint
 from softact.contact.obstacles import OBSTACLES
 from softact.geometry.step_faces import Selection
 from softact.loads import LOADS
@@ -21,9 +22,9 @@ from softact.spec.models import (
     Solver,
     Spec,
     Step,
-    SupportSpec,
 )
 from softact.spec.plausible import RANGES
+from softact.spec.supports import LineSpec, SupportSpec
 from softact.spec.timing import AmplitudeSpec, SineSpec, TriangleSpec
 from softact.units import DIMENSIONS
 
@@ -36,6 +37,8 @@ PARTS = (
     (SheetOfLayers, "An entry of `sheets`"),
     (PlySpec, "An entry of a sheet's `plies`"),
     (SupportSpec, "An entry of `supports`"),
+    (LineSpec, "A value of `lines`"),
+    (Constraint, "An entry of `constraints`"),
     (Step, "An entry of `steps`"),
     *((part, f"A step's `{key}`") for key, part in LOADED.items() if part and key != "obstacles"),
     *((model, f"An entry of `obstacles`: type `{name}`") for name, model in OBSTACLES.items()),

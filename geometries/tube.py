@@ -1,4 +1,4 @@
-"""A quarter of a hollow cylinder between two end planes: the pressurised pipe.
+"""A hollow cylinder between two end planes, or a quarter or half of it: the pressurised pipe.
 
 Run by itself it writes a mesh: ``python geometries/tube.py --length "30 mm" -o tube.msh``.
 """
@@ -15,9 +15,16 @@ from softact.geometry.base import Geometry, Layout, ThroughWall, main
 from softact.geometry.walls import Wall
 from softact.units import Length
 
+# Angle of each part about x, and the coordinate that is zero in its symmetry planes.
+PARTS: dict[str, tuple[float, dict[str, int]]] = {
+    "quarter": (pi / 2, {"symmetry_y": 1, "symmetry_z": 2}),
+    "half": (pi, {"symmetry_y": 1}),
+    "whole": (2 * pi, {}),
+}
+
 
 class Tube(Geometry):
-    """A quarter (y, z >= 0) of a hollow cylinder along x, open at both ends.
+    """A quarter (y <= 0, z >= 0), half or all of a hollow cylinder along x, open at both ends.
 
     It has no closed cavity: press on its wall with ``surface_pressure: {bore: ...}``.
     """
@@ -26,15 +33,20 @@ class Tube(Geometry):
     inner_radius: Length = Field(5.0, description="radius of the bore")
     outer_radius: Length = Field(7.0, description="radius of the outside")
     length: Length = Field(10.0, description="extent along x")
+    part: Literal["quarter", "half", "whole"] = Field(
+        "quarter",
+        description="half: y <= 0; whole: for what is not symmetric, such as one family of fibres",
+    )
     mesh_size: Length = Field(1.5, description="edge length of the tetrahedra")
     through_wall: ThroughWall = None
 
     def layout(self) -> Layout:
+        symmetry = PARTS[self.part][1]
         return Layout(
             regions=("body",),
-            surfaces=("bore", "outer", "clamp", "tip", "symmetry_y", "symmetry_z"),
+            surfaces=("bore", "outer", "clamp", "tip", *symmetry),
             cavities={},
-            symmetry={"symmetry_y": 1, "symmetry_z": 2},
+            symmetry=symmetry,
             length=self.length,
         )
 
@@ -44,11 +56,13 @@ class Tube(Geometry):
 
     def volumes(self) -> dict[str, float]:
         a, b, length = self.inner_radius, self.outer_radius, self.length
+        angle, symmetry = PARTS[self.part]
+        cuts = 2 / max(len(symmetry), 1)  # in each plane
         return {
-            "body": pi / 4 * (b**2 - a**2) * length,
-            "bore": pi / 2 * a * length,
-            "outer": pi / 2 * b * length,
-            "symmetry_y": (b - a) * length,
+            "body": angle / 2 * (b**2 - a**2) * length,
+            "bore": angle * a * length,
+            "outer": angle * b * length,
+            **dict.fromkeys(symmetry, cuts * (b - a) * length),
         }
 
     def wall_normal(self, region: str, points: np.ndarray) -> np.ndarray:
@@ -67,13 +81,16 @@ class Tube(Geometry):
         # A chord h lies at most h^2/(8 R) under its circle; chords may be longer than mesh_size.
         a, b = self.inner_radius, self.outer_radius
         depth = (1.5 * min(self.mesh_size, b)) ** 2 / (8 * a)
-        return {"body": 2 * b * depth / (b**2 - a**2), "symmetry_y": 1e-9}.get(name, 2 * depth / a)
+        if name in PARTS["quarter"][1]:
+            return 1e-9
+        return 2 * b * depth / (b**2 - a**2) if name == "body" else 2 * depth / a
 
     def build(self, gmsh: ModuleType) -> None:
         occ = gmsh.model.occ
         along = (0, 0, 0, self.length, 0, 0)
-        outer = occ.addCylinder(*along, self.outer_radius, angle=pi / 2)
-        inner = occ.addCylinder(*along, self.inner_radius, angle=pi / 2)
+        angle, _ = PARTS[self.part]
+        outer = occ.addCylinder(*along, self.outer_radius, angle=angle)
+        inner = occ.addCylinder(*along, self.inner_radius, angle=angle)
         occ.cut([(3, outer)], [(3, inner)])
         occ.synchronize()
         names = self._names(gmsh)

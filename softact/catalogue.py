@@ -174,9 +174,15 @@ def loads() -> list[dict[str, Any]]:
 
 
 def model_in(annotation: Any) -> type[BaseModel] | None:
-    """The model of pydantic that a type is or maps names to, None where it is neither."""
-    if get_origin(annotation) is dict:
-        return model_in(get_args(annotation)[1])
+    """The model of pydantic that a type is, maps names to or has in its lists; None where there is
+    none."""
+    origin, arguments = get_origin(annotation), get_args(annotation)
+    if origin is dict:
+        return model_in(arguments[1])
+    if origin is Annotated:
+        return model_in(arguments[0])
+    if origin in (Union, types.UnionType):
+        return next((m for part in arguments if (m := model_in(part))), None)
     is_model = isinstance(annotation, type) and issubclass(annotation, BaseModel)
     return annotation if is_model else None
 

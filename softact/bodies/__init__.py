@@ -1,6 +1,7 @@
 """Bodies, one kind a file; ``BODIES`` holds the kinds by their key."""
 
 from softact.bodies.base import BodyKind, InModule
+from softact.bodies.constraints import Constraints
 from softact.bodies.spring import Springs
 
 BODIES: dict[str, BodyKind] = {
@@ -10,5 +11,6 @@ BODIES: dict[str, BodyKind] = {
         InModule("layers", "softact.bodies.layer"),
         InModule("sheets", "softact.bodies.sheet_bending"),
         Springs(),
+        Constraints(),
     )
 }

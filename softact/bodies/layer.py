@@ -95,6 +95,32 @@ class Layer:
     def inertia(self) -> None:
         """See ``Body``: its mass is little beside that of the solid."""
 
+    def smallest_stress(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Undeformed areas (k,) mm² and smallest principal stresses (k,) MPa of this process's
+        triangles with straight edges, of the layer as it is without wrinkles."""
+        model = self._model
+        nodes = model.surfaces.facet_nodes(model.mesh.facets[self.surface])[:, :3]
+        before = model.nodes.places[nodes]
+        after = before + x[model.displacement_dofs[nodes]]
+        edges, moved = before[:, 1:] - before[:, :1], after[:, 1:] - after[:, :1]
+        metric = edges @ np.swapaxes(edges, 1, 2)
+        # Principal values of the Green strain: eigenvalues of G⁻¹ (g − G)/2, both metrics in edges.
+        change = np.linalg.inv(metric) @ (moved @ np.swapaxes(moved, 1, 2) - metric) / 2
+        trace, det = np.trace(change, axis1=1, axis2=2), np.linalg.det(change)
+        gap = np.sqrt(np.maximum(trace**2 / 4 - det, 0.0))
+        small, large = trace / 2 - gap, trace / 2 + gap
+        nu = self.made_of.material.poissons_ratio
+        stress = self.made_of.material.youngs_modulus / (1 - nu**2) * (small + nu * large)
+        return np.sqrt(np.linalg.det(metric)) / 2, stress
+
+    def wrinkling_stress(self) -> float:
+        """MPa at which a film on a thick solid wrinkles, ¼ (3 Eₛ/E)^(2/3) E of the moduli in plane
+        strain (Bowden et al. 1998, Nature 393:146); the solid is the stiffest of the model."""
+        material = self.made_of.material
+        film = material.youngs_modulus / (1 - material.poissons_ratio**2)
+        shear = max(solid.material.shear_modulus for solid in self._model.solids.values())
+        return float(0.25 * (3 * 4 * shear / film) ** (2 / 3) * film)
+
     def _bending(self) -> LayerBending | None:
         """The layer's bending term, None where it has none (see the docs)."""
         model, layer = self._model, self.made_of

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from softact import compat
+from softact.bodies.marks import Marked, Marks
 from softact.bodies.sheet import SheetPart
 from softact.mesh.node_order import facet_tables
 from softact.mesh.tetrahedra import Mesh
@@ -43,10 +44,25 @@ class Surfaces:
         self._mesh, self._unknowns, self._nodes = mesh, unknowns, nodes
         self._cell_nodes, self._degree = cell_nodes, degree
         self._sheets, self.curves = sheets, curves
+        self._marks = Marks(
+            nodes, [*mesh.layout.symmetry.values()], cell_nodes, compat.reference_nodes(degree)
+        )
+        for sheet in sheets.values():
+            self._marks.add_triangles(sheet.triangles.nodes)
+        self._marked: dict[str, Marked] = {}
+        for name, place in mesh.layout.points.items():
+            self._marked[name] = self._marks.point(name, place)
+        for name, line in mesh.layout.lines.items():
+            self._marked[name] = self._marks.line(name, line, self)
+
+    @property
+    def notes(self) -> list[str]:
+        """What to tell of the points that a spec names."""
+        return self._marks.notes
 
     def is_sheet(self, name: str) -> bool:
-        """Whether the name is that of a sheet or of a curve along one."""
-        return name in self._sheets or name in self.curves
+        """Whether the name is that of a sheet, of a curve along one, or of a point or line."""
+        return name in self._sheets or name in self.curves or name in self._marked
 
     def facets(self, *names: str) -> np.ndarray:
         """Cells and local facets (k, 2) of the named surfaces of solids together."""
@@ -67,7 +83,9 @@ class Surfaces:
 
     def points(self, name: str) -> tuple[np.ndarray, np.ndarray]:
         """Nodes (k,) of this process's facets, sheets or edges of that name, and their shares of
-        its area (mm²) or length (mm); a node counts once for each element."""
+        its area (mm²) or length (mm), of a point 1; a node counts once for each element."""
+        if name in self._marked:
+            return self._marked[name]
         if name in self.curves:
             nodes = self.curves[name]
             ends = self._nodes.places[nodes[:, 1]] - self._nodes.places[nodes[:, 0]]
@@ -83,14 +101,20 @@ class Surfaces:
         return nodes[:, -3:].ravel(), np.repeat(area / 3, 3)
 
     def nodes(self, name: str) -> np.ndarray:
-        """Displacement nodes on a surface or curve that this process holds, also where the facet
-        itself belongs to another process."""
+        """Displacement nodes on a surface, curve, line or point that this process holds, also where
+        the facet itself belongs to another process."""
+        if name in self._marked:
+            return self._held(self._marked[name][0])
         if name in self.curves:
             return np.unique(self.curves[name])
         if name in self._sheets:
             return np.unique(self._sheets[name].triangles.nodes)
+        return self._held(self.facet_nodes(self.facets(name)))
+
+    def _held(self, nodes: np.ndarray) -> np.ndarray:
+        """Those of the nodes that any process names which this one holds."""
         mark = np.zeros(self._unknowns.local)
-        mark[self._nodes.dofs[self.facet_nodes(self.facets(name)), 0]] = 1.0
+        mark[self._nodes.dofs[nodes, 0]] = 1.0
         return np.flatnonzero(self._unknowns.sum_shared(mark)[self._nodes.dofs[:, 0]])
 
     def covering(self, nodes: np.ndarray) -> np.ndarray:

@@ -38,7 +38,8 @@ def build(model: Model, parts: SolidParts) -> list[Solid]:
     for number, name in enumerate(mesh.layout.regions):
         material = parts.materials[name]
         normal = functools.partial(parts.wall_normal, name)
-        fibres = fibre_field(material.law, mesh.layout.axis, normal)
+        layout = mesh.layout
+        fibres = fibre_field(material.law, layout.axis, normal, layout.origin)
         cells = np.flatnonzero(mesh.region == number)
         degrees = model.degree, parts.pressure_degree
         kind = RememberingSolid if material.law.remembers else Solid

@@ -9,19 +9,21 @@ import numpy as np
 from softact.system.term import State, Term
 
 if TYPE_CHECKING:
+    from softact.contact.facets import ContactFacets
     from softact.contact.rigid import Obstacle
 
 
 class Contact(Term, Protocol):
     """A term of the potential energy with a memory, of this process's part of the body.
 
-    name: in a spec and in results. symmetric: whether its tangent is. obstacle: what the body
-    touches, None where it touches a body. What it has to know of the last equilibrium stands in
-    ``state.memory`` under keys that begin with its name.
+    name: in a spec and in results. symmetric: whether its tangent is. facets: that may touch.
+    obstacle: what the body touches, None where it touches a body. What it has to know of the last
+    equilibrium stands in ``state.memory`` under keys that begin with its name.
     """
 
     name: str
     symmetric: bool
+    facets: ContactFacets
 
     @property
     def obstacle(self) -> Obstacle | None:
@@ -45,6 +47,9 @@ class Contact(Term, Protocol):
 
     def area(self, state: State) -> float:
         """Undeformed area in touch, mm²."""
+
+    def pressures(self, state: State) -> np.ndarray:
+        """Pressure (k, 12) per undeformed area at the points of ``facets``, MPa."""
 
     def admissible(self, state: State, x: np.ndarray, to: np.ndarray) -> bool:
         """Whether Newton may go from ``x`` to ``to`` (local,) at the loads of ``state``."""

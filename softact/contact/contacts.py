@@ -81,6 +81,11 @@ class Contacts:
         """Undeformed area (mm²) of the meshed part that is in touch."""
         return self._comm.allreduce(contact.area(state))
 
+    def largest_pressure(self, contact: Contact, state: State) -> float:
+        """Largest pressure of a contact, per undeformed area, MPa."""
+        largest = float(contact.pressures(state).max(initial=0.0))
+        return self._comm.allreduce(largest, op=MPI.MAX)
+
     def force(self, contact: Contact, state: State) -> np.ndarray:
         """Force (3,) N on the meshed part of the body."""
         return self._comm.allreduce(contact.force(state))

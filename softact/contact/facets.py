@@ -23,6 +23,9 @@ RULE = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6
 HALF = 0.5
 POINTS = np.vstack([RULE @ CORNERS[list(piece)] for piece in PIECES])  # barycentric (12, 3)
 
+# Weights (12, 6) of a facet's nodes at its points, linear in each piece: none is below zero.
+HATS = np.vstack([RULE @ np.eye(6)[list(piece)] for piece in PIECES])
+
 
 #: Nodes (k, n), stiffness of the penalty (k,), whether of a sheet, whether that lies on a solid.
 Group = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
@@ -77,6 +80,15 @@ class ContactFacets:
     def places(self, x: np.ndarray) -> np.ndarray:
         """Deformed places (k, 12, 3) of the quadrature points, mm."""
         return np.einsum("qn,knc->kqc", self.values, self.node_places(x))
+
+    def sums_at_nodes(self, values: np.ndarray, count: int) -> np.ndarray:
+        """What values (k, 12) at the points add up to at each of ``count`` nodes, weighted by area,
+        and the area itself (2, count); of facets on which a value is not zero."""
+        on = np.flatnonzero(values.any(axis=1))
+        hats = HATS if self.nodes.shape[1] == 6 else self.values
+        weighted = np.stack([values[on] * self.areas[on], self.areas[on]]) @ hats
+        nodes = self.nodes[on].ravel()
+        return np.stack([np.bincount(nodes, part.ravel(), count) for part in weighted])
 
     def add_force(
         self, tractions: np.ndarray, out: np.ndarray, on: np.ndarray | slice = slice(None)

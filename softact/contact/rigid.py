@@ -138,6 +138,14 @@ class RigidContact:
             everywhere += presence * last
         return everywhere
 
+    def pressures(self, state: State) -> np.ndarray:
+        """See ``Contact``; none of an obstacle that is being taken away."""
+        everywhere = np.zeros(self.facets.areas.shape)
+        if self.presence(state) == 1.0:
+            touch = self._touch(state)
+            everywhere[touch.on] = touch.pressure
+        return everywhere
+
     def force(self, state: State) -> np.ndarray:
         """Force (3,) N of the obstacle on this process's part of the body."""
         return np.einsum("kq,kqc->c", self.facets.areas, self.tractions(state))

@@ -191,6 +191,13 @@ class SurfaceContact:
             pairs += self.friction.pairs(state, facet, point, partner[facet, point])
         self.coupling.make_room(pairs)
 
+    def pressures(self, state: State) -> np.ndarray:
+        """See ``Contact``: as each side sees it, where both look."""
+        everywhere = np.zeros(self.facets.areas.shape)
+        touch = self._touch(state)
+        everywhere[touch.facet, touch.point] = touch.pressure
+        return everywhere
+
     def area(self, state: State) -> float:
         """Undeformed area in touch on this process, mm²."""
         return float(self._touch(state).area.sum())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from softact.errors import SpecError
+from softact.loads.several import entries
 from softact.spec import Spec
 
 #: The surface that stands for a cavity where the geometry, a tube, has none that is closed.
@@ -49,8 +50,10 @@ def left_out(spec: Spec, taken: tuple[str, ...]) -> list[str]:
         for key, value in step.loads.items():
             if key == "surface_pressure":
                 found += [f"pressure on {n}" for n in value if n != BORE or layout.cavities]
-            elif key == "payload" and (value.surface or layout.tip) != layout.tip:
-                found.append(f"payload on {value.surface}")
+            elif key == "payload":
+                on = [load.surface or layout.tip for load in entries(value)]
+                found += [f"payload on {surface}" for surface in on if surface != layout.tip]
+                found += [key] if layout.tip in on and key not in taken else []
             elif key not in taken:
                 found.append(key)
     held = [*(spec.supports or ()), *(s for step in spec.steps for s in step.supports or ())]

@@ -8,6 +8,7 @@ import numpy as np
 
 from softact.estimate.beam import Beam, Curve
 from softact.export.rod import Rod
+from softact.loads.several import entries
 from softact.spec import Spec
 
 PIECES = 16
@@ -19,9 +20,9 @@ def last_loads(spec: Spec) -> tuple[np.ndarray, np.ndarray]:
     for step in spec.steps:
         if step.gravity is not None:
             gravity = np.asarray(step.gravity, float)
-        load = step.payload
-        if load is not None and load.surface in (None, spec.geometry.layout().tip):
-            force = np.asarray(load.force, float)
+        tip = spec.geometry.layout().tip
+        loads = [p.force for p in entries(step.payload) if p.surface in (None, tip)]
+        force = np.sum(loads, axis=0, dtype=float) if loads else force
     return gravity, force
 
 

@@ -17,6 +17,7 @@ from pydantic import BaseModel
 
 from softact.errors import SpecError
 from softact.export.masses import point_masses
+from softact.loads.several import entries
 from softact.mesh.layout import Layout
 from softact.results.folder import Results, load_name
 from softact.spec import Spec, Step, loads
@@ -281,10 +282,8 @@ class _Ramps:
         """(rows, 3) N of the payload on a surface."""
 
         def value(step: Step) -> Sequence[float] | None:
-            load = step.payload
-            if load is None or (load.surface or tip) != tip:
-                return None
-            return load.force
+            forces = [p.force for p in entries(step.payload) if (p.surface or tip) == tip]
+            return np.sum(forces, axis=0) if forces else None
 
         return self._ramp(value)
 

@@ -6,7 +6,7 @@ checkpoint keeps, what enters the matrix and what the reference says follow from
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -72,6 +72,10 @@ class Load:
         ``end``."""
         return np.zeros_like(end) if before is None else before
 
+    def said(self, name: str, value: Value, model: Model) -> str:
+        """A value of the whole actuator in words; "" where nothing is to be said. Collective."""
+        return ""
+
     # --- in the system ----------------------------------------------------------------------------
 
     def term(self, model: Model, name: str) -> Term | None:
@@ -86,15 +90,18 @@ def vector_faults(
     layout: Layout,
     turns_round: Callable[[int, int], bool],
     fault: str,
+    marks: Iterable[str] = (),
 ) -> Iterator[Fault]:
     """Yield what is wrong with a vector on a surface, by default the tip.
 
     turns_round: of a component and of the normal of a symmetry plane, whether the component would
     pull or turn the mirror image the other way; fault: what to say then, of the ``{plane}``.
+    marks: points and lines on which it may be too.
     """
     if not isinstance(written, dict):
         return
-    yield from surface_fault(written.get("surface") or layout.tip, (*place, "surface"), layout)
+    surface = written.get("surface") or layout.tip
+    yield from surface_fault(surface, (*place, "surface"), layout, marks)
     vector = written.get(key)
     if not isinstance(vector, list | tuple) or len(vector) != 3:
         return
@@ -104,8 +111,13 @@ def vector_faults(
                 yield (*place, key, axis), fault.format(plane=plane)
 
 
-def surface_fault(name: Any, place: Place, layout: Layout) -> Iterator[Fault]:
-    """Yield what is wrong with the name of a surface, sheet or curve."""
-    known = (*layout.surfaces, *layout.sheets, *layout.curves)
-    if isinstance(name, str) and name not in known:
+def surface_fault(
+    name: Any, place: Place, layout: Layout, marks: Iterable[str] = ()
+) -> Iterator[Fault]:
+    """Yield what is wrong with the name of a surface, sheet or curve, or of one of ``marks``."""
+    known = (*layout.surfaces, *layout.sheets, *layout.curves, *marks)
+    if isinstance(name, str) and name not in known and name in layout.marks:
+        kind = "point" if name in layout.points else "line"
+        yield place, f"{show(name)} is a {kind}; write one of: {', '.join(known)}"
+    elif isinstance(name, str) and name not in known:
         yield place, f"the geometry has no surface {show(name)}; {nearest(name, known)}"

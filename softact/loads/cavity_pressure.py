@@ -12,10 +12,11 @@ from softact.loads.base import Load
 from softact.mesh.layout import Layout
 from softact.nearest import nearest
 from softact.system.kernels import Coefficient, Kernel
-from softact.system.term import FUNCTIONS, Origin, State
+from softact.system.term import FUNCTIONS, Origin, State, Value
 from softact.units import show
 
 if TYPE_CHECKING:
+    from softact.model import Model
     from softact.system.assembly import Assembler
 
 
@@ -35,6 +36,10 @@ class Pressure(Load):
     def for_layout(self, value: Mapping[str, float], layout: Layout) -> dict[str, float]:
         """See ``Load.for_layout``."""
         return for_cavities(value, layout)
+
+    def said(self, name: str, value: Value, model: Model) -> str:
+        """See ``Load.said``."""
+        return f"{name} at {1e3 * float(value):.4g} kPa"
 
 
 def for_cavities(value: Mapping[str, float], layout: Layout) -> dict[str, float]:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from softact.fields import STANDARD_GRAVITY
 from softact.fields import Gravity as Accelerations
 from softact.loads.base import Load
 from softact.system.term import EVERYTHING, Value
@@ -31,3 +32,8 @@ class Gravity(Load):
     def initial(self, model: Model) -> dict[str, dict[str, Value]]:
         """See ``Load.initial``."""
         return {self.key: {EVERYTHING: np.zeros(3)}}
+
+    def said(self, name: str, value: Value, model: Model) -> str:
+        """See ``Load.said``."""
+        size = float(np.linalg.norm(value)) / STANDARD_GRAVITY
+        return f"gravity of {size:.4g} g" if size else ""

@@ -1,9 +1,9 @@
-"""Dead forces on surfaces, shared out over their undeformed area: weights that hang there."""
+"""Dead forces on surfaces, shared out over their undeformed area, on lines and on points."""
 
 from __future__ import annotations
 
 import operator
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from pydantic import Field
 
 from softact.fields import Fault, Forces, Part, Place
 from softact.loads.base import Load, vector_faults
+from softact.loads.several import added_up, entries, one_or_several, placed
 from softact.loads.traction import SurfaceForce
 from softact.mesh.layout import Layout
 from softact.system.term import Value
@@ -25,9 +26,12 @@ ACROSS = (
 
 
 class Payload(Part):
-    """A dead force on a surface, shared out over its undeformed area: a weight that hangs there."""
+    """A dead force on a surface, shared out over its undeformed area, on a line or on a point: a
+    weight that hangs there."""
 
-    surface: str | None = Field(None, description="surface of the geometry; by default its tip")
+    surface: str | None = Field(
+        None, description="surface of the geometry, line or point; by default the tip"
+    )
     force: Forces = Field(description="force on the whole actuator along x, y, z")
 
 
@@ -35,20 +39,29 @@ class PayloadLoad(Load):
     """Forces per undeformed area (3,) MPa that add up to the payload of the whole actuator."""
 
     key = "payload"
-    annotation = Payload
-    description = "dead force on a surface, the tip by default"
+    annotation = one_or_several(Payload)
+    description = "dead force on a surface, line or point, the tip by default; or a list of them"
 
     def faults(
         self, written: Any, place: Place, layout: Layout, step: Mapping[str, Any]
     ) -> Iterator[Fault]:
         """See ``Load.faults``."""
-        return vector_faults(written, "force", place, layout, operator.eq, ACROSS)
+        for entry, at in placed(written, place):
+            yield from vector_faults(entry, "force", at, layout, operator.eq, ACROSS, layout.marks)
 
-    def ends(self, value: Payload, model: Model) -> dict[str, Mapping[str, Value]]:
+    def ends(
+        self, value: Payload | Sequence[Payload], model: Model
+    ) -> dict[str, Mapping[str, Value]]:
         """See ``Load.ends``."""
-        surface = value.surface or model.mesh.layout.tip
-        area = model.mesh.layout.copies * model.surfaces.area(surface)
-        return {self.key: {surface: np.asarray(value.force) / area}}
+        layout = model.mesh.layout
+        forces = [(load.surface or layout.tip, np.asarray(load.force)) for load in entries(value)]
+        areas = {name: layout.copies * model.surfaces.area(name) for name, _ in forces}
+        return {self.key: added_up((name, force / areas[name]) for name, force in forces)}
+
+    def said(self, name: str, value: Value, model: Model) -> str:
+        """See ``Load.said``."""
+        area = model.mesh.layout.copies * model.surfaces.area(name)
+        return f"payload of {area * np.linalg.norm(value):.4g} N on '{name}'"
 
     def term(self, model: Model, name: str) -> SurfaceForce:
         """See ``Load.term``."""

@@ -12,7 +12,7 @@ from softact.fields import Fault, Place
 from softact.loads.base import Load, surface_fault
 from softact.mesh.layout import Layout
 from softact.system.kernels import Coefficient, Kernel
-from softact.system.term import FUNCTIONS, Origin, State
+from softact.system.term import FUNCTIONS, Origin, State, Value
 from softact.units import Pressure
 
 if TYPE_CHECKING:
@@ -32,6 +32,10 @@ class SurfacePressure(Load):
         """See ``Load.faults``."""
         for name in written if isinstance(written, dict) else ():
             yield from surface_fault(name, (*place, name), layout)
+
+    def said(self, name: str, value: Value, model: Model) -> str:
+        """See ``Load.said``."""
+        return f"surface pressure of {1e3 * float(value):.4g} kPa on '{name}'"
 
     def term(self, model: Model, name: str) -> FacePressure:
         """See ``Load.term``."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from pydantic import Field
 
 from softact.fields import Fault, Moments, Part, Place
 from softact.loads.base import Load, vector_faults
+from softact.loads.several import added_up, entries, one_or_several, placed
 from softact.mesh.layout import Layout
 from softact.system.term import Origin, State, Value
 
@@ -28,7 +29,9 @@ class Torque(Part):
     """A torque on a surface: its axis keeps its direction, the surface may turn as far as it
     wants."""
 
-    surface: str | None = Field(None, description="surface of the geometry; by default its tip")
+    surface: str | None = Field(
+        None, description="surface of the geometry, or line; by default the tip"
+    )
     moment: Moments = Field(description="moment on the whole actuator about x, y, z")
 
 
@@ -36,19 +39,36 @@ class TorqueLoad(Load):
     """Moments (3,) N·mm on surfaces of the meshed part."""
 
     key = "torque"
-    annotation = Torque
-    description = "moment on a surface, the tip by default; its axis keeps its direction"
+    annotation = one_or_several(Torque)
+    description = (
+        "moment on a surface or line, the tip by default; its axis keeps its direction; or a list "
+        "of them"
+    )
 
     def faults(
         self, written: Any, place: Place, layout: Layout, step: Mapping[str, Any]
     ) -> Iterator[Fault]:
         """See ``Load.faults``."""
-        return vector_faults(written, "moment", place, layout, operator.ne, IN_PLANE)
+        for entry, at in placed(written, place):
+            yield from vector_faults(
+                entry, "moment", at, layout, operator.ne, IN_PLANE, layout.lines
+            )
 
-    def ends(self, value: Torque, model: Model) -> dict[str, Mapping[str, Value]]:
+    def ends(
+        self, value: Torque | Sequence[Torque], model: Model
+    ) -> dict[str, Mapping[str, Value]]:
         """See ``Load.ends``."""
-        surface = value.surface or model.mesh.layout.tip
-        return {self.key: {surface: np.asarray(value.moment) / model.mesh.layout.copies}}
+        layout = model.mesh.layout
+        moments = (
+            (load.surface or layout.tip, np.asarray(load.moment) / layout.copies)
+            for load in entries(value)
+        )
+        return {self.key: added_up(moments)}
+
+    def said(self, name: str, value: Value, model: Model) -> str:
+        """See ``Load.said``."""
+        moment = model.mesh.layout.copies * np.linalg.norm(value)
+        return f"torque of {moment:.4g} N·mm on '{name}'"
 
     def term(self, model: Model, name: str) -> SurfaceTorque:
         """See ``Load.term``."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +10,7 @@ from pydantic import Field
 
 from softact.fields import Fault, Part, Place, Vector
 from softact.loads.base import Load, surface_fault
+from softact.loads.several import added_up, entries, one_or_several, placed
 from softact.mesh.layout import Layout
 from softact.system.term import Origin, State, Value
 
@@ -28,19 +29,27 @@ class TractionLoad(Load):
     """Forces per undeformed area (3,) MPa; per undeformed length, N/mm, on a curve."""
 
     key = "traction"
-    annotation = Traction
-    description = "dead load on a surface"
+    annotation = one_or_several(Traction)
+    description = "dead load on a surface; or a list of them"
 
     def faults(
         self, written: Any, place: Place, layout: Layout, step: Mapping[str, Any]
     ) -> Iterator[Fault]:
         """See ``Load.faults``."""
-        if isinstance(written, dict):
-            yield from surface_fault(written.get("surface"), (*place, "surface"), layout)
+        for entry, at in placed(written, place):
+            if isinstance(entry, dict):
+                yield from surface_fault(entry.get("surface"), (*at, "surface"), layout)
 
-    def ends(self, value: Traction, model: Model) -> dict[str, Mapping[str, Value]]:
+    def ends(
+        self, value: Traction | Sequence[Traction], model: Model
+    ) -> dict[str, Mapping[str, Value]]:
         """See ``Load.ends``."""
-        return {self.key: {value.surface: np.asarray(value.value)}}
+        loads = ((load.surface, np.asarray(load.value)) for load in entries(value))
+        return {self.key: added_up(loads)}
+
+    def said(self, name: str, value: Value, model: Model) -> str:
+        """See ``Load.said``."""
+        return f"traction of {1e3 * np.linalg.norm(value):.4g} kPa on '{name}'"
 
     def term(self, model: Model, name: str) -> SurfaceForce:
         """See ``Load.term``."""

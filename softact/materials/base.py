@@ -185,7 +185,7 @@ class FibreLaw(Law):
         k1: float
         angle: float
         families: Literal[1, 2]
-        normal: tuple[float, float, float] | None
+        normal: tuple[float, float, float] | Literal["radial"] | None
 
     def fibre_directions(self, axis: np.ndarray, normal: np.ndarray) -> np.ndarray:
         """Return unit vectors (n, families, 3) in the plane normal to ``normal``.

@@ -8,12 +8,13 @@ from softact.measures.bending import BENDING
 from softact.measures.contact import CONTACT
 from softact.measures.elongation import ELONGATION
 from softact.measures.energy import ENERGY
+from softact.measures.faces import FACES
 from softact.measures.failure import FAILURE
 from softact.measures.fibres import FIBRES
 from softact.measures.held_tip import HELD_TIP
 from softact.measures.lateral import LATERAL
 from softact.measures.pressure import PRESSURE
-from softact.measures.probe import PROBES
+from softact.measures.probe import PROBE_STRESS, PROBES
 from softact.measures.reaction import REACTION
 from softact.measures.strain import STRAIN
 from softact.measures.stress import STRESS
@@ -28,6 +29,8 @@ MEASURES: dict[str, Measure] = {
         BENDING,
         TIP,
         PROBES,
+        PROBE_STRESS,
+        FACES,
         ELONGATION,
         LATERAL,
         TWIST,

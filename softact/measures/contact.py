@@ -29,6 +29,8 @@ def _evaluate(snapshot: Snapshot) -> dict[str, float]:
                 blocked = force if blocked is None else blocked + force
         area = snapshot.layout.copies * contacts.area(contact, state)
         columns[f"contact_area_{contact.name}_mm2"] = area
+        pressure = contacts.largest_pressure(contact, state)
+        columns[f"contact_pressure_{contact.name}_kPa"] = 1e3 * pressure
         if math.isfinite(gap):
             columns[f"contact_gap_{contact.name}_mm"] = gap
     if blocked is not None:
@@ -48,6 +50,8 @@ CONTACT = Measure(
         "largest overlap; empty where the obstacle is not there or no gap is near",
         "contact_area_<contact>_mm2": "undeformed area in touch of the whole actuator; of two "
         "surfaces in contact, the mean of theirs",
+        "contact_pressure_<contact>_kPa": "largest pressure, per undeformed area; in a field with "
+        "fields: [contact_pressure]",
         "blocked_force_N": "size of the force on the obstacles with load_cell: true",
         "contact_overlap_percent": "largest overlap of all contacts, of the local element size",
     },

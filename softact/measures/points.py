@@ -10,6 +10,7 @@ import numpy as np
 
 from softact import compat
 from softact.errors import SpecError
+from softact.materials.tensors import COLUMNS, ROWS
 
 if TYPE_CHECKING:
     from softact.measures.snapshot import Snapshot
@@ -36,6 +37,15 @@ class Probe:
         """Where the point is (3,), mm. Collective."""
         moved = self.weights @ snapshot.displacement[self.nodes]
         return self.point + self.mirror * snapshot.model.sum(moved)
+
+    def stress(self, snapshot: Snapshot) -> np.ndarray:
+        """Cauchy stress (6,) at the point in Voigt's order, MPa, from the nodal means. Collective.
+
+        A component between the normal of a plane and a direction in it changes its sign in the
+        mirror image.
+        """
+        here = self.weights @ snapshot.cauchy[self.nodes]
+        return self.mirror[ROWS] * self.mirror[COLUMNS] * snapshot.model.sum(here)
 
 
 def locate(model: Model, points: Mapping[str, tuple[float, float, float]]) -> dict[str, Probe]:

@@ -20,7 +20,7 @@ def _evaluate(snapshot: Snapshot) -> dict[str, float]:
         columns = _columns("reaction", *snapshot.reaction)
     surfaces = dict.fromkeys(support.surface for support in snapshot.model.supports)
     for surface in surfaces:
-        if surface not in (layout.clamp, layout.tip):  # the tip's are ``held_tip``
+        if surface != layout.clamp:
             columns |= _columns(f"reaction_{surface}", *snapshot.reaction_at(surface, origin))
     for body in snapshot.model.springs:
         term = body.term
@@ -45,7 +45,7 @@ REACTION = Measure(
     "force and moment that each support exerts on the whole actuator, the clamp's first; where two "
     "hold the same edge, each has one half of the force there",
     _titles("reaction", "the clamp")
-    | _titles("reaction_<support>", "what holds another surface than clamp and tip")
+    | _titles("reaction_<support>", "what holds another surface, line or point")
     | {f"spring_<support>_{c}_N": f"force of the springs on a surface along {c}" for c in "xyz"},
     _evaluate,
 )

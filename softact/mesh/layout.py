@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+Place = tuple[float, float, float]
+#: Between two points (mm), or where two surfaces meet.
+Line = tuple[Place, Place] | tuple[str, str]
+
 
 @dataclass(frozen=True)
 class Layout:
@@ -28,6 +32,7 @@ class Layout:
         loads, the clamp and the tip may be a sheet or a curve too.
     covers: sheet -> the surface of the solid on which it lies, with its triangles; of an actuator
         with both. bonded: those that share the solid's nodes; others slide where contact is given.
+    points, lines: that a spec names beside; supports and forces may act on them.
     flux: weights of x, y and z in the volume that sheets enclose, see
     ``softact.loads.sheet_cavity``.
     """
@@ -48,6 +53,8 @@ class Layout:
     curves: tuple[str, ...] = ()
     covers: dict[str, str] = field(default_factory=dict)
     bonded: tuple[str, ...] = ()
+    points: dict[str, Place] = field(default_factory=dict)
+    lines: dict[str, Line] = field(default_factory=dict)
     flux: tuple[float, float, float] = (1 / 3, 1 / 3, 1 / 3)
 
     @property
@@ -56,6 +63,11 @@ class Layout:
         walls = {name for names in self.cavities.values() for name in names}
         hidden = walls | set(self.symmetry) | set(self.layers)
         return tuple(name for name in self.surfaces if name not in hidden)
+
+    @property
+    def marks(self) -> tuple[str, ...]:
+        """Names of points and lines."""
+        return (*self.points, *self.lines)
 
     @property
     def copies(self) -> int:

@@ -54,7 +54,8 @@ FIELDS = {
     "von_mises": Label("von Mises stress", "MPa"),
     "max_principal_stress": Label("largest principal stress", "MPa"),
     "max_principal_stretch": Label("largest principal stretch", ""),
-}
+    "contact_pressure": Label("contact pressure", "MPa"),
+} | {f"stress_{c}": Label(f"stress {c}", "MPa") for c in ("xx", "yy", "zz", "xy", "xz", "yz")}
 
 
 def field(name: str) -> Label:

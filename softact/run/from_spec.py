@@ -28,14 +28,15 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
     from softact.spec import LayerSpec, Step, SupportSpec
-    from softact.spec.models import SheetOfLayers, TurnSpec
+    from softact.spec.models import SheetOfLayers
+    from softact.spec.supports import TurnSpec
 
 NO_PARAMETERS = ("description", "source", "assumptions", "measures")  # of a spec: no values
 
 
 def build_model(comm: MPI.Comm, spec: Spec, mesh_file: Path) -> Model:
     """The ``Model`` of a spec on a mesh. Collective."""
-    layout = spec.geometry.layout()
+    layout = spec.layout()
     if isinstance(spec.geometry, SheetGeometry):
         mesh = of_sheets(comm, spec.geometry.checked_mesh(), layout)
     else:

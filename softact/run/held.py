@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
@@ -62,13 +63,13 @@ def _free(
 ) -> str:
     """What a part can do as a whole, "" where it is held. nodes: (n,) whether each is of it."""
     held = [(surface, axis) for surface, axis in layout.symmetry.items()]
-    held += [(s.surface, axis) for s in supports for axis in s.held if s.surface in tets.surfaces]
+    known = (*tets.surfaces, *layout.marks)
+    held += [(s.surface, axis) for s in supports for axis in s.held if s.surface in known]
     middle = tets.points[nodes].mean(axis=0)
     size = float(np.abs(tets.points[nodes] - middle).max())
     stiffness = np.zeros((6, 6))
     for surface, axis in held:
-        own = np.unique(tets.surfaces[surface])
-        rows = _motions((tets.points[own[nodes[own]]] - middle) / size)[:, axis]
+        rows = _motions((_places(tets, layout, surface, nodes) - middle) / size)[:, axis]
         stiffness += rows.T @ rows
     values, ways = np.linalg.eigh(stiffness)
     loose = ways.T[values <= FREE * values.max()]
@@ -82,6 +83,22 @@ def _free(
     able = [f"move along {c}" for c, free in zip("xyz", moves, strict=True) if free]
     able += [f"turn about {c}" for c, free in zip("xyz", turns, strict=True) if free]
     return f"it can {' and '.join(able) or 'move'}"
+
+
+def _places(tets: Tetrahedra, layout: Layout, name: str, nodes: np.ndarray) -> np.ndarray:
+    """Undeformed places (n, 3) at which a support of that name holds a part."""
+    line = layout.lines.get(name, ())
+    if name in layout.points or (line and not isinstance(line[0], str)):
+        places = np.atleast_2d(np.array(layout.points.get(name, line), dtype=float))
+        for axis in layout.symmetry.values():
+            side = np.sign(tets.points[:, axis].mean())
+            places[:, axis] = np.where(places[:, axis] * side < 0, -1, 1) * places[:, axis]
+        nearest = [np.linalg.norm(tets.points - place, axis=1).argmin() for place in places]
+        return places[nodes[nearest]]
+    surfaces = [layout.covers.get(str(surface), str(surface)) for surface in line] or [name]
+    found = [tets.surfaces.get(surface, np.empty(0, int)) for surface in surfaces]
+    own = np.unique(functools.reduce(np.intersect1d, found))
+    return tets.points[own[nodes[own]]]
 
 
 def _motions(points: np.ndarray) -> np.ndarray:

@@ -13,9 +13,11 @@ import numpy as np
 
 from softact.measures import MEASURES
 from softact.measures.failure import SHARE
+from softact.measures.further_fields import further_fields
 from softact.measures.points import locate
 from softact.measures.snapshot import Snapshot, gather_mesh, gather_nodes
 from softact.results.folder import NO_EQUILIBRIUM, read
+from softact.run.films import compressed_layers
 from softact.run.from_spec import load_steps, parameters, supports_of
 from softact.run.resuming import identity
 from softact.run.unstable import unstable_text
@@ -61,9 +63,8 @@ class Recorder:
         settings.pop("element")
         settings = {name: value for name, value in settings.items() if value is not None}
         self.timed = any(step.timing(spec.geometry.layout()) for step in spec.steps)
-        self.stepper = Stepper(
-            model, Settings(**settings), self._accept, self._reject, self._checkpoint, self._try
-        )
+        heard = self._accept, self._reject, self._checkpoint, self._try, self._remark
+        self.stepper = Stepper(model, Settings(**settings), *heard)
         self.row: dict = model.comm.bcast(writer.last_row if writer is not None else None)
         self.write_time = 0.0
         self.verdict: Verdict | None = None  # on rank 0, at the end
@@ -100,6 +101,7 @@ class Recorder:
         memory = self.model.comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
         status = "no_equilibrium" if progress.stopped else "complete"
         messages = [progress.stopped, *progress.remarks, self._unstable(), *self._beyond_test()]
+        messages += compressed_layers(self.model, self.stepper.state)
         messages += plausible.lines(self.spec)
         messages = [message for message in messages if message]
         if self.writer is not None:
@@ -188,9 +190,10 @@ class Recorder:
         row["residual"] = attempt.residuals[-1] if attempt.residuals else 0.0
         self.row = row
         # Gathered by all processes; only the one that writes gets them.
+        nodal = snapshot.nodal_fields() | further_fields(snapshot, self.spec.fields)
         fields = {
             name: gathered
-            for name, values in snapshot.nodal_fields().items()
+            for name, values in nodal.items()
             if (gathered := gather_nodes(self.model, values)) is not None
         }
         if self.writer is not None:
@@ -205,6 +208,9 @@ class Recorder:
         if self.writer is not None and data is not None:
             self.writer.checkpoint(data)
         self.write_time += time.perf_counter() - started
+
+    def _remark(self, text: str) -> None:
+        self.tell({"stage": "note", "text": text})
 
     def _reject(self, attempt: Attempt) -> None:
         self.tell({"stage": "cutback", **asdict(attempt)})

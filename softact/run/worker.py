@@ -67,6 +67,7 @@ def solve(
         start = checkpoint.read(model, directory)
     if start is not None:
         begin = checkpoint.first_to_solve(start, identity(spec)["steps"])
+    notes = [*notes, *model.surfaces.notes]
     known: dict[str, Any] = {"mesh": {"cells": mesh.cell_count, "unknowns": unknowns}}
     if notes:
         known["mesh"]["remarks"] = list(notes)

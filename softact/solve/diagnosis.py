@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from softact.bodies.layer import Layer
 from softact.materials.tensors import determinant
 from softact.measures.strain import INCOMPRESSIBLE
 from softact.model import Model
@@ -22,6 +21,9 @@ RUNAWAY = 8.0
 STRETCHED, SHARE = 4.0, 0.005
 # An element is crushed where this part of its volume is left, though its law allows no such change.
 CRUSHED = 0.5
+# Points of an element are let go where J is so far from what the pressure there allows in this part
+# of the volume, and the pressure is so large by the shear modulus.
+LET_GO, IN_PART, LARGE = 0.15, 0.02, 20.0
 
 
 def causes(
@@ -52,7 +54,7 @@ def causes(
     found += _flat_cavities(model, state)
     found += _wrinkled_layers(model, state)
     found += _stretched_regions(model, state)
-    found += _crushed_elements(model, state)
+    found += list(_points_let_go(model, state)) or _crushed_elements(model, state)
     return found
 
 
@@ -70,7 +72,7 @@ def _wrinkled_layers(model: Model, state: State) -> Iterator[str]:
     for layer in model.layers:
         if layer.wrinkles or layer.bending is not None:
             continue
-        areas, stress = _membrane(model, state, layer)
+        areas, stress = layer.smallest_stress(state.x)
         parts = zip(*model.comm.allgather((areas, stress)), strict=True)
         areas, stress = (np.concatenate(part) for part in parts)
         pressed = stress < -BARELY * layer.made_of.material.youngs_modulus
@@ -80,25 +82,6 @@ def _wrinkled_layers(model: Model, state: State) -> Iterator[str]:
                 f"the layer on '{layer.surface}' wrinkles: {part:.0%} of it is in compression, and "
                 "without bending stiffness it carries none; wrinkling: tension_field relaxes it"
             )
-
-
-def _membrane(model: Model, state: State, layer: Layer) -> tuple[np.ndarray, np.ndarray]:
-    """Undeformed areas (k,) mm² and smallest principal stresses (k,) MPa of a layer's triangles
-    with straight edges."""
-    nodes = model.surfaces.facet_nodes(model.mesh.facets[layer.surface])[:, :3]
-    before = model.nodes.places[nodes]
-    after = before + state.x[model.displacement_dofs[nodes]]
-    edges, moved = before[:, 1:] - before[:, :1], after[:, 1:] - after[:, :1]
-    metric = edges @ np.swapaxes(edges, 1, 2)
-    # Principal values of the Green strain: eigenvalues of G⁻¹ (g − G)/2, both metrics in the edges.
-    change = np.linalg.inv(metric) @ (moved @ np.swapaxes(moved, 1, 2) - metric) / 2
-    trace, det = np.trace(change, axis1=1, axis2=2), np.linalg.det(change)
-    gap = np.sqrt(np.maximum(trace**2 / 4 - det, 0.0))
-    small, large = trace / 2 - gap, trace / 2 + gap
-    material = layer.made_of.material
-    nu = material.poissons_ratio
-    stress = material.youngs_modulus / (1 - nu**2) * (small + nu * large)
-    return np.sqrt(np.linalg.det(metric)) / 2, stress
 
 
 def _stretched_regions(model: Model, state: State) -> Iterator[str]:
@@ -112,6 +95,31 @@ def _stretched_regions(model: Model, state: State) -> Iterator[str]:
             yield (
                 f"region '{name}' is stretched up to {largest:.1f} times, {over / whole:.1%} of it "
                 f"more than {STRETCHED:g} times: few elastomers bear that, and the elements distort"
+            )
+
+
+def _points_let_go(model: Model, state: State) -> Iterator[str]:
+    """Where a continuous pressure no longer holds the volume at the points of its elements.
+
+    It prescribes the volume in the mean around a vertex. Within, the energy of the stress that the
+    pressure carries may fall as points gain volume and others lose it, the more the larger that is
+    by the shear modulus (Auricchio et al. 2013, Comput. Mech. 52:1153); a pressure of each element
+    holds them.
+    """
+    for name, solid in model.solids.items():
+        if solid.pressure_values is None or solid.pressure_values.shape[1] == 1:
+            continue
+        p = solid.hydrostatic_pressure(state.x)
+        off = np.abs(determinant(solid.deformation_gradient(state.x)) - solid.pressure_volume(p))
+        over = model.sum(float(solid.volumes[off > LET_GO].sum()))
+        part = over / model.sum(float(solid.volumes.sum()))
+        largest = max(model.comm.allgather(float(np.abs(p).max(initial=0.0))))
+        ratio = largest / solid.material.shear_modulus
+        if part > IN_PART and ratio > LARGE:
+            yield (
+                f"region '{name}': {part:.0%} of the points gain or lose more volume than the law "
+                f"allows, under a mean stress of {ratio:.0f} times the shear modulus, which the "
+                "continuous pressure of P2/P1 does not hold; solver: {element: P2/P0} does"
             )
 
 

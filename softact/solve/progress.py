@@ -70,10 +70,12 @@ class Listeners:
 
     accept: (state, attempt, increment number) at each new equilibrium, and once with the unloaded
     state before the first; reject: each attempt that failed; checkpoint: after each increment from
-    which the run could go on; iteration: at each iteration, so that it has to be quick.
+    which the run could go on; iteration: at each iteration, so that it has to be quick; remark:
+    each one, at once.
     """
 
     accept: Callable[[State, Attempt, int], None]
     reject: Callable[[Attempt], None] = lambda attempt: None
     checkpoint: Callable[[Checkpoint], None] = lambda checkpoint: None
     iteration: Callable[[Trying], None] = lambda trying: None
+    remark: Callable[[str], None] = lambda text: None

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +16,9 @@ from softact.loads.support import Held
 from softact.solve.border import VolumeControl
 from softact.solve.gas import Filling, GasControl
 from softact.system.term import Clock, State, Value
+
+if TYPE_CHECKING:
+    from softact.model import Model
 
 
 class Ramp:
@@ -117,6 +121,15 @@ class Ramp:
         start, end = self._ends.get("pressure", ({}, {}))
         return {n: (float(start[n]), float(end[n])) for n in end if start[n] != end[n]}
 
+    def changing(self, fraction: float) -> list[tuple[str, str, Value]]:
+        """Field, name and value, at a fraction of the step, of the loads that change in it."""
+        return [
+            (field, name, (1 - fraction) * start[name] + fraction * end[name])
+            for field, (start, end) in self._ends.items()
+            for name in end
+            if np.any(start[name] != end[name])
+        ]
+
     @property
     def only_pressures(self) -> bool:
         """Whether pressures, and no other loads, change in this step."""
@@ -159,3 +172,10 @@ class Ramp:
         part = self._gone(fraction)
         targets = [(1 - part) * now + part * then for now, then in self._volumes.values()]
         return VolumeControl([{name: 1.0} for name in self._volumes], np.array(targets))
+
+
+def said(model: Model, loads: Iterable[tuple[str, str, Value]]) -> str:
+    """Loads in words: field, name, value. Collective."""
+    ordered = sorted(loads, key=lambda load: load[:2])
+    parts = [BY_FIELD[field].said(name, value, model) for field, name, value in ordered]
+    return ", ".join(part for part in parts if part) or "no load"

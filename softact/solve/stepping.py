@@ -26,8 +26,9 @@ class Stepper:
         on_reject: Callable[[Attempt], None] = lambda attempt: None,
         on_checkpoint: Callable[[Checkpoint], None] = lambda checkpoint: None,
         on_iteration: Callable[[Trying], None] = lambda trying: None,
+        on_remark: Callable[[str], None] = lambda text: None,
     ):
-        listeners = Listeners(on_accept, on_reject, on_checkpoint, on_iteration)
+        listeners = Listeners(on_accept, on_reject, on_checkpoint, on_iteration, on_remark)
         self.walk = Walk(model, settings, listeners)
 
     @property

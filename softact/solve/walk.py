@@ -25,7 +25,7 @@ from softact.solve.pace import Pace
 from softact.solve.passed import Passed
 from softact.solve.path import Drive, LoadDrive, Point, extrapolate
 from softact.solve.progress import Attempt, Listeners, Progress, Trying
-from softact.solve.ramp import Ramp
+from softact.solve.ramp import Ramp, said
 from softact.solve.settings import Settings
 from softact.system.term import Origin, State
 
@@ -41,6 +41,9 @@ RUNS_AHEAD, TOWARDS_LIMIT = 1.3, 0.5
 # Newton iterations that friction takes more, at any increment, to find out what sticks and slips.
 FOR_FRICTION = 3
 TOO_LONG = "the increment is too long for the accuracy in time"
+# A limit point is named where it is so near, as a part of the step, and displacements grow so much
+# faster than at first.
+NAMED, RUNS_AWAY = 0.02, 3.0
 RETURNED = "that equilibrium was passed before the limit"
 
 
@@ -255,6 +258,11 @@ class Walk:
         else:
             self.listeners.reject(attempt)
 
+    def remark(self, text: str) -> None:
+        """Say what a reader has to know before he trusts the run."""
+        self.progress.remarks.append(text)
+        self.listeners.remark(text)
+
     def accept(
         self,
         drive: Drive,
@@ -392,6 +400,17 @@ class Walk:
         (one, before), (two, now) = ((a.speed**-2, a.fraction) for a in last)
         return now + two * (now - before) / (one - two) if one > two else np.inf
 
+    def limit_point(self) -> str | None:
+        """The limit of the load that is near, in words; None where there is none."""
+        limit = self.limit_ahead()
+        if limit - self.done > NAMED or self.faster() < RUNS_AWAY:
+            return None
+        return f"limit point at {self.loads_at(limit)} ({limit:.2%})"
+
+    def loads_at(self, fraction: float) -> str:
+        """The loads that change in the step, at a fraction of it, in words."""
+        return said(self.model, self.ramp.changing(fraction))
+
     def at_limit(self) -> bool:
         """Whether pressure has come so near to a limit that only volume goes on."""
         near = self.limit_ahead() - self.done < SMALL * self.largest
@@ -401,14 +420,13 @@ class Walk:
         """Why there is none from here on, as what the last state says of the physics."""
         modes = next(a.unstable_modes for a in reversed(self.progress.attempts) if a.converged)
         jumps = sum(a.converged and a.control == "dynamics" for a in self.attempts)
-        why = causes(self.model, self.state, modes, self.faster(), jumps) or [reason]
+        found = causes(self.model, self.state, modes, self.faster(), jumps)
+        limit = self.limit_point()
+        why = [limit, *found] if limit else found or [reason]
+        loads = [
+            (f, n, value) for f, named in self.state.loads.items() for n, value in named.items()
+        ]
         return (
             f"no equilibrium found beyond {self.done:.2%} of step '{self.step.name}' "
-            f"({_loads(self.state)}): {'; '.join(why)}"
+            f"({said(self.model, loads)}): {'; '.join(why)}"
         )
-
-
-def _loads(state: State) -> str:
-    pressures = sorted(state["pressure"].items())
-    parts = [f"{name} at {1e3 * float(p):.4g} kPa" for name, p in pressures]
-    return ", ".join(parts) or "no pressure"

@@ -1,8 +1,9 @@
 """The spec: a YAML file as frozen models in internal units, every fault told at once."""
 
 from softact.spec.loading import load, loads, opened, part, spec_at
-from softact.spec.models import LayerSpec, Solver, Spec, Step, SupportSpec
+from softact.spec.models import LayerSpec, Solver, Spec, Step
 from softact.spec.schema import json_schema
+from softact.spec.supports import SupportSpec
 
 __all__ = [
     "LayerSpec",

@@ -1,6 +1,7 @@
 """Faults between the parts of a spec, seen on the plain data so that all are told at once."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from softact.mesh.layout import Layout
 from softact.nearest import nearest
 from softact.units import show
 
+NOWHERE: Any = ()
 RUBBER, CLOTH = "ecoflex-00-30", "{plies: [{material: woven-tpu-nylon, thickness: 0.2 mm}]}"
 
 
@@ -53,7 +55,8 @@ def cross_faults(data: Any, geometry: Geometry | None) -> Iterator[Fault]:
         if "materials" not in data and not data.get("sheets"):
             yield ("materials",), "missing; region -> card, {card:, ...} or {law:, ...}"
         return
-    layout = geometry.layout()
+    layout = _with_marks(geometry.layout(), data)
+    yield from _marks(data, layout)
     yield from _made_of(data, "materials", "region", layout.regions, made_of_regions)
     yield from _made_of(data, "sheets", "sheet", tuple(layout.sheets), made_of_sheets)
     for index, layer in _mappings(data.get("layers")):
@@ -72,6 +75,31 @@ def cross_faults(data: Any, geometry: Geometry | None) -> Iterator[Fault]:
     for index, step in steps:
         yield from _step(step, ("steps", index), layout)
         yield from _known_obstacles(step, ("steps", index), data.get("obstacles"))
+
+
+def _with_marks(layout: Layout, data: dict[str, Any]) -> Layout:
+    """The layout with the names of the points and lines of a spec; their places do not matter."""
+    names = {
+        key: {name: NOWHERE for name in data[key] if isinstance(name, str)}
+        for key in ("points", "lines")
+        if isinstance(data.get(key), dict)
+    }
+    return replace(layout, points=names.get("points", {}), lines=names.get("lines", {}))
+
+
+def _marks(data: dict[str, Any], layout: Layout) -> Iterator[Fault]:
+    """Names that are taken, and surfaces between which no line can be."""
+    for key in ("points", "lines"):
+        for name in getattr(layout, key):
+            taken = name in (*layout.surfaces, *layout.sheets, *layout.curves)
+            if taken or (key == "lines" and name in layout.points):
+                other = "surface of the geometry" if taken else "point"
+                yield (key, name), f"{show(name)} is the name of a {other} too; rename it"
+    for name in layout.lines:
+        line = data["lines"][name]
+        between = line.get("between") if isinstance(line, dict) else None
+        for index, surface in enumerate(between if isinstance(between, list) else ()):
+            yield from surface_fault(surface, ("lines", name, "between", index), layout)
 
 
 def _mappings(value: Any) -> list[tuple[int, dict]]:
@@ -132,7 +160,7 @@ def fibre_faults(materials: Mapping[str, Law], layout: Layout) -> Iterator[Fault
         if not isinstance(law, FibreLaw):
             continue
         place = ("materials", region)
-        if law.normal is not None:
+        if isinstance(law.normal, tuple):
             if not np.any(np.cross(np.array(law.normal), layout.axis)):
                 yield (
                     (*place, "normal"),
@@ -242,7 +270,9 @@ def _supports(value: Any, place: Place, layout: Layout) -> Iterator[Fault]:
     held = {"xyz"[index] for index in layout.symmetry.values()}
     seen: set[tuple[str, str]] = set()
     for index, support in supports:
-        yield from surface_fault(support.get("surface"), (*place, index, "surface"), layout)
+        yield from surface_fault(
+            support.get("surface"), (*place, index, "surface"), layout, layout.marks
+        )
         components = _components(support)
         yield from _turned(support.get("turn"), (*place, index, "turn", "axis"), layout)
         if place[0] == "steps" and support.get("spring"):

@@ -3,7 +3,8 @@
 import hashlib
 import json
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, get_args
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Literal, Self, get_args
 
 from pydantic import (
     Field,
@@ -17,7 +18,7 @@ from pydantic_core.core_schema import ErrorType
 
 from softact.bodies import BODIES
 from softact.bodies.base import BodyKind
-from softact.fields import Component, Direction, Name, Part, Point, fault
+from softact.fields import Name, Part, Point, fault
 from softact.geometry.base import Geometry
 from softact.geometry.imported import Imported
 from softact.loads import LOADS
@@ -33,11 +34,10 @@ from softact.spec.contact import AnyObstacle, Contacts, resolved_contact
 from softact.spec.fields import GEOMETRY, AnyGeometry, AnyMaterial, LayerMaterial, Measures
 from softact.spec.path import UNNAMED
 from softact.spec.slots import walk
+from softact.spec.supports import LineSpec, SupportSpec
 from softact.spec.text import to_text
 from softact.spec.timing import AmplitudeSpec, timing, with_contents
-from softact.units import Angle, Dimensionless, Length, Stiffness, Time
-
-PositiveStiffness = Annotated[Stiffness, Field(gt=0)]
+from softact.units import Angle, Dimensionless, Length, Time
 
 
 def refuse_memory(material: Law) -> None:
@@ -109,63 +109,6 @@ class SheetOfLayers(Part):
     axis: tuple[Dimensionless, Dimensionless, Dimensionless] = Field(
         (1.0, 0.0, 0.0), strict=False, description="direction from which fibre angles count"
     )
-
-
-class TurnSpec(Part, title="Turn"):
-    """A rotation of a surface as a rigid plate."""
-
-    axis: Direction = Field(description="direction of the axis: [1, 0, 0]")
-    angle: Angle = Field(description="counted from the undeformed state; whole turns count")
-    about: Point | None = Field(
-        None, description="a point of the axis; default: the middle of the surface"
-    )
-
-
-class SupportSpec(Part, title="Support"):
-    """Components of the displacement of a surface that are held or prescribed."""
-
-    surface: str = Field(description="surface of the geometry")
-    fix: tuple[Component, ...] = Field(
-        (), strict=False, description="components held where they are when the support begins"
-    )
-    move: dict[Component, Length] = Field(
-        {}, description="components moved, counted from the undeformed state: {x: 2 mm}"
-    )
-    turn: TurnSpec | None = Field(None, description="a rotation, which prescribes all components")
-    spring: dict[Component, PositiveStiffness] | None = Field(
-        None,
-        description="components held by springs from the undeformed state on: {x: 2 N/mm} of the "
-        "whole surface, spread over its area; not in a step's supports, which leave springs as "
-        "they are",
-    )
-
-    @model_validator(mode="after")
-    def _holds_something(self) -> Self:
-        if not self.fix and not self.move and not self.turn and not self.spring:
-            raise fault("neither fixes nor moves anything; write for example fix: [x, y, z]")
-        if self.turn and (self.fix or self.move or self.spring):
-            raise fault("turn prescribes x, y and z; leave fix, move and spring out")
-        for component in self.spring or {}:
-            if component in self.fix or component in self.move:
-                raise fault(f"'{component}' has a spring and is prescribed too; keep one")
-        for component in self.fix:
-            if component in self.move:
-                raise fault(f"'{component}' is both fixed and moved; keep one")
-            if self.fix.count(component) > 1:
-                raise fault(f"'{component}' is fixed twice")
-        return self
-
-    @property
-    def values(self) -> dict[int, float | None]:
-        """Component (0, 1, 2) -> prescribed displacement in mm, None: held where it is."""
-        fixed: dict[int, float | None] = {"xyz".index(component): None for component in self.fix}
-        return fixed | {"xyz".index(component): value for component, value in self.move.items()}
-
-    @property
-    def held(self) -> tuple[int, ...]:
-        """Components (0, 1, 2) that are prescribed or held by springs."""
-        springs = ("xyz".index(component) for component in self.spring or {})
-        return (0, 1, 2) if self.turn else (*self.values, *springs)
 
 
 class StepBase(Part):
@@ -272,7 +215,9 @@ class Solver(Part):
     """How the equilibrium is sought. Increments are fractions of a step."""
 
     element: Literal["P2/P1", "P2/P0", "P2"] = Field(
-        "P2/P1", description="displacement and pressure; P2 alone locks near incompressibility"
+        "P2/P1",
+        description="displacement and pressure; P2/P0 holds the volume under stresses of many "
+        "times the shear modulus; P2 alone locks near incompressibility",
     )
     initial_increment: Dimensionless = Field(
         USUAL.initial_increment, gt=0, le=1, description="first increment"
@@ -353,8 +298,22 @@ class SpecBase(Part):
     probes: dict[Name, Point] = Field(
         {}, description="points of the undeformed actuator whose way is wanted: name -> place"
     )
+    points: dict[Name, Point] = Field(
+        {},
+        description="points for supports and payloads: name -> place on the undeformed actuator; "
+        "the nearest node is taken",
+    )
+    lines: dict[Name, LineSpec] = Field(
+        {}, description="lines for supports, payloads and torques: name -> {ends:} or {between:}"
+    )
     safety_factor: Dimensionless = Field(
         2.0, ge=1, le=100, description="failure pressure over safe pressure"
+    )
+    fields: tuple[Literal["stress", "contact_pressure"], ...] = Field(
+        (),
+        strict=False,
+        description="further fields in fields.xdmf: stress: all components of the Cauchy stress; "
+        "contact_pressure: per undeformed area",
     )
     measures: Measures = Field("all", description="'all' or a list (softact list measures)")
     solver: Solver = Field(Solver(), description="how the equilibrium is sought")
@@ -379,6 +338,11 @@ class SpecBase(Part):
         if faults or spec is None:
             raise ValidationError.from_exception_data(cls.__name__, faults)
         return spec._resolved()
+
+    def layout(self) -> Layout:
+        """Names of the parts of the geometry, and of the points and lines beside."""
+        lines = {name: line.where for name, line in self.lines.items()}
+        return replace(self.geometry.layout(), points=dict(self.points), lines=lines)
 
     def _resolved(self) -> Self:
         layout = self.geometry.layout()
@@ -417,7 +381,7 @@ class SpecBase(Part):
         if isinstance(self.geometry, Imported):
             data["geometry"]["file"] = self.geometry.content()
         data["steps"] = with_contents(data["steps"])
-        for part in ("sheets", "probes"):
+        for part in ("sheets", "probes", "points", "lines", "fields"):
             if not data[part]:
                 del data[part]  # as before there were any
         for ply in (ply for sheet in data.get("sheets", {}).values() for ply in sheet["plies"]):

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from softact.files.document import Document, Place, dotted
 from softact.geometry.base import Geometry
+from softact.loads.several import placed
 from softact.materials import Law, compressible
 from softact.materials.base import FibreLaw
 from softact.materials.laws.linear import Linear
@@ -33,7 +34,8 @@ from softact.units import (
 
 if TYPE_CHECKING:
     from softact.contact.obstacles import SpecObstacle
-    from softact.spec.models import LayerSpec, PlySpec, Spec, Step, SupportSpec
+    from softact.spec.models import LayerSpec, PlySpec, Spec, Step
+    from softact.spec.supports import SupportSpec
 
 Oddity = tuple[Place, str]
 
@@ -298,6 +300,14 @@ def _obstacle(obstacle: SpecObstacle, place: Place) -> Iterator[Oddity]:
         yield from _size("obstacle", edge, (*place, "size", i))
 
 
+# Kind of range, key of a step, and the vector in it.
+DEAD = (
+    ("traction", "traction", "value"),
+    ("force", "payload", "force"),
+    ("moment", "torque", "moment"),
+)
+
+
 def _step(step: Step, place: Place) -> Iterator[Oddity]:
     for cavity, value in (step.pressure or {}).items():
         kind = "pressure" if value > 0 else "vacuum"
@@ -308,12 +318,9 @@ def _step(step: Step, place: Place) -> Iterator[Oddity]:
         yield from _size("pressure", value, (*place, "surface_pressure", surface))
     if step.gravity is not None:
         yield from _size("gravity", math.hypot(*step.gravity), (*place, "gravity"))
-    if step.traction is not None:
-        yield from _size("traction", math.hypot(*step.traction.value), (*place, "traction"))
-    if step.payload is not None:
-        yield from _size("force", math.hypot(*step.payload.force), (*place, "payload"))
-    if step.torque is not None:
-        yield from _size("moment", math.hypot(*step.torque.moment), (*place, "torque"))
+    for kind, key, name in DEAD:
+        for load, at in placed(getattr(step, key), (*place, key)):
+            yield from _size(kind, math.hypot(*getattr(load, name)), at)
     yield from _supports(step.supports, (*place, "supports"))
     for name, change in (step.obstacles or {}).items():
         for i, value in enumerate(change.move or ()):

@@ -13,6 +13,7 @@ from softact.errors import SpecError
 from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
 from softact.measures import MEASURES
+from softact.measures.further_fields import further_fields
 from softact.measures.snapshot import Snapshot
 from softact.model import Support
 from softact.solve.settings import Settings
@@ -135,6 +136,12 @@ def test_patch(element):
     np.testing.assert_allclose(push + solution.reaction("z_max"), 0, atol=1e-8)
     found = MEASURES["contact"].evaluate(Snapshot(model, solution.state))
     assert found["contact_area_floor_mm2"] == pytest.approx(4.0, rel=1e-12)
+    # The pressure is the same at all nodes on the floor, also at its edges, and nowhere else.
+    assert found["contact_pressure_floor_kPa"] == pytest.approx(1e3 * push[2] / 4, rel=1e-6)
+    pressed = further_fields(Snapshot(model, solution.state), ["contact_pressure"])
+    on_floor = model.nodes.places[:, 2] < 1e-9
+    everywhere = np.where(on_floor, push[2] / 4, 0.0)
+    np.testing.assert_allclose(pressed["contact_pressure"], everywhere, rtol=1e-6)
 
 
 LINES = np.array([0, 0.3, 0.6, 0.9, 1.25, 2.2, 5, 11, 25.0])  # mm

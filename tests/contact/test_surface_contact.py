@@ -7,6 +7,7 @@ from softact.contact.surfaces import Touching
 from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
 from softact.measures import MEASURES
+from softact.measures.further_fields import further_fields
 from softact.measures.snapshot import Snapshot
 from softact.model import Support
 from tests.analytic.differences import (
@@ -122,6 +123,12 @@ def test_two_blocks(shear, exact):
     found = MEASURES["contact"].evaluate(Snapshot(model, solution.state))
     area = model.surfaces.area("z_max")  # as large as each of the two faces that touch
     assert found[f"contact_area_{term.name}_mm2"] == pytest.approx(area, rel=max(exact, 1e-6))
+    # As a field the pressure is the force by the area, on both sides.
+    pressed = further_fields(Snapshot(model, solution.state), ["contact_pressure"])
+    pressure = pressed["contact_pressure"]
+    uniform = -solution.reaction("z_max")[2] / area
+    assert pressure[pressure > 0] == pytest.approx(uniform, rel=max(20 * exact, 1e-6))
+    assert len(pressure[pressure > 0]) == len(np.unique(term.facets.nodes))
 
 
 def test_energy_of_closing_and_opening():

@@ -42,6 +42,8 @@ CASES = [
     ("thick_sphere", {"inner_radius": "3 mm", "outer_radius": "9 mm", "mesh_size": "1 mm"}),
     ("tube", {}),
     ("tube", {"inner_radius": "5 mm", "outer_radius": "5.5 mm", "mesh_size": "1 mm"}),
+    ("tube", {"part": "half"}),
+    ("tube", {"part": "whole"}),
     ("pneunet", {}),
     ("pneunet", {"chambers": 2, "symmetry": False, "cavity_mesh_size": "1 mm"}),
     ("pneunet", {"chambers": 2, "channel_width": "12 mm", "channel_height": "16 mm",

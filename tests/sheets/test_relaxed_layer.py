@@ -9,6 +9,7 @@ from softact.materials import LAWS
 from softact.materials.plane_stress import GreenLaw
 from softact.materials.tension_field import KEPT_BONDED, GreenTensionField, TensionField
 from softact.model import Support
+from softact.run.films import compressed_layers
 from tests.analytic.meshes import block
 from tests.analytic.solving import ROLLERS, build, solve
 
@@ -52,6 +53,23 @@ def test_pressed_it_carries_nothing():
     assert carried < 0.1 * alone < 0
     kept = pull(0.95, HELD_ACROSS, [film(True)]) - alone
     assert kept == pytest.approx(KEPT_BONDED * carried, rel=0.01)
+
+
+@pytest.mark.parametrize(("stretch", "relaxed"), [(0.9, False), (0.9, True), (1.05, False)])
+def test_compression_that_a_film_would_not_carry_is_told(stretch, relaxed):
+    """Along x the film is pressed by E' (1 − λ²)/2 = 4.8 MPa, E' = 50.5 MPa in plane strain, and
+    wrinkles at ¼ (3 · 4 μ/E')^(2/3) E' = 2.6 MPa."""
+    model = build(block((3, 2, 2), (LENGTH, WIDTH, 1.0)), RUBBER, layers=[film(relaxed)])
+    move = [*HELD_ACROSS, Support("x_max", {0: LENGTH * (stretch - 1)})]
+    solution = solve(model, LoadStep("pull", supports=move), HELD_ACROSS)
+    told = list(compressed_layers(model, solution.state))
+    assert len(told) == (stretch < 1 and not relaxed)
+    if told:
+        modulus = 50.0 / (1 - 0.1**2)
+        pressed = modulus * (1 - 0.9**2) / 2
+        limit = 0.25 * (3 * 1.6 / modulus) ** (2 / 3) * modulus
+        assert f"down to {-pressed:.3g} MPa" in told[0]
+        assert f"wrinkles at {-limit:.2g} MPa, which 100% of it" in told[0]
 
 
 def test_taut_it_is_the_facet_layer():

@@ -1,15 +1,25 @@
 """Holzapfel-Gasser-Ogden law with dispersion, for fabrics and fibre-reinforced walls."""
 
-from typing import Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
 from softact.materials.base import DEFAULT_POISSONS_RATIO, VOLUMETRIC, FibreLaw, bulk_modulus
 from softact.materials.invariants import InvariantLaw
 from softact.materials.jets import Number, positive
 from softact.units import Angle, Dimensionless, Pressure
 
+
+def _written_as(value: Any) -> str:
+    return "word" if isinstance(value, str) else "vector"
+
+
+Vector = tuple[Dimensionless, Dimensionless, Dimensionless]
+Normal = Annotated[
+    Annotated[Vector, Tag("vector")] | Annotated[Literal["radial"], Tag("word")],
+    Discriminator(_written_as),
+]
 # Default ratio of K to k1, see ``Holzapfel._fill_bulk_modulus``.
 BULK_TO_FIBRES = 10.0
 
@@ -40,8 +50,10 @@ class Holzapfel(InvariantLaw, FibreLaw):
     )
     angle: Angle = Field(default=0.0, description="of the fibres to the actuator's axis, degrees")
     families: Literal[1, 2] = Field(default=2, description="1: at the angle; 2: at ± the angle")
-    normal: tuple[Dimensionless, Dimensionless, Dimensionless] | None = Field(
-        default=None, description="of the plane of the fibres; default: of the region's wall"
+    normal: Normal | None = Field(
+        default=None,
+        description="of the plane of the fibres, or radial: away from the actuator's axis; "
+        "default: of the region's wall, which of parts from a file is z",
     )
 
     @classmethod
@@ -66,15 +78,14 @@ class Holzapfel(InvariantLaw, FibreLaw):
     @field_validator("normal", mode="before")
     @classmethod
     def _has_three_components(cls, value: Any) -> Any:
-        if value is not None and not (isinstance(value, list | tuple) and len(value) == 3):
-            raise ValueError("write a list of three for x, y, z, for example [0, 0, 1]")
+        three = isinstance(value, list | tuple) and len(value) == 3
+        if value not in (None, "radial") and not three:
+            raise ValueError("write a list of three for x, y, z, for example [0, 0, 1], or radial")
         return value
 
     @field_validator("normal")
     @classmethod
-    def _has_a_direction(
-        cls, value: tuple[float, float, float] | None
-    ) -> tuple[float, float, float] | None:
+    def _has_a_direction(cls, value: Vector | str | None) -> Vector | str | None:
         if value is not None and not any(value):
             raise ValueError("[0, 0, 0] has no direction; write for example [0, 0, 1]")
         return value

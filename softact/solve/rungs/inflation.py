@@ -190,7 +190,7 @@ class _Inflation:
         return self._end("the sheets do not come to rest under the full load")
 
     def _come_to_rest(self, what: str) -> str | None:
-        self.walk.progress.remarks.append(
+        self.walk.remark(
             f"step '{self.walk.step.name}': the sheets {what} at the end, where they are in "
             f"balance to {PACE.loose:g} of their forces and not to the solver's tolerance: which "
             "folds are slack is not decided further"

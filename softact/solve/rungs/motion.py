@@ -72,16 +72,17 @@ class Motion:
     def climb(self, walk: Walk, trouble: Trouble) -> Went | Stopped:
         """See ``Rung``."""
         settings, reach = walk.settings, self._reach(walk)
-        moved = settings.dynamics and self._settle(walk, reach)
+        moved = self._settle(walk, reach) if settings.dynamics else None
         if settings.dynamics:
             walk.size = min(settings.initial_increment, reach)
-        if not moved:
+        if moved is None:
             return Stopped(trouble.limit or walk.no_equilibrium(trouble.failed))
         walk.passed.leave()
         walk.passed.add(walk.path[-1].s, walk.path[-1].x)
         walk.vain_before = walk.in_vain()
         if trouble.snap:
-            walk.progress.remarks.insert(-1, trouble.snap)
+            walk.remark(trouble.snap)
+        walk.remark(moved)
         return Went.ON
 
     @staticmethod
@@ -92,25 +93,26 @@ class Motion:
         return walk.largest * min(1.0, PACE.reach * PACE.farther**moved)
 
     @staticmethod
-    def _settle(walk: Walk, further: float) -> bool:
-        """Load further by this fraction of the step and let the body come to rest; whether it came
-        to an equilibrium, which is the end of the walk's path then."""
+    def _settle(walk: Walk, further: float) -> str | None:
+        """Load further by this fraction of the step and let the body come to rest; what is to be
+        said of it where it came to an equilibrium, which is the end of the walk's path then."""
+        limit = walk.limit_point()
         walk.control = "dynamics"
         motion = _Motion(walk, _reachable(walk, further))
         outcome = motion.run()
         if outcome is None or not outcome.converged:
             walk.go_to(walk.drive, walk.path[-1])
             walk.model.contacts.resume(walk.state)
-            return False
+            return None
         ratio, start = motion.kinetic_ratio, walk.done
         walk.path = walk.accept(walk.drive, [], motion.goal, outcome, "dynamics", ratio)
         verdict = "" if ratio <= PACE.quasi_static else ", more than quasi-static motion may have"
-        walk.progress.remarks.append(
-            f"step '{walk.step.name}': no equilibrium nearby at {start:.2%}; the actuator moved to "
+        why = limit or f"no equilibrium nearby at {start:.2%} ({walk.loads_at(start)})"
+        return (
+            f"step '{walk.step.name}': {why}; the actuator moved to "
             f"that at {motion.goal:.2%} in {motion.time_steps} damped time steps (kinetic energy "
             f"at most {ratio:.2%} of the internal energy{verdict})"
         )
-        return True
 
 
 def growth(iterations: int) -> float:

@@ -232,7 +232,7 @@ class _Trace:
     def _remark(self, seen: list[Point]) -> None:
         limit = self._limit(seen)
         if limit is not None:
-            self.walk.progress.remarks.append(
+            self.walk.remark(
                 f"step '{self.walk.step.name}': snaps at {self._pressure(limit)}; the unstable "
                 "equilibria up to where it catches itself were traced by volume"
             )
