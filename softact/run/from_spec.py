@@ -117,7 +117,8 @@ def _load_step(step: Step, model: Model) -> LoadStep:
     for key, value in step.loads.items():
         loads |= LOADS[key].ends(value, model)
     supports = supports_of(step.supports) if step.supports is not None else None
-    return LoadStep(step.name, supports, step.largest_increment, **loads)
+    timing = step.timing(model.mesh.layout)
+    return LoadStep(step.name, supports, step.largest_increment, timing, **loads)
 
 
 def parameters(spec: Spec) -> dict[str, Any]:
