@@ -25,7 +25,7 @@ from benchmarks import ccx, hexahedra
 from softact.errors import SoftactError
 from softact.files.text import write_atomic
 from softact.geometry.base import make_mesh
-from softact.mesh.tetrahedra import read_msh
+from softact.mesh.msh_file import read_msh
 from softact.spec import load
 
 SPEC = Path(__file__).with_name("pneunet8.yaml")

@@ -18,7 +18,7 @@ from typing import ClassVar
 import numpy as np
 
 from softact.errors import SoftactError, SpecError
-from softact.mesh.tetrahedra import Tetrahedra
+from softact.mesh.msh_file import Tetrahedra
 
 # Corners of the edges whose middles are nodes 5 to 10 of a C3D10.
 EDGES = np.array([[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]])

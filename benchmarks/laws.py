@@ -88,7 +88,8 @@ def measure(names: list[str], rounds: int) -> tuple[int, dict[str, dict[str, flo
     from mpi4py import MPI
 
     from softact.geometry.base import make_mesh
-    from softact.mesh.tetrahedra import distribute, read_msh
+    from softact.mesh.msh_file import read_msh
+    from softact.mesh.tetrahedra import distribute
 
     geometry = load(SPEC).geometry
     layout = geometry.layout()

@@ -109,6 +109,12 @@ def _pairs(
 @click.option(
     "--compare", multiple=True, metavar="CARD", help="Draw a card or a card's file beside it."
 )
+@click.option(
+    "--relaxation",
+    is_flag=True,
+    help="FILEs are relaxation tests: time and stress (or force) at a held stretch; prints the "
+    "Maxwell elements for a material, and writes nothing.",
+)
 @click.option("--density", callback=_quantity("DENSITY"), help="For the card.")
 @click.option("--strength", callback=_quantity("PRESSURE"), help="Tensile strength, for the card.")
 @click.option("--name", callback=_file_name, help="Name of the card; default: the first file's.")
@@ -132,6 +138,7 @@ def fit(
     sigma: float | None,
     fix: dict[str, str],
     compare: tuple[str, ...],
+    relaxation: bool,
     density: float | None,
     strength: float | None,
     name: str | None,
@@ -152,7 +159,17 @@ def fit(
       softact fit tension.csv --law all
       softact fit uni.csv:uniaxial sheet.csv:planar --law ogden_3 --loading
       softact fit treloar.txt --columns 'nominal_stress MPa, stretch' --law yeoh
+      softact fit held.csv --relaxation
     """
+    if relaxation:
+        from softact.fit import relaxation as tests
+
+        for entry in data:
+            path = Path(entry)
+            test = tests.read_relaxation(path)
+            for line in tests.tell(test, tests.fit_series(test), path.name):
+                click.echo(line)
+        return
     from softact.fit.fit import Options
     from softact.fit.run import Request, run
     from softact.fit.sheet import sheets_from_argument

@@ -24,6 +24,7 @@ from softact.nearest import nearest
 WRONG_INPUT, BUG, INTERRUPTED, BROKEN_PIPE = 2, 70, 130, 141
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EROFS)
 FIRST = (
+    "new",
     "run",
     "validate",
     "mesh",
@@ -94,7 +95,9 @@ def _version(ctx: click.Context, parameter: click.Parameter, wanted: bool) -> No
     cls=Commands,
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
-    epilog="'softact COMMAND --help' shows an example for each command.",
+    epilog="'softact COMMAND --help' shows an example for each command. The shell completes "
+    'commands, options and names after: eval "$(_SOFTACT_COMPLETE=bash_source softact)" '
+    "(or zsh_source, fish_source).",
 )
 @click.option(
     "--version",
@@ -116,7 +119,9 @@ def softact(ctx: click.Context) -> None:
 
     How far it bends, how hard it pushes, how much air it takes. Start with
 
-      softact run configs/pneunet_glove.yaml
+    \b
+      softact new --does bend -o finger.yaml
+      softact run finger.yaml
     """
     if ctx.invoked_subcommand is None:
         click.echo(ctx.get_help())

@@ -2,6 +2,9 @@
 
 import shlex
 import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -82,7 +85,10 @@ def run(
     stored = load(spec).to_yaml() == Path(spec).read_text(encoding="utf-8")
     check_results(directory, force, reads=[*measured, *([] if stored else [Path(spec)])])
 
-    with ProgressLine([step.name for step in loaded.steps]) as progress:
+    with (
+        resume_hint(directory, _again(spec, directory, overrides)),
+        ProgressLine([step.name for step in loaded.steps]) as progress,
+    ):
         outcome = solve(
             loaded,
             directory,
@@ -95,6 +101,28 @@ def run(
     _tell_verdict(outcome)
     click.echo(f"report: {directory / 'report.html'}")
     sys.exit(outcome.exit_code)
+
+
+def _again(spec: str, directory: Path, overrides: Sequence[str]) -> str:
+    """The command that goes on with the run."""
+    changed = [word for override in overrides for word in ("--set", override)]
+    return shlex.join(["softact", "run", spec, "-o", str(directory), *changed, "--resume"])
+
+
+@contextmanager
+def resume_hint(directory: Path, command: str) -> Iterator[None]:
+    """Say how the run goes on where it was stopped, or its solver ended, with states behind it."""
+    from softact.files.restart import RESTART
+    from softact.run.start import SolverCrashError
+
+    began = time.time()
+    try:
+        yield
+    except (KeyboardInterrupt, SystemExit, SolverCrashError):
+        restart = directory / RESTART
+        if restart.is_file() and restart.stat().st_mtime >= began - 1:
+            click.echo(f"\nwhat was solved is kept; it goes on with: {command}", err=True)
+        raise
 
 
 def _tell_verdict(outcome: "Outcome") -> None:

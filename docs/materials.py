@@ -68,6 +68,45 @@ the actuator meets a curve that was measured on it.
 used beyond the stretch it was fitted to; the fit says where it becomes unstable.
 """
 
+LOOKED_FOR = (
+    (
+        "Dragon Skin 20, Mold Star 16, PlatSil Gel 10",
+        "yes: tensile tests of the Soft Robotics Materials Database (Marechal et al. 2020, doi "
+        "10.1089/soro.2019.0115), fitted with `softact fit --law ogden_1` up to a stretch of 4",
+    ),
+    (
+        "Mold Star 15, Smooth-Sil 950",
+        "constants in programs that say nothing of the test; not taken",
+    ),
+    ("Smooth-Sil 940, Ecoflex 00-20, latex", "no"),
+    (
+        "PDMS Sylgard 184",
+        "no; a paper on a PDMS (Phothiphatcha and Puttapitukporn 2021, doi 10.4186/ej.2021.25.4) "
+        "of which only the abstract could be read",
+    ),
+    (
+        "TPU 85A and 95A, Agilus30, Elastic 80A",
+        "no; a paper on 14 printable materials (doi 10.1089/3dp.2023.0010) may have some, but only "
+        "its beginning could be read",
+    ),
+)
+
+
+def looked_for() -> list[str]:
+    """What cards were looked for, and what came of it."""
+    return [
+        "",
+        "## Cards that were looked for",
+        "",
+        "On 28 November 2026, in papers, public repositories and web pages. A card needs "
+        "constants, or data to fit, and the test that they are from.",
+        "",
+        "| material | found |",
+        "| --- | --- |",
+        *(f"| {material} | {found} |" for material, found in LOOKED_FOR),
+    ]
+
+
 READING = """
 ## What `softact fit` reads
 
@@ -198,7 +237,15 @@ def cards() -> list[str]:
 def page() -> str:
     """The whole page."""
     return "\n".join(
-        [INTRODUCTION.rstrip(), *laws(), *cards(), READING.rstrip(), FITTING.rstrip(), ""]
+        [
+            INTRODUCTION.rstrip(),
+            *laws(),
+            *cards(),
+            *looked_for(),
+            READING.rstrip(),
+            FITTING.rstrip(),
+            "",
+        ]
     )
 
 

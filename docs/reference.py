@@ -12,6 +12,8 @@ from softact.bodies.constraints import Constraint
 from softact.contact.obstacles import OBSTACLES
 from softact.geometry.step_faces import Selection
 from softact.loads import LOADS
+from softact.materials.mullins import Mullins
+from softact.materials.viscoelastic import Shift, Viscoelastic
 from softact.spec.contact import SurfaceContactSpec
 from softact.spec.models import (
     LayerSpec,
@@ -23,6 +25,7 @@ from softact.spec.models import (
 )
 from softact.spec.plausible import RANGES
 from softact.spec.supports import LineSpec, SupportSpec
+from softact.spec.timing import AmplitudeSpec, SineSpec, TriangleSpec
 from softact.units import DIMENSIONS
 
 LOADED = {key: catalogue.model_in(load.annotation) for key, load in LOADS.items()}
@@ -39,6 +42,12 @@ PARTS = (
     (Step, "An entry of `steps`"),
     *((part, f"A step's `{key}`") for key, part in LOADED.items() if part and key != "obstacles"),
     *((model, f"An entry of `obstacles`: type `{name}`") for name, model in OBSTACLES.items()),
+    (AmplitudeSpec, "A step's `amplitude`"),
+    (SineSpec, "`sine` of an amplitude"),
+    (TriangleSpec, "`triangle` of an amplitude"),
+    (Viscoelastic, "A material's `viscoelastic`"),
+    (Shift, "`wlf` of `viscoelastic`"),
+    (Mullins, "A material's `mullins`"),
     (SurfaceContactSpec, "An entry of `contact`"),
     (LOADED["obstacles"], "An entry of a step's `obstacles`"),
     (Solver, "`solver`"),

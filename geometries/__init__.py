@@ -2,9 +2,11 @@
 
 from softact.geometries.antagonistic import Antagonistic
 from softact.geometries.bellows import Bellows
+from softact.geometries.bending_tube import BendingTube
 from softact.geometries.block import Block
 from softact.geometries.braided_muscle import BraidedMuscle
 from softact.geometries.fiber_reinforced import FiberReinforced
+from softact.geometries.from_mesh import FromMesh
 from softact.geometries.from_script import FromScript
 from softact.geometries.from_step import FromStep
 from softact.geometries.knit_strips import KnitStrips
@@ -22,9 +24,11 @@ from softact.geometries.woven_stiffening import WovenStiffening
 GEOMETRIES = {
     "antagonistic": Antagonistic,
     "bellows": Bellows,
+    "bending_tube": BendingTube,
     "block": Block,
     "braided_muscle": BraidedMuscle,
     "fiber_reinforced": FiberReinforced,
+    "from_mesh": FromMesh,
     "from_script": FromScript,
     "from_step": FromStep,
     "knit_strips": KnitStrips,

@@ -12,11 +12,15 @@ import numpy as np
 from pydantic import Field
 
 from softact.errors import MeshError
+from softact.geometry import step_drawing
 from softact.geometry.base import main, tell
 from softact.geometry.imported import Imported
 from softact.geometry.step_faces import AnySelection, Face, Selection
 from softact.geometry.step_part import StepPart, numbers_of
-from softact.units import show
+from softact.units import Length, show
+
+#: Part of the mesh size, and of the size of the part, below which a face is a sliver.
+NARROW, NARROW_PART = 0.05, 1e-3
 
 
 class FromStep(Imported):
@@ -33,7 +37,12 @@ class FromStep(Imported):
 
     type: Literal["from_step"] = "from_step"
     select: dict[str, AnySelection] = Field(
-        {}, description="surface -> numbers of its faces, or {numbers, plane, normal, box}"
+        {}, description="surface -> numbers of its faces, or {numbers, plane, normal, box, beside}"
+    )
+    heal: Length | None = Field(
+        None,
+        description="OCC removes edges and faces narrower than this and closes gaps; names of the "
+        "file may go, numbers count anew",
     )
     suffixes: ClassVar[tuple[str, ...]] = (".step", ".stp")
 
@@ -53,7 +62,7 @@ class FromStep(Imported):
         """See ``Geometry.build``; tells what it found in the file."""
         part = self._read(gmsh)
         surfaces, alone = self._surfaces(part)
-        for text in part.overview():
+        for text in (*part.overview(), *part.slivers(NARROW * self.mesh_size)):
             tell(text)
         for name in alone:
             tell(f"no face has a name: '{name}' is {numbers_of(surfaces[name])}, by its place")
@@ -68,7 +77,7 @@ class FromStep(Imported):
         """See ``Geometry.look``: the names of all parts, and a list of the faces where one has
         none."""
         part = self._read(gmsh)
-        for text in (*part.overview(), *part.apart()):
+        for text in (*part.overview(), *part.apart(), *part.slivers(NARROW * self.mesh_size)):
             tell(text)
         try:
             part.regions(self.regions)
@@ -85,8 +94,27 @@ class FromStep(Imported):
             for text in part.list_of_faces():
                 tell(text)
 
-    def _read(self, gmsh: ModuleType) -> StepPart:
-        return StepPart.read(gmsh, Path(self.file), self.unit, self.separate, self.mesh_size)
+    def draw(self, gmsh: ModuleType, path: Path) -> None:
+        """See ``Geometry.draw``: all faces with their numbers, and with names as far as there are
+        some; what is missing is said."""
+        part = self._read(gmsh, meshed=False)
+        narrow = NARROW_PART * float(np.linalg.norm(part.drawn.extents))
+        for text in (*part.overview(), *part.apart(), *part.slivers(narrow)):
+            tell(text)
+        if part.drawn.doubt:
+            tell(part.drawn.doubt)
+        try:
+            surfaces, alone = self._surfaces(part)
+        except MeshError as error:
+            surfaces, alone = {}, []
+            for line in error.lines:
+                tell(line)
+        tell_direction(part, alone, (self.clamp, self.tip))
+        step_drawing.write(gmsh, part, surfaces, path)
+
+    def _read(self, gmsh: ModuleType, meshed: bool = True) -> StepPart:
+        size = self.mesh_size if meshed else None
+        return StepPart.read(gmsh, Path(self.file), self.unit, self.separate, size, self.heal)
 
     def _surfaces(self, part: StepPart) -> tuple[dict[str, list[Face]], list[str]]:
         """As ``StepPart.surfaces``."""

@@ -21,7 +21,7 @@ from softact.units import dimension_of
 
 CARD_TEXTS = ("name", "source", "test", "stretch_range", "strength", "notes")
 NAMES = ("regions", "cavities", "surfaces", "sheets", "curves")  # of a layout, for a spec
-NO_LOADS = ("name", "max_increment")  # fields of a step that are none
+NO_LOADS = ("name", "max_increment", "duration", "amplitude")  # fields of a step that are none
 
 
 def kind(annotation: Any) -> str:

@@ -16,8 +16,10 @@ from softact.bodies.base import Body
 from softact.bodies.inertia import Inertia
 from softact.bodies.layer import BondedLayer, Layer
 from softact.bodies.named_surfaces import Surfaces
+from softact.bodies.regions import SolidParts
+from softact.bodies.remembering import RememberingSolid, without_rates
 from softact.bodies.sheet import Sheet, SheetPart, make_parts, node_numbers
-from softact.bodies.solid import Solid, SolidParts
+from softact.bodies.solid import Solid
 from softact.bodies.spring import SpringSupport
 from softact.bodies.weight import Weight
 from softact.contact.contacts import Contacts
@@ -259,6 +261,34 @@ class Model:
     def sum(self, value: Any) -> Any:
         """Sum over processes of a number or an array."""
         return self.comm.allreduce(value)
+
+    def remember(self, state: State) -> None:
+        """Take ``state`` as the last equilibrium: from it friction and materials count on."""
+        self.contacts.remember(state)
+        for body in self.remembering:
+            state.memory = {**state.memory, **body.remember(state)}
+
+    def recall(self, state: State, memory: Mapping[str, np.ndarray | float]) -> None:
+        """Let the materials of ``state`` remember what they did in an earlier memory."""
+        mine = tuple(body.name_of("") for body in self.remembering)
+        if mine:
+            others = {k: v for k, v in state.memory.items() if not k.startswith(mine)}
+            state.memory = others | {k: v for k, v in memory.items() if k.startswith(mine)}
+
+    def forget_rates(self, state: State) -> None:
+        """Let no rate of a stress be taken over from before ``state``: loads turn there."""
+        if self.remembering:
+            without_rates(state)
+
+    def time_error(self, state: State) -> float:
+        """Largest error of the internal stresses of a time step, by the largest stress so far; 0
+        where nothing creeps. Collective."""
+        return max((body.time_error(state) for body in self.remembering), default=0.0)
+
+    @property
+    def remembering(self) -> list[RememberingSolid]:
+        """Bodies whose materials have a memory."""
+        return [s for s in self.solids.values() if isinstance(s, RememberingSolid)]
 
     # --- residual and tangent ---------------------------------------------------------------
 

@@ -40,6 +40,7 @@ KINDS = {
     "A": "an electric current",
     "V": "a voltage",
     "1/mm": "a curvature",
+    "mm^3/(s*MPa)": "a conductance",
 }
 
 # What people write, and how pint knows it. A pressure in softact counts from the ambient, as a

@@ -122,6 +122,10 @@ TIME = Dimension("time", "s", ("s", "ms"), ("min",), "0.5 s")
 VOLUME = Dimension("volume", "mm^3", ("mm^3", "ml"), ("cm^3", "l"), "1.5 ml")
 MOMENT = Dimension("moment", "N*mm", ("N*mm", "N*m"), (), "20 N*mm")
 STIFFNESS = Dimension("stiffness", "N/mm", ("N/mm", "N/m"), (), "2 N/mm")
+FREQUENCY = Dimension("frequency", "Hz", ("Hz", "kHz"), ("1/min",), "2 Hz")
+CONDUCTANCE = Dimension(
+    "conductance", "mm^3/(s*MPa)", ("mm^3/(s*MPa)",), ("l/(min*bar)",), "2 l/(min*bar)"
+)
 COMPLIANCE = Dimension("compliance", "1/MPa", ("1/MPa",), ("1/kPa",), "2.9 1/MPa")
 
 DIMENSIONS = (
@@ -136,6 +140,8 @@ DIMENSIONS = (
     COMPLIANCE,
     MOMENT,
     STIFFNESS,
+    FREQUENCY,
+    CONDUCTANCE,
 )
 
 
@@ -289,4 +295,6 @@ Moment = Annotated[float, *_quantity(MOMENT)]
 Stiffness = Annotated[float, *_quantity(STIFFNESS)]
 Volume = Annotated[float, *_quantity(VOLUME)]
 Compliance = Annotated[float, *_quantity(COMPLIANCE)]
+Conductance = Annotated[float, *_quantity(CONDUCTANCE)]
+Frequency = Annotated[float, *_quantity(FREQUENCY)]
 Dimensionless = Annotated[float, BeforeValidator(_parse_number)]

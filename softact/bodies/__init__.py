@@ -7,7 +7,7 @@ from softact.bodies.spring import Springs
 BODIES: dict[str, BodyKind] = {
     kind.key: kind
     for kind in (
-        InModule("materials", "softact.bodies.solid"),
+        InModule("materials", "softact.bodies.regions"),
         InModule("layers", "softact.bodies.layer"),
         InModule("sheets", "softact.bodies.sheet_bending"),
         Springs(),

@@ -6,9 +6,8 @@ import ctypes
 import functools
 import hashlib
 import operator
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,7 +15,6 @@ from softact import compat
 from softact.bodies.inertia import SolidInertia
 from softact.bodies.weight import Weight
 from softact.materials.base import Material
-from softact.materials.fibres import fibre_field
 from softact.materials.tensors import (
     COLUMNS,
     ROWS,
@@ -37,9 +35,6 @@ from softact.system.term import (
     TimeStep,
     unit_forces,
 )
-
-if TYPE_CHECKING:
-    from softact.model import Model
 
 # States whose stresses are kept: those of a quadratic extrapolation, and the one it leads to.
 KEPT = 4
@@ -171,11 +166,24 @@ class Solid:
         if not (jacobian > 0).all():  # also true of NaN
             raise InvertedElementError
         c = np.matmul(f.transpose(0, 2, 1), f)
-        stress, moduli = self.material.stress_tangent(c, self.fibres)
+        stress, moduli = self._isochoric(c, state)
         if state.motion is not None and state.motion.resistance:
             more_stress, more_moduli = self._viscous(c, state.motion)
             stress, moduli = stress + more_stress, moduli + more_moduli
         return *self._add_volumetric(stress, moduli, c, jacobian), jacobian
+
+    def _isochoric(self, c: np.ndarray, state: State) -> tuple[np.ndarray, np.ndarray]:
+        """Isochoric stress (n, 6) and moduli (n, 6, 6) at C (n, 3, 3)."""
+        return self.material.stress_tangent(c, self.fibres)
+
+    def _stored(self, c: np.ndarray, state: State) -> np.ndarray:
+        """Isochoric energy (n,) at C (n, 3, 3), MPa."""
+        return self.material.energy(c, self.fibres)
+
+    def _right_cauchy_green(self, x: np.ndarray) -> np.ndarray:
+        """C (n, 3, 3) at the quadrature points."""
+        f = self.deformation_gradient(x).reshape(-1, 3, 3)
+        return np.matmul(f.transpose(0, 2, 1), f)
 
     def _viscous(self, c: np.ndarray, motion: TimeStep) -> tuple[np.ndarray, np.ndarray]:
         """Stress (n, 6) and moduli (n, 6, 6) at C (n, 3, 3) of a Newtonian fluid in one time step
@@ -249,7 +257,7 @@ class Solid:
 
     def _carried_stress(self, state: State, origin: Origin) -> np.ndarray:
         """Stress (n, 6) of the geometric stiffness, see ``Origin``."""
-        kept = [self._evaluate(State(x, motion=state.motion)) for x in origin.states]
+        kept = [self._evaluate(replace(state, x=x)) for x in origin.states]
         if not origin.linearised:
             shares = (w * stress for w, (stress, _, _) in zip(origin.weights, kept, strict=True))
             return functools.reduce(operator.add, shares)
@@ -263,14 +271,19 @@ class Solid:
     def _evaluate(self, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """``second_piola``, kept for the last few states: Newton asks for force and tangent at the
         same one, and for the stress of those that it came from."""
-        key = hashlib.blake2b(state.x.data, digest_size=16).digest()
-        if state.motion is not None and state.motion.resistance:
-            key += state.motion.key
+        key = self._key(state)
         found = self._kept.pop(key, None) or self.second_piola(state)
         self._kept[key] = found
         while len(self._kept) > KEPT:
             del self._kept[next(iter(self._kept))]
         return found
+
+    def _key(self, state: State) -> bytes:
+        """Of all that the stress depends on."""
+        key = hashlib.blake2b(state.x.data, digest_size=16).digest()
+        if state.motion is not None and state.motion.resistance:
+            key += state.motion.key
+        return key
 
     def cauchy(self, state: State) -> np.ndarray:
         """Cauchy stress (cells, points, 3, 3) MPa at the quadrature points: F S Fᵀ/J + p I."""
@@ -318,37 +331,9 @@ class Solid:
         f = self.deformation_gradient(state.x).reshape(-1, 3, 3)
         jacobian = determinant(f)
         c = np.matmul(f.transpose(0, 2, 1), f)
-        density = self.material.energy(c, self.fibres) + self._extra_volumetric(jacobian)[0]
+        density = self._stored(c, state) + self._extra_volumetric(jacobian)[0]
         if self._mixed:
             jacobian = self.pressure_volume(self.hydrostatic_pressure(state.x).ravel())
             density = density + self.material.logarithmic_excess(jacobian)[0]
         density = density + self.material.bulk_modulus * (jacobian - 1) ** 2 / 2
         return float(density @ self.volumes.ravel())
-
-
-@dataclass(frozen=True)
-class SolidParts:
-    """What the regions of a model are made of.
-
-    materials: region name -> law as the solver sees it. wall_normal: region name, points (n, 3) ->
-    the wall's normal there, for fibres. pressure_degree: None where there is no pressure unknown.
-    """
-
-    materials: Mapping[str, Material]
-    wall_normal: Callable[[str, np.ndarray], np.ndarray]
-    pressure_degree: int | None
-
-
-def build(model: Model, parts: SolidParts) -> list[Solid]:
-    """The regions of a model, see ``BodyKind``."""
-    mesh = model.mesh
-    found = []
-    for number, name in enumerate(mesh.layout.regions):
-        material = parts.materials[name]
-        normal = functools.partial(parts.wall_normal, name)
-        layout = mesh.layout
-        fibres = fibre_field(material.law, layout.axis, normal, layout.origin)
-        cells = np.flatnonzero(mesh.region == number)
-        degrees = model.degree, parts.pressure_degree
-        found.append(Solid(model.assembler, name, cells, material, *degrees, fibres))
-    return found

@@ -50,6 +50,7 @@ PATTERNS = (".dxf", ".svg")  # of sheets
 CORE_SUFFIXES = (".stl", ".step")
 ENDS = {".msh": b"$End", ".step": b"END-"}  # how the last line of a whole file begins
 Part = Literal["solid", "core"]
+Look = Literal["look", "faces"]  # at the file that a geometry is made of
 MOST_THROUGH = 100
 #: Parameters that say how many elements lie between two planes or lines at least, of solids and of
 #: sheets.
@@ -130,6 +131,10 @@ class Geometry(BaseModel):
 
     def look(self, gmsh: ModuleType) -> None:
         """Tells what is in the file that it is made of, without a mesh (see ``tell``)."""
+
+    def draw(self, gmsh: ModuleType, path: Path) -> None:
+        """Write the faces of the file that it is made of, for ``draw_faces``."""
+        raise NotImplementedError
 
     def cells(self) -> int | None:
         """Number of tetrahedra, where it is known before there is a mesh."""
@@ -246,6 +251,14 @@ def look(geometry: Geometry, said: list[str], timeout: float = 60.0) -> None:
         _run_gmsh(geometry, Path(), timeout, "look", said)
 
 
+def draw_faces(geometry: Geometry, path: Path, timeout: float = 300.0) -> list[str]:
+    """Write the faces of the file that a geometry is made of to ``path``, as its ``draw`` does, and
+    return what is to be said of them. Raises MeshError where the file cannot be read."""
+    said: list[str] = []
+    _run_gmsh(geometry, path.absolute(), timeout, "faces", said)
+    return said
+
+
 def make_mesh(geometry: Geometry, path: Path, timeout: float = 300.0) -> list[str]:
     """Writes the mesh of a geometry to ``path`` (.msh 4.1, mm), meshed in a process of its own.
 
@@ -315,7 +328,11 @@ def _check_whole(path: Path) -> None:
 
 
 def _run_gmsh(
-    geometry: Geometry, path: Path, timeout: float, part: Part | Literal["look"], said: list[str]
+    geometry: Geometry,
+    path: Path,
+    timeout: float,
+    part: Part | Look,
+    said: list[str],
 ) -> None:
     kind = type(geometry)
     job = {

@@ -29,6 +29,7 @@ from softact.mesh.boundary import face_keys
 from softact.mesh.components import FACES
 from softact.mesh.curves import GMSH_EDGES, Curves, of_quadratic, volumes
 from softact.mesh.file_mesh import missing
+from softact.mesh.quality import quality
 from softact.mesh.triangles import VOLUME_RULE, areas_at, shape_functions, tangents
 from softact.units import one_line
 
@@ -102,12 +103,17 @@ def load(job: dict) -> Geometry:
 
 
 def write(geometry: Geometry, path: Path, part: str) -> list[str]:
-    """Writes the file that the suffix of ``path`` asks for, unless ``part`` is "look"; returns what
-    is wrong with the mesh."""
+    """Writes the file that the suffix of ``path`` asks for; returns what is wrong with the mesh.
+
+    part: "look" and "faces" are about the file that a geometry is made of.
+    """
     if part == "look":
         geometry.look(gmsh)
         meshed = any(map(len, gmsh.model.mesh.getElements(3)[1]))
         return faults_of(geometry)[1] if meshed else []
+    if part == "faces":
+        geometry.draw(gmsh, path)
+        return []
     if path.suffix == ".step":
         write_step(geometry, path, part)
         return []
@@ -166,21 +172,6 @@ def read_parts(geometry: Geometry) -> Parts:
     regions = {name: named[3, name] for name in layout.regions}
     surfaces = {name: named[2, name] for name in layout.surfaces}
     return Parts(points, regions, surfaces, curved)
-
-
-def signed_volumes(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
-    """Volume of each tetrahedron (m,), negative where it is inside out."""
-    x = points[tets]
-    return np.linalg.det(x[:, 1:] - x[:, :1]) / 6
-
-
-def quality(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
-    """Mean ratio of each tetrahedron (m,): 12 (3 V)^(2/3) / sum of squared edges, 1 if regular
-    (Liu and Joe, BIT 34, 1994)."""
-    x = points[tets]
-    edges = [x[:, i] - x[:, j] for i in range(4) for j in range(i)]
-    squares = sum((edge**2).sum(axis=1) for edge in edges)
-    return 12 * np.cbrt(3 * signed_volumes(points, tets).clip(min=0)) ** 2 / squares
 
 
 def triangle_vectors(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:

@@ -18,7 +18,7 @@ from softact.geometry.part_names import PartName, PartNameOrNone
 from softact.geometry.part_size import Drawn
 from softact.geometry.subdivide import cut_mesh, fill
 from softact.mesh.components import components, gap, part_names
-from softact.mesh.file_mesh import FileMesh, only_named, read, without_inner_walls
+from softact.mesh.file_mesh import FileMesh, of_model, only_named, without_inner_walls
 from softact.mesh.joining import joined
 from softact.mesh.layout import Layout
 from softact.units import Length, is_utf8
@@ -129,7 +129,7 @@ class Imported(Geometry):
         if drawn.doubt:
             tell(drawn.doubt)
         cut_mesh(gmsh, self.least_steps)
-        found = read(gmsh, self.scale, tell)
+        found = of_model(gmsh, self.scale, tell)
         self._put_back(gmsh, only_named(found, self.layout(), _tetrahedra(gmsh)))
 
     def look(self, gmsh: ModuleType) -> None:

@@ -8,7 +8,14 @@ from types import ModuleType
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    WithJsonSchema,
+    model_validator,
+)
 
 from softact.geometry.step_solids import Solid
 from softact.mesh.components import connected, place
@@ -17,6 +24,7 @@ from softact.units import Dimensionless, Length
 # Parts of the part's size within which a face lies in a plane or a box; of 1 within which two
 # directions are the same.
 NEAR, SAME_DIRECTION = 1e-5, 1e-4
+_ON_AN_EDGE = 17  # points
 CAVITY, OUTER = "cavity", "outer"  # names of faces without one
 
 
@@ -31,6 +39,22 @@ def _numbers(value: Any) -> Any:
     return {"numbers": value} if isinstance(value, list) else value
 
 
+def _beside(value: Any) -> Any:
+    """``3`` is a number of a face, ``tip`` the name of a surface."""
+    if isinstance(value, int) and not isinstance(value, bool):
+        return (value,)
+    return tuple(value) if isinstance(value, list) else value
+
+
+Beside = Annotated[
+    str | tuple[Annotated[int, Field(ge=1)], ...],
+    BeforeValidator(_beside),
+    WithJsonSchema({"anyOf": [
+        {"type": "string"},
+        {"type": "integer", "minimum": 1},
+        {"type": "array", "items": {"type": "integer", "minimum": 1}},
+    ]}),
+]  # fmt: skip
 Point = Annotated[tuple[Length, Length, Length], BeforeValidator(_three)]
 Direction = Annotated[tuple[Dimensionless, Dimensionless, Dimensionless], BeforeValidator(_three)]
 
@@ -53,18 +77,27 @@ class Selection(BaseModel):
     box: Annotated[tuple[Point, Point], BeforeValidator(_three)] | None = Field(
         None, description="faces that lie in a box, by two corners of it"
     )
+    beside: Beside | None = Field(
+        None,
+        description="faces that share an edge with those of another surface, or with these numbers",
+    )
 
     @model_validator(mode="after")
     def _says_something(self) -> Self:
-        if not any((self.numbers, self.plane, self.normal, self.box)):
-            raise ValueError("selects no face; write numbers, plane, normal or box")
+        if not any((self.numbers, self.plane, self.normal, self.box, self.beside)):
+            raise ValueError("selects no face; write numbers, plane, normal, box or beside")
         if self.normal and not any(self.normal):
             raise ValueError("normal: three zeros are no direction")
         return self
 
-    def holds(self, face: Face, near: float) -> bool:
-        """Whether a face is one of these; near: mm that count as nothing."""
+    def holds(self, face: Face, near: float, others: Sequence[Face] = ()) -> bool:
+        """Whether a face is one of these; near: mm that count as nothing; others: the faces that
+        ``beside`` means."""
         lower, upper = face.box
+        if self.beside and (
+            face in others or not any(face.edges & other.edges for other in others)
+        ):
+            return False
         if self.numbers and not face.numbers & set(self.numbers):
             return False
         for axis, value in (self.plane or {}).items():
@@ -99,7 +132,8 @@ class Face:
 
     tag: gmsh's. solids: gmsh's tags of the one or two that it bounds. numbers, names: of the faces
     of the file that it is a piece of. edges: gmsh's tags. box: (2, 3) mm; area: mm^2; normal: out
-    of the first of its solids, in its middle.
+    of the first of its solids, in its middle; width: mm, twice the area over the length of its
+    edges, infinite where it has none.
     """
 
     tag: int
@@ -112,18 +146,23 @@ class Face:
     area: float
     normal: np.ndarray
     flat: bool
+    width: float
+
+    @property
+    def look(self) -> str:
+        """What it looks like, in words."""
+        looks = f", looks along ({', '.join(f'{n + 0.0:.3g}' for n in np.round(self.normal, 3))})"
+        return (
+            f"{'flat' if self.flat else 'curved'}, {self.area:.4g} mm^2, middle at "
+            f"{place(self.centre)}{looks if self.flat else ''}"
+        )
 
     def line(self, owner: str) -> str:
         """A line about it; owner: name of its solid, "" where there is one only."""
         numbers = " and ".join(map(str, sorted(self.numbers)))
-        kind = "flat" if self.flat else "curved"
         name = f" {', '.join(sorted(self.names))}," if self.names else ""
-        looks = f", looks along ({', '.join(f'{n + 0.0:.3g}' for n in np.round(self.normal, 3))})"
         of = f" of {owner}" if owner else ""
-        return (
-            f"face {numbers}{of}:{name} {kind}, {self.area:.4g} mm^2, middle at "
-            f"{place(self.centre)}{looks if self.flat else ''}"
-        )
+        return f"face {numbers}{of}:{name} {self.look}"
 
 
 def faces_of(gmsh: ModuleType, solids: Sequence[Solid], pieces: dict[int, list[int]]) -> list[Face]:
@@ -154,18 +193,42 @@ def _face(
     grid = [lower + (upper - lower) * (i, j) for j in (0.5, 0.1, 0.9) for i in (0.5, 0.1, 0.9)]
     # Those of a face are turned out of the solid that it was made for.
     normals = np.reshape(gmsh.model.getNormal(tag, np.concatenate(grid)), (-1, 3))
+    flat = bool(np.linalg.norm(normals - normals[0], axis=1).max() < SAME_DIRECTION)
+    edges = frozenset(abs(edge) for _, edge in gmsh.model.getBoundary([(2, tag)], oriented=False))
+    area, around = gmsh.model.occ.getMass(2, tag), sum(gmsh.model.occ.getMass(1, e) for e in edges)
     return Face(
         tag,
         tuple(owners),
         frozenset(numbers),
         frozenset(names),
-        frozenset(abs(edge) for _, edge in gmsh.model.getBoundary([(2, tag)], oriented=False)),
-        np.reshape(gmsh.model.getBoundingBox(2, tag), (2, 3)),
+        edges,
+        _box_of(gmsh, tag, edges)
+        if flat
+        else np.reshape(gmsh.model.getBoundingBox(2, tag), (2, 3)),
         np.array(gmsh.model.occ.getCenterOfMass(2, tag)),
-        gmsh.model.occ.getMass(2, tag),
+        area,
         normals[0],
-        bool(np.linalg.norm(normals - normals[0], axis=1).max() < SAME_DIRECTION),
+        flat,
+        2 * area / around if around else float("inf"),
     )
+
+
+def _box_of(gmsh: ModuleType, tag: int, edges: Iterable[int]) -> np.ndarray:
+    """(2, 3) mm, of a flat face: OCC's box, within the middle of its plane. OCC's own is as much
+    too large as a healed face may be off."""
+    box = np.reshape(gmsh.model.getBoundingBox(2, tag), (2, 3))
+    points = [np.zeros((0, 3))]
+    for edge in edges:
+        (low,), (high,) = gmsh.model.getParametrizationBounds(1, edge)
+        places = np.linspace(low, high, _ON_AN_EDGE)
+        points.append(np.reshape(gmsh.model.getValue(1, edge, places), (-1, 3)))
+    found = np.vstack(points)
+    if not len(found):
+        return box
+    # An arc between the points goes beyond them, and not beyond OCC's box.
+    lower, upper = found.min(axis=0), found.max(axis=0)
+    plane = np.ptp(found, axis=0) < NEAR * np.ptp(box, axis=0).max()
+    return np.where(plane, [lower, upper], box)
 
 
 def linked(groups: Sequence[Iterable[int]]) -> list[int]:
@@ -219,15 +282,17 @@ def _box(faces: Sequence[Face]) -> np.ndarray:
     return np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
 
 
-def automatic(faces: Sequence[Face], clamp: str, tip: str) -> dict[str, list[Face]]:
-    """Names for the faces of a file that has none.
+def automatic(
+    faces: Sequence[Face], clamp: str, tip: str, slack: float = 0.0
+) -> dict[str, list[Face]]:
+    """Names for the faces of a file that has none. slack: mm by which a box may be too large.
 
     clamp, tip: the flat faces at the lowest and the highest x. The walls of all rooms inside are
     'cavity', and 'cavity_1', 'cavity_2', ... one by one; what is left outside is 'outer'.
     """
     outside, rooms = shells(faces)
     (lowest, highest), found = _box(outside)[:, 0], {}
-    near = NEAR * np.linalg.norm(np.ptp(_box(outside), axis=0)) + 1e-6
+    near = NEAR * np.linalg.norm(np.ptp(_box(outside), axis=0)) + 1e-6 + slack
     for name, at in ((clamp, lowest), (tip, highest)):
         found[name] = [
             face

@@ -23,6 +23,7 @@ from softact.geometry.step_faces import (
 from softact.geometry.step_joining import join
 from softact.geometry.step_names import UNITS, StepFile
 from softact.geometry.step_solids import Solid, named
+from softact.mesh.components import place
 from softact.mesh.file_mesh import listed, similar
 from softact.units import show
 
@@ -34,23 +35,32 @@ LISTS = "'softact validate' lists the faces"
 @dataclass(frozen=True)
 class StepPart:
     """file: its name. solids: in gmsh's order; names: of each, made up where the file gives none.
-    drawn: its size. faces: of all solids, those between joined ones once."""
+    drawn: its size. faces: of all solids, those between joined ones once. slack: mm by which their
+    boxes may be too large."""
 
     file: str
     solids: tuple[Solid, ...]
     names: tuple[str, ...]
     drawn: Drawn
     faces: tuple[Face, ...]
+    slack: float = 0.0
 
     @classmethod
     def read(
-        cls, gmsh: ModuleType, path: Path, unit: str | None, separate: bool, mesh_size: float
+        cls,
+        gmsh: ModuleType,
+        path: Path,
+        unit: str | None,
+        separate: bool,
+        mesh_size: float | None,
+        heal: float | None = None,
     ) -> StepPart:
         """Put the solids of a file into gmsh's current model, in mm.
 
         unit: of length, where the file says it wrong or not at all. separate: whether solids that
-        touch are left apart. Raises MeshError where there is no solid, where the part and
-        ``mesh_size`` (mm) do not fit each other, or where solids cannot be joined.
+        touch are left apart. mesh_size: mm, None where it is not meshed. heal: edges
+        and faces narrower than this (mm) are removed. Raises MeshError where
+        there is no solid, where part and mesh size do not fit, or where solids cannot be joined.
         """
         file = StepFile(path.read_text(encoding="utf-8", errors="replace"))
         others = [
@@ -73,12 +83,15 @@ class StepPart:
             reason = " ".join(str(error).split())
             raise MeshError(f"{path.name} cannot be read as a STEP file: {reason}") from None
         gmsh.model.occ.synchronize()
+        if heal is not None:
+            _heal(gmsh, path.name, heal)
         if not gmsh.model.getEntities(3):
             raise MeshError(
                 f"{path.name} holds no solid: its surfaces do not close one (not watertight)"
             )
         drawn = Drawn.of_model(gmsh, unit or in_file, not unit and bool(said))
-        drawn.refuse(mesh_size)
+        if mesh_size is not None:
+            drawn.refuse(mesh_size)
         scale = _size(unit or in_file) if len(said) < 2 else None
         solids = named(gmsh, file.bodies(), scale)
         names = tuple(s.name or f"solid_{i}" for i, s in enumerate(solids, start=1))
@@ -86,7 +99,7 @@ class StepPart:
         if len(solids) > 1 and not separate:
             solids, pieces = join(gmsh, solids, names)
         faces = tuple(faces_of(gmsh, solids, pieces))
-        return cls(path.name, tuple(solids), names, drawn, faces)
+        return cls(path.name, tuple(solids), names, drawn, faces, 2 * (heal or 0.0))
 
     def regions(self, wanted: Sequence[str]) -> dict[str, list[int]]:
         """Region -> gmsh's tags of its solids. Raises MeshError where one is missing or left."""
@@ -126,12 +139,9 @@ class StepPart:
         for face in self.faces:
             for name in face.names:
                 by_name.setdefault(name, []).append(face)
-        by_itself = {} if by_name else automatic(self.faces, clamp, tip)
-        near = NEAR * float(np.linalg.norm(self.drawn.extents)) + 1e-6
-        chosen = {
-            name: [face for face in self.faces if selection.holds(face, near)]
-            for name, selection in select.items()
-        }
+        by_itself = {} if by_name else automatic(self.faces, clamp, tip, self.slack)
+        near = NEAR * float(np.linalg.norm(self.drawn.extents)) + 1e-6 + self.slack
+        chosen = self._chosen(select, by_itself | by_name, near)
         found = by_itself | by_name | chosen
         found |= {n: around_rooms(found[n], self.faces) for n in walls if n in found}
         faults = [
@@ -143,6 +153,41 @@ class StepPart:
             raise MeshError(*faults)
         alone = [name for name in wanted if name in by_itself and name not in chosen]
         return {name: found[name] for name in wanted}, alone
+
+    def _chosen(
+        self, select: Mapping[str, Selection], named: Mapping[str, list[Face]], near: float
+    ) -> dict[str, list[Face]]:
+        """The faces of each selection; those beside the faces of another come after it."""
+        chosen: dict[str, list[Face]] = {}
+        waiting = dict(select)
+        while waiting:
+            ready = [
+                name
+                for name, selection in waiting.items()
+                if not (isinstance(selection.beside, str) and selection.beside in waiting)
+            ]
+            for name in ready or list(waiting):  # those in a circle choose nothing
+                selection = waiting.pop(name)
+                others = self._beside(selection, {**named, **chosen})
+                chosen[name] = [f for f in self.faces if selection.holds(f, near, others)]
+        return chosen
+
+    def _beside(self, selection: Selection, named: Mapping[str, list[Face]]) -> list[Face]:
+        beside = selection.beside
+        if isinstance(beside, str):
+            return named.get(beside, [])
+        return [face for face in self.faces if face.numbers & set(beside or ())]
+
+    def slivers(self, below: float) -> Iterator[str]:
+        """A line for each face narrower than so many mm."""
+        for face in self.faces:
+            if face.width < below:
+                numbers = " and ".join(map(str, sorted(face.numbers)))
+                yield (
+                    f"face {numbers} is a sliver {face.width:.2g} mm wide near "
+                    f"{place(face.centre)}: it makes tiny elements; heal: {_above(face.width)} mm "
+                    "removes it"
+                )
 
     def _no_face(self, name: str, selected: bool, by_name: Mapping, by_itself: Mapping) -> str:
         if selected:
@@ -188,11 +233,14 @@ class StepPart:
             apart = "; ".join(listed(part) for part in parts)
             yield f"{len(parts)} parts, which are not joined: {apart}"
 
+    def owners(self) -> dict[int, str]:
+        """The name of each solid, by gmsh's tag; "" where there is one only."""
+        owners = {s.tag: name for s, name in zip(self.solids, self.names, strict=True)}
+        return owners if len(owners) > 1 else dict.fromkeys(owners, "")
+
     def list_of_faces(self) -> Iterator[str]:
         """A line for each face."""
-        owners = {s.tag: name for s, name in zip(self.solids, self.names, strict=True)}
-        if len(owners) == 1:
-            owners = dict.fromkeys(owners, "")
+        owners = self.owners()
         for face in self.faces[:MOST_FACES]:
             yield face.line(" and ".join(owners[solid] for solid in face.solids))
         if len(self.faces) > MOST_FACES:
@@ -210,6 +258,21 @@ def numbers_of(faces: Sequence[Face]) -> str:
             runs.append([number])
     texts = [", ".join(map(str, run)) if len(run) < 3 else f"{run[0]} to {run[-1]}" for run in runs]
     return f"face{'s' * (len(numbers) > 1)} {', '.join(texts)}"
+
+
+def _heal(gmsh: ModuleType, name: str, narrow: float) -> None:
+    """Let OCC remove small edges and faces, and close gaps, of all solids. Raises MeshError."""
+    try:
+        gmsh.model.occ.healShapes([], narrow, True, True, True, True, True)
+        gmsh.model.occ.synchronize()
+    except Exception as error:
+        reason = " ".join(str(error).split())
+        raise MeshError(f"{name}: OCC cannot heal it with {narrow:g} mm: {reason}") from None
+
+
+def _above(width: float) -> str:
+    """A round length a little above a width."""
+    return f"{float(f'{2 * width:.1g}'):g}"
 
 
 def _size(unit: str) -> float:

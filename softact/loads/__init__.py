@@ -1,5 +1,6 @@
 """Loads, one kind a file; ``LOADS`` holds them by their key in a spec's step."""
 
+from softact.loads.air import Sealed, Supply
 from softact.loads.base import Load
 from softact.loads.cavity_pressure import Pressure
 from softact.loads.gravity import Gravity
@@ -25,6 +26,8 @@ for _load in (
     Gravity(),
     Pressure(),
     Injection(),
+    Supply(),
+    Sealed(),
     TractionLoad(),
     PayloadLoad(),
     TorqueLoad(),

@@ -28,8 +28,9 @@ class Load:
     key: of a spec's step, and by default the name under which a state holds its values.
     annotation, description: of that key, for pydantic. fields: names under which a state holds
     values, each a mapping of what is loaded to its value. easy: whether a step that changes nothing
-    else may go to its end in one increment. holds_volume: whether the values are volumes that are
-    added to cavities, whose pressures are then unknown, instead of loads of a state.
+    else may go to its end in one increment. holds_volume: whether the pressures of the cavities
+    that it names are unknown then, as where volume is added to them; nothing of it is part of a
+    state.
     """
 
     key: ClassVar[str]
@@ -40,7 +41,8 @@ class Load:
     holds_volume: ClassVar[bool] = False
 
     def __init_subclass__(cls) -> None:
-        cls.fields = cls.fields or (cls.key,)
+        if hasattr(cls, "key"):  # what several loads have in common has none
+            cls.fields = cls.fields or (cls.key,)
 
     # --- in a spec --------------------------------------------------------------------------------
 

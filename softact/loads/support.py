@@ -76,8 +76,16 @@ class Turned:
         arms = self.places - self.centre
         shape = (arms + before) @ rotation_about(self.axis, self.start)  # turned back
         shape = (1 - fraction) * shape + fraction * arms
-        angle = (1 - fraction) * self.start + fraction * self.end
+        angle = self.angle(fraction)
         return shape @ rotation_about(self.axis, angle).T - arms
+
+    def angle(self, fraction: float) -> float:
+        """At a part of the way, degrees."""
+        return (1 - fraction) * self.start + fraction * self.end
+
+    def halted(self, part: float) -> Turned:
+        """The same, at rest at a part of the way."""
+        return replace(self, start=self.angle(part), end=self.angle(part))
 
 
 @dataclass(frozen=True)
@@ -99,6 +107,11 @@ class Held:
     def arrived(self) -> Held:
         """The same at the end of the way: what has been turned stays so."""
         return replace(self, turned=[replace(t, start=t.end) for t in self.turned])
+
+    def halted(self, x: np.ndarray, part: float) -> Held:
+        """The same where the way ended at a part of it, with the body at ``x`` (local,)."""
+        turned = [t.halted(part) for t in self.turned]
+        return replace(self, start=x[self.dofs], end=x[self.dofs], turned=turned)
 
     @property
     def moves(self) -> bool:

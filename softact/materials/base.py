@@ -10,6 +10,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic.fields import FieldInfo
 
 from softact.errors import SpecError
+from softact.materials.mullins import Mullins
+from softact.materials.viscoelastic import Viscoelastic
 from softact.units import Compliance, Density, Dimensionless, Pressure, dimension_of
 
 # Nearly incompressible, K of about 500 shear moduli: elastomers have 1e3 to 1e4, and P2/P1
@@ -90,6 +92,12 @@ class Law(BaseModel):
     )
     strength: Pressure | None = Field(default=None, gt=0, description="nominal tensile strength")
     notes: str | None = None
+    viscoelastic: Viscoelastic | None = Field(
+        default=None, description="how it creeps and relaxes: {g, tau, constants, wlf}"
+    )
+    mullins: Mullins | None = Field(
+        default=None, description="how it softens once it has been stretched: {r, m, beta}"
+    )
 
     @classmethod
     def states_poissons_ratio(cls) -> bool:
@@ -156,6 +164,12 @@ class Law(BaseModel):
             return 2.0 / self.d1
         nu = DEFAULT_POISSONS_RATIO if self.poissons_ratio is None else self.poissons_ratio
         return bulk_modulus(self.shear_modulus, nu)
+
+    @property
+    def remembers(self) -> bool:
+        """Whether its stress depends on what has been."""
+        creeps = self.viscoelastic is not None and self.viscoelastic.prony is not None
+        return creeps or self.mullins is not None
 
     def material(self) -> "Material":
         """Return what the solver evaluates."""

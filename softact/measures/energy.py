@@ -26,6 +26,10 @@ def _evaluate(snapshot: Snapshot) -> dict[str, float]:
             mean = (now[p] + previous.get(p, now[p])) / 2e3
             work += mean * (now[v] - previous.get(v, now[v]))
         columns["pressure_work_mJ"] = work
+    softening = [body for body in model.remembering if body.mullins]
+    if softening:
+        lost = model.sum(sum(body.softened_away(snapshot.state) for body in softening))
+        columns["softening_loss_mJ"] = snapshot.layout.copies * lost
     return columns
 
 
@@ -33,8 +37,11 @@ ENERGY = Measure(
     "energy",
     "stored elastic energy and work of the pressure, of the whole actuator",
     {
-        "strain_energy_mJ": "elastic energy of solids and layers",
+        "strain_energy_mJ": "elastic energy of solids and layers; of a material that creeps, what "
+        "is left in the long run",
         "pressure_work_mJ": "∫ p dV from the start, by the trapezoidal rule over the increments",
+        "softening_loss_mJ": "energy that Mullins' softening has taken for good, where a material "
+        "softens",
     },
     _evaluate,
 )

@@ -1,6 +1,6 @@
 """The mesh in gmsh's current model as plain arrays, for geometries out of a user's file.
 
-``read`` takes it, of whatever order, ``only_named`` keeps what the spec names,
+``of_model`` takes it, of whatever order, ``only_named`` keeps what the spec names,
 ``softact.mesh.joining.joined`` merges the nodes of solids that touch,
 ``softact.geometry.gmsh_groups.add_mesh`` puts it back.
 """
@@ -66,7 +66,7 @@ class FileMesh:
         ]
 
 
-def read(gmsh: ModuleType, scale: float, tell: Callable[[str], None]) -> FileMesh:
+def of_model(gmsh: ModuleType, scale: float, tell: Callable[[str], None]) -> FileMesh:
     """The named groups of gmsh's current model, of elements of the first or second order, and of
     higher ones by their corners alone.
 

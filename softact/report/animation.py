@@ -78,7 +78,7 @@ def _shots(results: Results) -> list:
     scene = frames.make_scene(results)
     group = scene.group([float(n) for n in moments(results, _FRAMES)], ghost=True, pixels=_PIXELS)
     with frames.renderer() as renderer:
-        renderer.draw(scene, group)
+        renderer.draw(scene.job(group))
         try:
             (drawn,) = renderer.drawn()
         except frames.DrawingError as error:

@@ -118,7 +118,21 @@ def charts(results: Results) -> list[Chart]:
         found.insert(1, _tip_path(results, tip))
         left = [name for name in left if name not in tip]
     found += [_chart(results, labels.column(name).name, x_label, abscissa, [name]) for name in left]
-    return found
+    return found + _over_time(results)
+
+
+def _over_time(results: Results) -> list[Chart]:
+    """The load and what follows it, over the time of a run with a clock."""
+    times = results.curve.get("time_s", np.zeros(1))
+    if not np.ptp(times):
+        return []
+    driver = load_name(results)
+    beginnings = ("bending_angle", "elongation_mm", "cavity_volume")
+    names = [name for name in measures(results) if name.startswith(beginnings)]
+    shown = dict.fromkeys(n for n in (driver, *names[:2]) if n)
+    return [
+        _chart(results, f"{labels.column(n).name} in time", "Time (s)", times, [n]) for n in shown
+    ]
 
 
 def _chart(

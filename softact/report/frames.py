@@ -4,7 +4,7 @@ import os
 import subprocess
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -151,11 +151,11 @@ class Renderer:
                 stdout=subprocess.DEVNULL,
             )
 
-    def draw(self, scene: Scene, group: Group) -> None:
-        """Begin to draw a group."""
+    def draw(self, job: Mapping[str, np.ndarray]) -> None:
+        """Begin to draw the arrays of a job, see ``render.py``."""
         file = self._scratch / f"{len(self._pictures)}.npz"
         # Not told through a pipe: PETSc makes writing into one that is closed the end of all.
-        arrays: dict[str, Any] = {**scene.job(group)}  # stubs of numpy 2 want a bool among them
+        arrays: dict[str, Any] = {**job}  # stubs of numpy 2 want a bool among them
         np.savez(file.with_suffix(".new.npz"), **arrays)
         file.with_suffix(".new.npz").rename(file)
         self._pictures.append(file.with_suffix(".npy"))

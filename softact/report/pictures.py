@@ -50,7 +50,7 @@ def drawing(results: Results, make_skin: Callable[[], Skin]) -> Iterator[Callabl
                 "shape.png": scene.group(four[-1:], ghost=False, pixels=_DPI * _SIDES[1]),
             }
             for group in groups.values():
-                renderer.draw(scene, group)
+                renderer.draw(scene.job(group))
         except Exception as error:  # a report without pictures beats no report
             failed = reason(error)
 

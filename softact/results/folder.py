@@ -50,6 +50,7 @@ BOOKKEEPING = {
     "step",
     "increment",
     "step_fraction",
+    "time_s",
     "newton_iterations",
     "residual",
     "iterations",

@@ -17,7 +17,8 @@ from softact.loads import LOADS
 from softact.loads.load_step import LoadStep
 from softact.loads.support import Spring, Support, Turn
 from softact.mesh.layout import Layout
-from softact.mesh.tetrahedra import Tetrahedra, distribute, of_sheets, read_msh
+from softact.mesh.msh_file import Tetrahedra, read_msh
+from softact.mesh.tetrahedra import distribute, of_sheets
 from softact.model import Model
 from softact.run.held import refuse_loose
 from softact.spec import Spec
@@ -116,7 +117,8 @@ def _load_step(step: Step, model: Model) -> LoadStep:
     for key, value in step.loads.items():
         loads |= LOADS[key].ends(value, model)
     supports = supports_of(step.supports) if step.supports is not None else None
-    return LoadStep(step.name, supports, step.largest_increment, **loads)
+    timing = step.timing(model.mesh.layout)
+    return LoadStep(step.name, supports, step.largest_increment, timing, **loads)
 
 
 def parameters(spec: Spec) -> dict[str, Any]:

@@ -11,7 +11,7 @@ import numpy as np
 from softact.errors import SpecError
 from softact.mesh.components import components, gap, part_names
 from softact.mesh.layout import Layout
-from softact.mesh.tetrahedra import Tetrahedra
+from softact.mesh.msh_file import Tetrahedra
 
 if TYPE_CHECKING:
     from softact.spec import Spec, SupportSpec

@@ -26,6 +26,7 @@ from softact.solve.progress import Attempt, Trying
 from softact.solve.settings import Settings
 from softact.solve.stepping import Stepper
 from softact.spec import plausible
+from softact.verdict import in_time
 from softact.verdict.judge import AMBER, RED, Reason, Verdict, judge
 
 if TYPE_CHECKING:
@@ -60,6 +61,8 @@ class Recorder:
         self.probes = locate(model, spec.probes)
         settings = spec.solver.model_dump()
         settings.pop("element")
+        settings = {name: value for name, value in settings.items() if value is not None}
+        self.timed = any(step.timing(spec.geometry.layout()) for step in spec.steps)
         heard = self._accept, self._reject, self._checkpoint, self._try, self._remark
         self.stepper = Stepper(model, Settings(**settings), *heard)
         self.row: dict = model.comm.bcast(writer.last_row if writer is not None else None)
@@ -110,6 +113,7 @@ class Recorder:
             }
             record: dict = {"messages": messages, "notes": [*self.notes, *progress.notes]}
             started = time.perf_counter()
+            record["notes"] += self._in_time(self.writer.directory)
             self.verdict = self._judge(self.writer.directory, status, record)
             times["judge"] = time.perf_counter() - started
             record |= {
@@ -123,6 +127,13 @@ class Recorder:
         done = {"stage": "done", "status": status, "message": progress.stopped}
         self.tell({**done, "verdict": self.verdict and self.verdict.data()})
         return status
+
+    def _in_time(self, directory: Path) -> list[str]:
+        """What to say of cycles and of creep, and tell it."""
+        said = list(in_time.lines(read(directory))) if self.timed else []
+        for line in said:
+            self.tell({"stage": "note", "text": line})
+        return said
 
     def _judge(self, directory: Path, status: str, record: dict) -> Verdict:
         """The verdict on what has been written, and on what run.json will say."""
@@ -169,6 +180,8 @@ class Recorder:
             "increment": number,
             "step_fraction": attempt.fraction,
         }
+        if self.timed:
+            row["time_s"] = state.clock.now
         for measure in self.measures:
             row |= measure.evaluate(snapshot)
         row["unstable_modes"] = attempt.unstable_modes

@@ -12,6 +12,7 @@ from softact.files.restart import RESTART, of_another_version, unseal
 from softact.geometry.base import Geometry
 from softact.geometry.imported import Imported, mesh_digest
 from softact.results.folder import COMPLETE, INCOMPLETE, read_run
+from softact.spec.timing import with_contents
 from softact.verdict.judge import Verdict, from_data
 
 if TYPE_CHECKING:
@@ -40,6 +41,7 @@ def identity(spec: Spec) -> dict:
     data = spec.model_dump(mode="json", exclude_none=True)
     if hasattr(spec.geometry, "content"):
         data["geometry"]["file"] = spec.geometry.content()
+    data["steps"] = with_contents(data["steps"])
     return data
 
 

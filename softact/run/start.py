@@ -245,7 +245,10 @@ class _Solver:
         if event["stage"] == "solve":  # the results that were in the folder are gone
             self.log.begin()
         verdict = verdict_of(event.get("verdict"))
-        self.log.add_now(log_line(event), *(verdict.lines if verdict else []))
+        line = log_line(event)
+        if event["stage"] == "solve":
+            line += time.strftime(", on %Y-%m-%d at %H:%M:%S")
+        self.log.add_now(line, *(verdict.lines if verdict else []))
         self.progress(event)
 
     def _note(self, texts: Sequence[str]) -> None:

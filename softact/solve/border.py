@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from softact.model import Model
+from softact.solve.gas import GasControl
 from softact.system.term import State
 
 
@@ -40,6 +41,10 @@ class VolumeControl:
         """Derivatives of the values with respect to the unknowns (k, local), ``pushes`` being the
         volumes'."""
         return pushes
+
+    def slopes(self, state: State) -> np.ndarray:
+        """Derivatives of the values with respect to the unknown loads themselves (k,)."""
+        return np.zeros(len(self.directions))
 
 
 @dataclass(frozen=True)
@@ -67,8 +72,12 @@ class ArcControl:
         """The tangent, as a row (1, local)."""
         return self.tangent[np.newaxis]
 
+    def slopes(self, state: State) -> np.ndarray:
+        """See ``VolumeControl``."""
+        return np.zeros(1)
 
-Control = VolumeControl | ArcControl
+
+Control = VolumeControl | ArcControl | GasControl
 
 
 class Border:
@@ -112,7 +121,7 @@ class Border:
         rows[:, self._fixed] = 0.0
         pushes, rows = pushes[:, :owned], rows[:, :owned]
         answers = np.array([solve(push)[:owned] for push in pushes])
-        compliance = self._model.sum(rows @ answers.T)
+        compliance = self._model.sum(rows @ answers.T) + np.diag(self._control.slopes(state))
         values = self._control.values(self._model, state)
         lacking = self._control.targets - values + self._model.sum(rows @ step)
         try:

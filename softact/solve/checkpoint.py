@@ -18,7 +18,7 @@ from softact.errors import SpecError
 from softact.files.restart import RESTART, of_another_version, seal, unseal
 from softact.loads import BY_FIELD
 from softact.solve.path import Point
-from softact.system.term import State, Value
+from softact.system.term import Clock, State, Value
 
 if TYPE_CHECKING:
     import dolfinx
@@ -97,6 +97,7 @@ def pack(model: Model, checkpoint: Checkpoint) -> bytes | None:
         "begun": _loads(checkpoint.begun),
         "state": _loads(checkpoint.state),
         "path": [{"s": p.s, "q": p.q.tolist()} for p in checkpoint.path],
+        "times": [checkpoint.begun.clock.now, checkpoint.state.clock.now],
         "has_rate": rate is not None,
         "processes": len(memories),
         "parts": shares,
@@ -131,27 +132,25 @@ def _unpacked(model: Model, path: Path, known: Mapping, file: NpzFile) -> Checkp
         for vector, values in zip(vectors, file[f"values_{number}"], strict=True):
             vector[dofs] = values[order]
     same_parts = _same_parts(model, known)
-    states = []
-    for when, loads, x in (
-        ("begun", known["begun"], vectors[0]),
-        ("now", known["state"], vectors[count - 1]),
+    states, (began, now) = [], known["times"]
+    for when, loads, x, time in (
+        ("begun", known["begun"], vectors[0], began),
+        ("now", known["state"], vectors[count - 1], now),
     ):
         if set(loads) != {field for field, load in BY_FIELD.items() if not load.holds_volume}:
             raise KeyError("loads")
         memory = _memory(file, known["processes"], same_parts, when, model.comm)
-        states.append(
-            State(x.copy(), {f: _values(written) for f, written in loads.items()}, memory)
-        )
+        named = {f: _values(written) for f, written in loads.items()}
+        states.append(State(x.copy(), named, memory, clock=Clock(time, time)))
     points = [
         Point(p["s"], x, np.array(p["q"], dtype=float))
         for p, x in zip(known["path"], vectors[1:count], strict=True)
     ]
     if known["has_rate"]:
         points[-1] = replace(points[-1], rate=vectors[-1])
-    begun, now = states
     plain = {name: known[name] for name in PLAIN}
     passed = _passed(file, known["processes"], same_parts, model.comm)
-    return Checkpoint(begun=begun, state=now, path=points, passed=passed, **plain)
+    return Checkpoint(begun=states[0], state=states[1], path=points, passed=passed, **plain)
 
 
 def _share(model: Model) -> list[list[float]]:
@@ -194,8 +193,8 @@ def _memory(
     found = {name: value if value.ndim else float(value) for name, value in own.items()}
     if comm.allreduce(len(found)) and processes != comm.size:
         raise SpecError(
-            f"a run with contact, or beyond a limit of its load, was begun with -n {processes} and "
-            f"goes on with as many, not with -n {comm.size}"
+            "a run with contact, with a material that creeps or softens, or beyond a limit of its "
+            f"load, was begun with -n {processes} and goes on with as many, not with -n {comm.size}"
         )
     if comm.allreduce(len(found)) and not same_parts:
         raise SpecError(

@@ -192,9 +192,13 @@ class Newton:
         supports prescribe."""
         return self._supported.seen_from(state.x)
 
-    def arrive(self) -> None:
-        """Take what supports prescribe as reached, at the end of a step."""
-        self._supported = self._supported.arrived()
+    def arrive(self, state: State, part: float = 1.0) -> None:
+        """Take what supports prescribe as reached, at the end of a step; part: of their way, where
+        they went back."""
+        if part == 1.0:
+            self._supported = self._supported.arrived()
+        else:
+            self._supported = self._supported.halted(state.x, part)
 
     def solve(
         self,

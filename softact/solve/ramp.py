@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from softact.loads import BY_FIELD
+from softact.loads.air import valve_of
+from softact.loads.gas_flow import AMBIENT
 from softact.loads.load_step import LoadStep
 from softact.loads.support import Held
 from softact.solve.border import VolumeControl
-from softact.system.term import State, Value
+from softact.solve.gas import Filling, GasControl
+from softact.system.term import Clock, State, Value
 
 if TYPE_CHECKING:
     from softact.model import Model
@@ -31,7 +35,7 @@ class Ramp:
         held: Held,
         volume: Callable[[State, str], float],
     ):
-        self._held, self._step = held, step
+        self._held, self._step, self._begun = held, step, state.clock.now
         changes = {f: v for f, v in step.loads.items() if not BY_FIELD[f].holds_volume}
         self._ends: dict[str, tuple[dict[str, Value], dict[str, Value]]] = {}
         for field in {**state.loads, **changes}:
@@ -41,15 +45,70 @@ class Ramp:
             self._ends[field] = start, end
         self._volumes = {
             name: (now := volume(state, name), now + float(added))
-            for field, values in step.loads.items()
-            if BY_FIELD[field].holds_volume
-            for name, added in sorted(values.items())
+            for name, added in sorted(step.loads.get("inject", {}).items())
         }
+        self._volume, self._since = volume, 0.0
+        self._filled = sorted([*step.loads.get("supply", {}), *step.loads.get("sealed", {})])
+        self._sizes = np.array([max(volume(state, name), 1.0) for name in self._filled])
+        self.arrived(state, 0.0)
+
+    @property
+    def timed(self) -> bool:
+        """Whether the step has a clock."""
+        return self._step.timing is not None
+
+    def _gone(self, fraction: float) -> float:
+        """How far loads have gone, at a fraction of the step or of its duration."""
+        timing = self._step.timing
+        return fraction if timing is None else timing.amplitude.at(fraction)
+
+    def _clock(self, before: Clock, fraction: float) -> Clock:
+        timing = self._step.timing
+        if timing is None:
+            return replace(before, runs=False)
+        return replace(before, now=self._begun + fraction * timing.duration, runs=True)
+
+    def _given(self, fraction: float) -> Mapping[str, float]:
+        """Pressures that are given in time; none at the start, which is as it was."""
+        timing = self._step.timing
+        return timing.amplitude.pressures(fraction) if timing and fraction > 0.0 else {}
 
     @property
     def injected(self) -> tuple[str, ...]:
-        """Cavities whose volume is prescribed."""
-        return tuple(self._volumes)
+        """Cavities whose pressure follows from a volume or from the air in them."""
+        return (*self._volumes, *self._filled)
+
+    def arrived(self, state: State, fraction: float) -> None:
+        """Take a state as the last equilibrium, from which air flows on."""
+        self._since = fraction
+        self._before = {n: float(state["pressure"].get(n, 0.0)) for n in self._filled}
+        self._amounts = {
+            name: (pressure + AMBIENT) * self._volume(state, name)
+            for name, pressure in self._before.items()
+        }
+
+    def _filling(self, name: str, fraction: float) -> Filling:
+        """The air of a cavity from the last equilibrium to a fraction of the step."""
+        supply, timing = self._step.loads.get("supply", {}).get(name), self._step.timing
+        if supply is not None and timing is not None:
+            elapsed = (fraction - self._since) * timing.duration
+            return Filling(name, self._amounts[name], valve_of(supply), elapsed)
+        heated = float(self._step.loads["sealed"][name]) - 1
+        before, now = (1 + heated * self._gone(at) for at in (self._since, fraction))
+        return Filling(name, self._amounts[name] * now / before)
+
+    def flow_error(self, state: State, fraction: float) -> float:
+        """Error of the air that has flowed since the last equilibrium, by all that is there: half
+        of what the flow has changed in that time."""
+        worst = 0.0
+        for name in self._step.loads.get("supply", {}):
+            filling = self._filling(name, fraction)
+            assert filling.valve is not None
+            now = filling.valve.flow(float(state["pressure"].get(name, 0.0)))[0]
+            before = filling.valve.flow(self._before[name])[0]
+            gone = filling.elapsed * abs(now - before) / 2
+            worst = max(worst, gone / max(self._amounts[name], 1e-300))
+        return worst
 
     @property
     def put_there(self) -> tuple[str, ...]:
@@ -88,23 +147,30 @@ class Ramp:
         The pressures of injected cavities stay as they are.
         """
 
+        part = self._gone(fraction)
+
         def between(start: Value, end: Value) -> Value:
-            return (1 - fraction) * start + fraction * end
+            return (1 - part) * start + part * end
 
         free = {name: state["pressure"].get(name, 0.0) for name in self.injected}
         state.loads = {
             field: {name: between(start[name], end[name]) for name in start}
             for field, (start, end) in self._ends.items()
         }
+        free.update(self._given(fraction))
         if free:
             state.put("pressure", {**state["pressure"], **free})
-        return self._held.at(fraction)
+        state.clock = self._clock(state.clock, fraction)
+        return self._held.at(part)
 
-    def control(self, fraction: float) -> VolumeControl | None:
-        """The prescribed volumes; None where there are none."""
+    def control(self, fraction: float) -> VolumeControl | GasControl | None:
+        """What unknown pressures follow from; None where there are none."""
+        if self._filled:
+            return GasControl([self._filling(n, fraction) for n in self._filled], self._sizes)
         if not self._volumes:
             return None
-        targets = [(1 - fraction) * now + fraction * then for now, then in self._volumes.values()]
+        part = self._gone(fraction)
+        targets = [(1 - part) * now + part * then for now, then in self._volumes.values()]
         return VolumeControl([{name: 1.0} for name in self._volumes], np.array(targets))
 
 

@@ -17,3 +17,4 @@ class Settings:
     tolerance: float = 1e-8
     predictor: Predictor = "quadratic"
     dynamics: bool = True
+    time_tolerance: float = 5e-4

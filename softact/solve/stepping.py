@@ -72,10 +72,10 @@ class Stepper:
         for _, earlier in sets:  # angles are counted on from one to the next
             walk.set_supports(earlier)
         if first > sets[-1][0]:
-            walk.newton.arrive()
+            walk.newton.arrive(walk.state, steps[sets[-1][0]].at_end)
         if not start:
             walk.model.contacts.check_clear(walk.state)
-            walk.model.contacts.remember(walk.state)
+            walk.model.remember(walk.state)
             walk.record(Attempt(steps[0].name, 0.0, 0, True, [], "", 0))
         for number, step in enumerate(steps[first:], first):
             if number > first and step.supports is not None:
@@ -86,6 +86,6 @@ class Stepper:
             walk.progress.stopped = ladder.climb(walk)
             if walk.progress.stopped:
                 break
-            walk.newton.arrive()
+            walk.newton.arrive(walk.state, step.at_end)
             inside = None
         return walk.progress

@@ -21,6 +21,7 @@ from softact.solve.checkpoint import Checkpoint
 from softact.solve.diagnosis import causes
 from softact.solve.increments import next_size
 from softact.solve.newton import Counts, Loaded, Newton, NewtonOutcome, SolveOptions
+from softact.solve.pace import Pace
 from softact.solve.passed import Passed
 from softact.solve.path import Drive, LoadDrive, Point, extrapolate
 from softact.solve.progress import Attempt, Listeners, Progress, Trying
@@ -39,6 +40,7 @@ PATIENCE, LEAST_GAIN = 25, 0.01
 RUNS_AHEAD, TOWARDS_LIMIT = 1.3, 0.5
 # Newton iterations that friction takes more, at any increment, to find out what sticks and slips.
 FOR_FRICTION = 3
+TOO_LONG = "the increment is too long for the accuracy in time"
 # A limit point is named where it is so near, as a part of the step, and displacements grow so much
 # faster than at first.
 NAMED, RUNS_AWAY = 0.02, 3.0
@@ -83,13 +85,16 @@ class Walk:
         self.begun = self._copy()
         self.ramp = Ramp(state, step, self.newton.held(state), model.cavity_volume)
         self.ramp.apply(state, 0.0)
+        state.clock = state.clock.arrived()
+        model.forget_rates(state)
         model.contacts.check_clear(state, self.ramp.put_there)
         self.drive = LoadDrive(self.ramp)
-        self.largest = step.max_increment or settings.max_increment
-        self.size = min(settings.initial_increment, self.largest)
+        self.pace = Pace(step.timing, settings, model)
+        self.largest = (step.max_increment or settings.max_increment) / self.pace.strokes
+        self.size = self.pace.first(self.largest)
         self.path = [Point(0.0, state.x.copy(), self.drive.loads(state))]
         held_still = not model.sum(int(self.ramp.moves_supports))
-        self.may_trace = self.ramp.only_pressures and held_still
+        self.may_trace = self.ramp.only_pressures and held_still and not self.ramp.timed
         self.searched_at: float | None = None
         self.traced_at: float | None = None
         self.passed = Passed(model)
@@ -115,7 +120,9 @@ class Walk:
         for point in self.path:
             self.passed.add(point.s, point.x)
         self.go_to(self.drive, self.path[-1])
-        self.state.memory = inside.state.memory
+        self.state.memory, self.state.clock = inside.state.memory, inside.state.clock
+        self.ramp.arrived(self.state, self.path[-1].s)
+        self.rest = self._copy()
         self.model.contacts.resume(self.state)
 
     @property
@@ -215,16 +222,29 @@ class Walk:
         """Try the next increment under load control."""
         least = SMALL * self.largest
         self.size = min(self.size, max(TOWARDS_LIMIT * (self.limit_ahead() - self.done), least))
+        end = self.pace.next_turn(self.done)
         # Two halves rather than one whole and a sliver.
-        target = 1.0 if self.done + 1.01 * self.size >= 1.0 else self.done + self.size
+        target = end if self.done + 1.01 * self.size >= end else self.done + self.size
+        gone = target - self.done
         outcome = self.onward(self.attempt(self.drive, self.path, target), target)
         if not outcome.converged:
             self.reject(self.drive, self.path, target, outcome)
+            return outcome
+        in_time = self.pace.in_time(self.state, self.ramp.flow_error(self.state, target))
+        if not in_time.accepted:  # an equilibrium was found: no other rung is wanted
+            self.reject(
+                self.drive, self.path, target, replace(outcome, converged=False, reason=TOO_LONG)
+            )
+            self.size = in_time.factor * gone
             return outcome
         self.path = self.accept(self.drive, self.path, target, outcome)
         self.passed.add(target, self.state.x)
         own = 0 if self.model.contacts.symmetric else FOR_FRICTION
         self.size = next_size(self.size, outcome.iterations - own, self.largest)
+        self.size = min(self.size, in_time.factor * gone)
+        if end < 1.0 and target == end:
+            self.path, self.size = self.path[-1:], self.pace.first(self.size)
+            self.model.forget_rates(self.state)
         return outcome
 
     # --- what came of them ----------------------------------------------------------------------
@@ -264,7 +284,9 @@ class Walk:
         )
         # Whoever hears of it sees the forces that are in balance, friction's as they were counted.
         self.record(replace(attempt, control=control) if control else attempt)
-        self.model.contacts.remember(self.state)
+        self.model.remember(self.state)
+        self.state.clock = self.state.clock.arrived()
+        self.ramp.arrived(self.state, point.s)
         self.rest = self._copy()
         return [*(replace(p, rate=None) for p in path[-2:]), point]
 
@@ -325,7 +347,7 @@ class Walk:
 
     def _rate(self, drive: Drive, s: float) -> np.ndarray | None:
         """Change of the unknowns with s under load control; elsewhere they are not followed."""
-        if drive.control != "load" or drive.holds_volume or s >= 1.0:
+        if drive.control != "load" or drive.holds_volume or s >= 1.0 or self.ramp.timed:
             return None
         here, later = (self._loaded(drive, place) for place in (s, s + RATE_STEP))
         return self.newton.rate(here, later, RATE_STEP)

@@ -2,15 +2,18 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from softact.bodies import BODIES
+from softact.errors import SpecError
 from softact.fields import Fault, Place
 from softact.geometry.base import Geometry
 from softact.loads import LOADS
 from softact.loads.base import surface_fault
+from softact.loads.pressure_file import read
 from softact.materials import Law
 from softact.materials.base import FibreLaw
 from softact.measures import MEASURES
@@ -247,6 +250,17 @@ def _step(step: dict, place: Place, layout: Layout) -> Iterator[Fault]:
             yield from load.faults(step[key], (*place, key), layout, step)
     if step.get("supports") is not None:
         yield from _supports(step["supports"], (*place, "supports"), layout)
+    yield from _pressures_in_time(step.get("amplitude"), (*place, "amplitude", "file"), layout)
+
+
+def _pressures_in_time(amplitude: Any, place: Place, layout: Layout) -> Iterator[Fault]:
+    name = amplitude.get("file") if isinstance(amplitude, dict) else None
+    if isinstance(name, str):
+        try:
+            table = read(Path(name))
+        except SpecError:
+            return  # told by the field itself
+        yield from ((place, fault) for fault in table.faults(tuple(layout.cavities)))
 
 
 def _supports(value: Any, place: Place, layout: Layout) -> Iterator[Fault]:

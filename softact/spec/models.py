@@ -23,6 +23,8 @@ from softact.geometry.base import Geometry
 from softact.geometry.imported import Imported
 from softact.loads import LOADS
 from softact.loads.base import Load
+from softact.loads.timing import Timing
+from softact.materials import Law
 from softact.mesh.layout import Layout
 from softact.solve.settings import Predictor, Settings
 from softact.spec.building import changed
@@ -34,7 +36,14 @@ from softact.spec.path import UNNAMED
 from softact.spec.slots import walk
 from softact.spec.supports import LineSpec, SupportSpec
 from softact.spec.text import to_text
-from softact.units import Angle, Dimensionless, Length
+from softact.spec.timing import AmplitudeSpec, timing, with_contents
+from softact.units import Angle, Dimensionless, Length, Time
+
+
+def refuse_memory(material: Law) -> None:
+    """Raise a fault where the material of a layer or a sheet creeps or softens."""
+    if material.remembers:
+        raise fault("layers and sheets do not creep or soften: leave viscoelastic and mullins out")
 
 
 class LayerSpec(Part, title="Layer"):
@@ -57,6 +66,11 @@ class LayerSpec(Part, title="Layer"):
         "default: tension_field where it has no bending stiffness (on curved surfaces)",
     )
 
+    @model_validator(mode="after")
+    def _remembers_nothing(self) -> Self:
+        refuse_memory(self.material)
+        return self
+
 
 class PlySpec(Part, title="Ply"):
     """One layer of a sheet of the geometry."""
@@ -74,6 +88,7 @@ class PlySpec(Part, title="Ply"):
 
     @model_validator(mode="after")
     def _can_keep_its_volume(self) -> Self:
+        refuse_memory(self.material)
         if self.incompressible and self.material.law == "linear":
             raise ValueError("law linear has a Poisson's ratio: leave incompressible out")
         return self
@@ -97,7 +112,10 @@ class SheetOfLayers(Part):
 
 
 class StepBase(Part):
-    """A change of the loads or supports; loads ramp linearly from their last value."""
+    """A change of the loads or supports; loads ramp linearly from their last value.
+
+    With a duration or an amplitude the step has a clock.
+    """
 
     name: Name = Field("", description="default: step_1, step_2, ...")
     supports: tuple[SupportSpec, ...] | None = Field(
@@ -111,10 +129,40 @@ class StepBase(Part):
         "gravity changes",
     )
 
+    duration: Time | None = Field(
+        None,
+        gt=0,
+        description="how long it lasts; without one it has no clock, and all that creeps has come "
+        "to its end",
+    )
+    amplitude: AmplitudeSpec | None = Field(
+        None,
+        description="how loads go in that time: ramp (default), smooth, hold, {sine: ...}, "
+        "{triangle: ...} or {file: NAME.csv}",
+    )
+
     @model_validator(mode="after")
     def _changes_something(self) -> Self:
-        if self.supports is None and not self.loads:
+        still = self.supports is None and not self.loads
+        waits = self.amplitude and (self.amplitude.shape == "hold" or self.amplitude.file)
+        if still and not waits:
             raise fault(f"this step changes nothing; give it {', '.join(LOADS)} or supports")
+        return self
+
+    @model_validator(mode="after")
+    def _has_one_clock(self) -> Self:
+        amplitude = self.amplitude
+        if amplitude is None:
+            return self
+        if amplitude.own_duration is None and self.duration is None:
+            raise fault("an amplitude needs a duration; write for example duration: 2 s")
+        if amplitude.own_duration is not None and self.duration is not None:
+            says = "the file" if amplitude.file else "frequency and cycles"
+            raise fault(f"{says} says how long the step lasts; leave duration out")
+        if amplitude.shape == "hold" and (self.loads or any(s.move for s in self.supports or ())):
+            raise fault("hold leaves loads as they are; change them in a step before it")
+        if amplitude.file and {"pressure", "inject"} & set(self.loads):
+            raise fault("the file gives the pressures; leave pressure and inject out")
         return self
 
     @property
@@ -128,10 +176,15 @@ class StepBase(Part):
         filled = {key: LOADS[key].for_layout(value, layout) for key, value in self.loads.items()}
         return self.model_copy(update=filled)
 
+    def timing(self, layout: Layout) -> Timing | None:
+        """The step's clock; None where it has none."""
+        return timing(self.duration, self.amplitude, tuple(layout.cavities))
+
     @property
     def largest_increment(self) -> float | None:
         """``max_increment`` with its default for loads that are seldom hard; None: solver's."""
-        easy = self.supports is None and all(LOADS[key].easy for key in self.loads)
+        clocked = self.duration is not None or self.amplitude is not None
+        easy = self.supports is None and not clocked and all(LOADS[key].easy for key in self.loads)
         return 1.0 if self.max_increment is None and easy else self.max_increment
 
 
@@ -191,6 +244,13 @@ class Solver(Part):
     dynamics: bool = Field(
         USUAL.dynamics,
         description="let the actuator move to its next equilibrium where none is near",
+    )
+    time_tolerance: Dimensionless | None = Field(
+        None,
+        gt=0,
+        le=0.1,
+        description="on the error of stresses that creep, in one increment of a step with a clock, "
+        f"by the largest stress so far; default: {USUAL.time_tolerance:g}",
     )
 
     @model_validator(mode="after")
@@ -320,6 +380,7 @@ class SpecBase(Part):
                 part.pop(text, None)
         if isinstance(self.geometry, Imported):
             data["geometry"]["file"] = self.geometry.content()
+        data["steps"] = with_contents(data["steps"])
         for part in ("sheets", "probes", "points", "lines", "fields"):
             if not data[part]:
                 del data[part]  # as before there were any

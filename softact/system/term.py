@@ -10,7 +10,7 @@ from __future__ import annotations
 import functools
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -49,19 +49,40 @@ class TimeStep:
         )
 
 
+@dataclass(frozen=True)
+class Clock:
+    """now: s since the start of the run. since: when the last equilibrium was. runs: whether the
+    step has a duration; where it has none, all that creeps has come to its end."""
+
+    now: float = 0.0
+    since: float = 0.0
+    runs: bool = False
+
+    @property
+    def elapsed(self) -> float:
+        """Time from the last equilibrium to this state, s; inf where no clock runs."""
+        return self.now - self.since if self.runs else np.inf
+
+    def arrived(self) -> Clock:
+        """The same with this state as the last equilibrium."""
+        return replace(self, since=self.now)
+
+
 @dataclass
 class State:
     """Unknowns and loads at one moment, as this process holds them.
 
     x: (local,) unknowns, ghosts included. loads: by field of the registered loads
-    (``softact.loads``), what is loaded -> value. memory: what contacts keep from the last
-    equilibrium (see ``softact.contact``). motion: a time step that acts.
+    (``softact.loads``), what is loaded -> value. memory: what contacts and materials keep from the
+    last equilibrium (see ``softact.contact``, ``softact.bodies.remembering``). motion: a time step
+    that acts. clock: when this is.
     """
 
     x: np.ndarray
     loads: Mapping[str, Mapping[str, Value]] = field(default_factory=dict)
     memory: dict[str, np.ndarray | float] = field(default_factory=dict)
     motion: TimeStep | None = None
+    clock: Clock = Clock()
 
     def __getitem__(self, field: str) -> Mapping[str, Value]:
         """Values of one field of the loads: ``state["pressure"]`` is cavity -> MPa."""

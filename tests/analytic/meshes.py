@@ -7,7 +7,8 @@ from itertools import permutations
 
 import numpy as np
 
-from softact.mesh.tetrahedra import FACET_VERTICES, Tetrahedra
+from softact.mesh.msh_file import Tetrahedra
+from softact.mesh.tetrahedra import FACET_VERTICES
 
 FACES = ("x_min", "x_max", "y_min", "y_max", "z_min", "z_max")
 

@@ -10,7 +10,8 @@ from mpi4py import MPI
 
 from softact.loads.load_step import LoadStep
 from softact.mesh.layout import Layout
-from softact.mesh.tetrahedra import Tetrahedra, distribute
+from softact.mesh.msh_file import Tetrahedra
+from softact.mesh.tetrahedra import distribute
 from softact.model import Model, Support
 from softact.solve.progress import Trying
 from softact.solve.settings import Settings

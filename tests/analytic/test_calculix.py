@@ -16,7 +16,7 @@ from mpi4py import MPI
 from benchmarks import calculix, ccx
 from softact.errors import SpecError
 from softact.geometry.base import make_mesh
-from softact.mesh.tetrahedra import read_msh
+from softact.mesh.msh_file import read_msh
 from softact.run.worker import solve
 from softact.spec import load
 

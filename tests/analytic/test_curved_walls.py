@@ -19,7 +19,8 @@ from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
 from softact.measures.snapshot import Snapshot
 from softact.mesh.curves import Curves
-from softact.mesh.tetrahedra import distribute, read_msh
+from softact.mesh.msh_file import read_msh
+from softact.mesh.tetrahedra import distribute
 from softact.model import Model, Support
 from tests.analytic.solving import solve
 

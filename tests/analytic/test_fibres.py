@@ -14,7 +14,8 @@ from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
 from softact.measures import MEASURES
 from softact.measures.snapshot import Snapshot
-from softact.mesh.tetrahedra import distribute, read_msh
+from softact.mesh.msh_file import read_msh
+from softact.mesh.tetrahedra import distribute
 from softact.model import Model, Support
 from softact.system.term import State
 from tests.analytic.by_hand import principal_slopes

@@ -11,7 +11,8 @@ from softact.geometries.thick_sphere import ThickSphere
 from softact.geometry.base import make_mesh
 from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
-from softact.mesh.tetrahedra import distribute, read_msh
+from softact.mesh.msh_file import read_msh
+from softact.mesh.tetrahedra import distribute
 from softact.model import Model, Support
 from tests.analytic.by_hand import principal_slopes
 from tests.analytic.meshes import block

@@ -120,7 +120,7 @@ steps: [{{pressure: 1 kPa}}]
     ("select", "words"),
     [
         ("{roof: 3}", "select: 'roof' is no surface of this geometry; add it to surfaces"),
-        ("{tip: {}}", "selects no face; write numbers, plane, normal or box"),
+        ("{tip: {}}", "selects no face; write numbers, plane, normal, box or beside"),
         ("{tip: {plane: {x: 40}}}", "'40' has no unit"),
         ("{tip: {plane: {w: 40 mm}}}", "'w' is not one of: x, y, z"),
         ("{tip: {normal: [0, 0, 0]}}", "three zeros are no direction"),

@@ -130,3 +130,23 @@ def test_extra_volumetric_energy_and_its_derivatives(name):
 def test_no_extra_volumetric_energy_without_d2():
     for part in load_card("elastosil-m4601").material().extra_volumetric(np.array([0.9, 1.2])):
         assert np.array_equal(part, [0.0, 0.0])
+
+
+# Nominal stress (MPa) at stretches 1.5, 2, 3 and 3.9, read off the tables of the Soft Robotics
+# Materials Database (doi 10.1089/soro.2019.0115), and how far the cards say they are off at 1.5.
+MEASURED = {
+    "dragon-skin-20": ([0.1511, 0.3184, 0.7223, 1.145], 0.10),
+    "mold-star-16": ([0.0947, 0.1855, 0.4330, 0.7267], 0.02),
+    "platsil-gel-10": ([0.0674, 0.1470, 0.3196, 0.4997], 0.14),
+}
+
+
+@pytest.mark.parametrize("name", MEASURED)
+def test_fitted_cards_follow_the_measured_curves(name):
+    law, (stress, off) = load_card(name), MEASURED[name]
+    assert law.stretch_range == (1.0, 4.0)
+    for stretch, measured in zip((1.5, 2.0, 3.0, 3.9), stress, strict=True):
+        # Ogden, one term, incompressible: P = 2 mu / alpha (l^(alpha - 1) - l^(-alpha/2 - 1)).
+        mu, alpha = law.mu1, law.alpha1
+        nominal = 2 * mu / alpha * (stretch ** (alpha - 1) - stretch ** (-alpha / 2 - 1))
+        assert nominal == pytest.approx(measured, rel=off if stretch == 1.5 else 0.02)

@@ -12,7 +12,8 @@ from softact.materials import LAWS
 from softact.measures import MEASURES
 from softact.measures.failure import percentile, reached
 from softact.measures.snapshot import Snapshot
-from softact.mesh.tetrahedra import distribute, read_msh
+from softact.mesh.msh_file import read_msh
+from softact.mesh.tetrahedra import distribute
 from softact.model import Model
 from tests.analytic.solving import solve
 

@@ -7,7 +7,7 @@ from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
 from softact.measures import MEASURES
 from softact.measures.snapshot import Snapshot
-from softact.mesh.tetrahedra import Tetrahedra
+from softact.mesh.msh_file import Tetrahedra
 from softact.model import Support
 from softact.system.rotation import rotation_about
 from softact.system.term import State

@@ -6,8 +6,8 @@ import pytest
 from softact.errors import SoftactError, SpecError
 from softact.mesh.components import components
 from softact.mesh.layout import Layout
+from softact.mesh.msh_file import Tetrahedra
 from softact.mesh.nearest_triangle import nearest_triangle
-from softact.mesh.tetrahedra import Tetrahedra
 from softact.run.held import refuse_loose
 from softact.run.start import run
 from softact.spec import load, loads

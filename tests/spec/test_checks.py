@@ -64,9 +64,9 @@ def test_a_fault_in_a_ply_does_not_make_the_list_too_short():
 
 def test_an_unknown_key_of_a_step_is_answered_with_what_a_step_may_have():
     text = BARE.format("block") + "materials: {body: paper}\n"
-    (line,) = lines(text, "steps.0.duration=2 s")
+    (line,) = lines(text, "steps.0.length=2 s")
     known = ", ".join(Step.model_fields)
-    assert line == f"--set steps.0.duration=2 s: steps.0.duration: unknown key; known: {known}"
+    assert line == f"--set steps.0.length=2 s: steps.0.length: unknown key; known: {known}"
     (line,) = lines(text, "duration=2 s")
     assert "duration: unknown key; known: name, description, source, assumptions, geo" in line
 

@@ -71,9 +71,11 @@ class Volume:
         """See ``Rung``."""
         walk.traced_at = walk.done
         walk.passed.leave()
+        memory = walk.state.memory
         found = _Trace(walk).run()
         if found.limit:
-            # Far from here there may be equilibria again.
+            # Far from here there may be equilibria again; what was strained on the way was not.
+            walk.model.recall(walk.state, memory)
             walk.go_to(walk.drive, walk.path[-1])
             trouble.limit, trouble.snap = found.limit, found.snap
             return Went.NOT

@@ -1,0 +1,149 @@
+"""What a run with a clock says of time: energy lost in each cycle, and creep under a held load.
+
+All from curve.csv: the work of pressures is ∫ p dV by the trapezoidal rule over the increments.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from softact.results.folder import Results
+
+TIME = "time_s"
+# Figures that are followed under a held load, the first one that moves by more than this.
+FOLLOWED = {"bending_angle_deg": 0.01, "elongation_mm": 1e-4, "tip_z_mm": 1e-4, "tip_x_mm": 1e-4}
+# A load is held where pressures stay within this part of their largest.
+HELD = 1e-9
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """A loading and the unloading after it. begin, end: s. work: of the pressures while they put
+    work in, mJ; lost: what they did not get back."""
+
+    step: str
+    begin: float
+    end: float
+    work: float
+    lost: float
+
+    @property
+    def hysteresis(self) -> float:
+        """Lost part of the loading work."""
+        return self.lost / self.work
+
+
+@dataclass(frozen=True)
+class Creep:
+    """A figure under a held load: at its begin and end, and s until it has come 63 % and 95 % of
+    that way."""
+
+    step: str
+    column: str
+    begin: float
+    end: float
+    duration: float
+    to_63: float
+    to_95: float
+
+
+def cycles(results: Results) -> list[Cycle]:
+    """Cycles of pressure in the steps with a clock: from a smallest pressure over a largest one to
+    the next smallest."""
+    pressures, volumes = _pressures(results), _volumes(results)
+    found: list[Cycle] = []
+    if TIME not in results.curve or not len(pressures) or len(pressures) != len(volumes):
+        return found
+    means = (pressures[:, 1:] + pressures[:, :-1]) / 2e3  # kPa mm³ is 1e-3 mJ
+    done = np.concatenate([[0.0], np.cumsum((means * np.diff(volumes)).sum(axis=0))])
+    total = pressures.sum(axis=0)
+    for step, begin, end in _steps(results):
+        turns = [begin, *_turns(total, begin, end), end]
+        for low, high, back in zip(turns[::2], turns[1::2], turns[2::2], strict=False):
+            work, given_back = done[high] - done[low], done[high] - done[back]
+            if total[high] > max(total[low], total[back]) and work > 0:
+                times = results.curve[TIME][[low, back]]
+                found.append(Cycle(step, *map(float, (*times, work, work - given_back))))
+    return found
+
+
+def creeps(results: Results) -> list[Creep]:
+    """Steps with a clock through which pressures are held, and what moves in them."""
+    found = []
+    pressures = _pressures(results)
+    if TIME not in results.curve or not len(pressures):
+        return []
+    for step, begin, end in _steps(results):
+        part = pressures[:, begin : end + 1]
+        times = results.curve[TIME][begin : end + 1]
+        if np.ptp(part, axis=1).max() > HELD * np.abs(part).max() or times[-1] <= times[0]:
+            continue
+        for column, least in FOLLOWED.items():
+            values = results.curve.get(column, np.zeros(0))[begin : end + 1]
+            if len(values) and abs(values[-1] - values[0]) > least:
+                way = (values - values[0]) / (values[-1] - values[0])
+                reached = [_first(times, way, share) for share in (0.63, 0.95)]
+                ends = values[0], values[-1], times[-1] - times[0]
+                found.append(Creep(step, column, *map(float, (*ends, *reached))))
+                break
+    return found
+
+
+def lines(results: Results) -> Iterator[str]:
+    """What to say of them."""
+    numbers: dict[str, int] = {}
+    for cycle in cycles(results):
+        numbers[cycle.step] = number = numbers.get(cycle.step, 0) + 1
+        yield (
+            f"step '{cycle.step}', cycle {number}: {cycle.lost:.4g} of {cycle.work:.4g} mJ of the "
+            f"loading work is lost ({cycle.hysteresis:.2%})"
+        )
+    for creep in creeps(results):
+        name, _, unit = creep.column.rpartition("_")
+        way = creep.end - creep.begin
+        yield (
+            f"step '{creep.step}': {name.replace('_', ' ')} creeps from {creep.begin:.4g} to "
+            f"{creep.end:.4g} {unit} in {creep.duration:.4g} s ({way:+.4g} {unit}), 63 % of it in "
+            f"{creep.to_63:.3g} s, 95 % in {creep.to_95:.3g} s"
+        )
+
+
+def _columns(results: Results, beginning: str, end: str) -> np.ndarray:
+    names = [n for n in results.curve if n.startswith(beginning) and n.endswith(end)]
+    return np.array([results.curve[name] for name in names])
+
+
+def _pressures(results: Results) -> np.ndarray:
+    return _columns(results, "pressure_", "kPa")
+
+
+def _volumes(results: Results) -> np.ndarray:
+    return _columns(results, "cavity_volume", "mm3")
+
+
+def _steps(results: Results) -> Iterator[tuple[str, int, int]]:
+    """Name, first and last row of each step; it begins with the last row of the one before."""
+    names = [str(name) for name in results.curve["step"]]
+    begin = 0
+    for row, name in enumerate(names):
+        if row + 1 == len(names) or names[row + 1] != name:
+            yield name, begin, row
+            begin = row
+
+
+def _turns(values: np.ndarray, begin: int, end: int) -> list[int]:
+    """Rows strictly inside, at which values turn."""
+    signs = np.sign(np.diff(values[begin : end + 1]))
+    return [begin + i + 1 for i in np.flatnonzero(signs[1:] * signs[:-1] < 0)]
+
+
+def _first(times: np.ndarray, way: np.ndarray, share: float) -> float:
+    """When ``way`` first reaches ``share``, since the first time, linear in between."""
+    row = int(np.argmax(way >= share))
+    if row == 0:
+        return 0.0
+    part = (share - way[row - 1]) / (way[row] - way[row - 1])
+    return float(times[row - 1] + part * (times[row] - times[row - 1]) - times[0])
