@@ -252,6 +252,10 @@ class Solid:
             del self._kept[next(iter(self._kept))]
         return found
 
+    def forget(self) -> None:
+        """Let go what is kept of states: a state of its size in memory for each."""
+        self._kept.clear()
+
     def cauchy(self, state: State) -> np.ndarray:
         """Cauchy stress (cells, points, 3, 3) MPa at the quadrature points: F S Fᵀ/J + p I."""
         f = self.deformation_gradient(state.x)

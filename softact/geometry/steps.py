@@ -1,5 +1,9 @@
 """Into how many steps a mesh divides a length."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass, field
 from math import ceil
 
 #: A step may be longer than was asked for by this part. Lengths that are a whole number of steps,
@@ -7,7 +11,63 @@ from math import ceil
 SLACK = 0.002
 
 
+class OtherCountsError(Exception):
+    """A mesh is divided otherwise than the one whose numbers of steps it was to have."""
+
+
+@dataclass
+class _Numbers:
+    """Numbers of steps in the order in which a mesh asks for them."""
+
+    known: list[int] = field(default_factory=list)
+    fixed: bool = False
+    used: int = 0
+
+    def take(self, number: int) -> int:
+        """The number to use where a mesh would have ``number``. Raises OtherCountsError."""
+        if not self.fixed:
+            self.known.append(number)
+        elif self.used == len(self.known):
+            raise OtherCountsError
+        self.used += 1
+        return self.known[self.used - 1]
+
+
+_NUMBERS: ContextVar[_Numbers | None] = ContextVar("numbers", default=None)
+
+
 def steps(length: float, size: float, least: int = 1) -> int:
     """Number of equal steps along a length so that none is longer than ``size``, but for SLACK;
-    at least ``least``."""
-    return max(least, ceil(length / size / (1 + SLACK)))
+    at least ``least``. Within ``repeated``, that of the mesh which is repeated."""
+    number = max(least, ceil(length / size / (1 + SLACK)))
+    kept = _NUMBERS.get()
+    return number if kept is None else kept.take(number)
+
+
+@contextmanager
+def recorded() -> Iterator[list[int]]:
+    """A list of the numbers of steps that a mesh asks for meanwhile, in their order."""
+    numbers = _Numbers()
+    with _as_present(numbers):
+        yield numbers.known
+
+
+@contextmanager
+def repeated(known: list[int]) -> Iterator[None]:
+    """Meanwhile a mesh has the numbers of steps of another one, as ``recorded`` gave them: a solid
+    whose lengths have changed a little keeps its cells. Raises OtherCountsError where it asks for
+    more or fewer of them."""
+    numbers = _Numbers(known, fixed=True)
+    with _as_present(numbers):
+        yield
+    if numbers.used != len(known):
+        raise OtherCountsError
+
+
+@contextmanager
+def _as_present(numbers: _Numbers) -> Iterator[None]:
+    token = _NUMBERS.set(numbers)
+    try:
+        yield
+    finally:
+        _NUMBERS.reset(token)

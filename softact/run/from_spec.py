@@ -17,7 +17,7 @@ from softact.loads import LOADS
 from softact.loads.load_step import LoadStep
 from softact.loads.support import Spring, Support, Turn
 from softact.mesh.layout import Layout
-from softact.mesh.tetrahedra import Tetrahedra, distribute, of_sheets, read_msh
+from softact.mesh.tetrahedra import Mesh, Tetrahedra, distribute, of_sheets, read_msh
 from softact.model import Model
 from softact.run.held import refuse_loose
 from softact.spec import Spec
@@ -41,6 +41,11 @@ def build_model(comm: MPI.Comm, spec: Spec, mesh_file: Path) -> Model:
         mesh = of_sheets(comm, spec.geometry.checked_mesh(), layout)
     else:
         mesh = distribute(comm, lambda: _read(mesh_file, layout, spec), layout)
+    return model_on(mesh, spec)
+
+
+def model_on(mesh: Mesh, spec: Spec, like: Model | None = None) -> Model:
+    """The ``Model`` of a spec on a mesh that is spread over the processes. like: see ``Model``."""
     return Model(
         mesh,
         {name: law.material() for name, law in spec.materials.items()},
@@ -51,6 +56,7 @@ def build_model(comm: MPI.Comm, spec: Spec, mesh_file: Path) -> Model:
         _touching(spec),
         {name: _sheet(sheet) for name, sheet in spec.sheets.items()},
         {"springs": _springs(spec), **_more(spec)},
+        like,
     )
 
 
