@@ -150,7 +150,7 @@ class Following:
         prescribed volume (pushes (local,), and K⁻¹ of them) such that they keep it."""
         model, names = self.walk.model, self.walk.ramp.injected
         owned = slice(model.unknowns.owned)
-        rows = np.array([push[owned] for push in pushes]).reshape(len(pushes), -1)
+        rows = np.array([push[owned] for push in pushes])
         compliance = model.sum(rows @ yielding[:, owned].T) if len(pushes) else None
         for twin, answer in zip(self.twins, answers, strict=True):
             if compliance is None:
