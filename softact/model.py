@@ -35,7 +35,7 @@ from softact.mesh.sheets import SheetMesh
 from softact.mesh.sheets import nodes_of as sheet_nodes_of
 from softact.mesh.tetrahedra import Mesh
 from softact.system.assembly import Assembler
-from softact.system.nodes import nodes_of
+from softact.system.nodes import Nodes, nodes_of
 from softact.system.term import InvertedElementError, Origin, State, Term, Value
 from softact.system.unknowns import Unknowns
 
@@ -156,18 +156,18 @@ class Model:
             if spaces:
                 solid = spaces[0].tabulate_dof_coordinates() if places is None else places
             loose, elements, curves = self._sheet_nodes(mesh.sheets, solid)
-        self.unknowns = like.unknowns if like else Unknowns(self.comm, spaces, len(loose))
-        self.nodes = nodes_of(self.unknowns, loose, places)
+        self.unknowns: Unknowns = like.unknowns if like else Unknowns(self.comm, spaces, len(loose))
+        self.nodes: Nodes = nodes_of(self.unknowns, loose, places)
         self.sheets: dict[str, SheetPart] = {}
         if mesh.sheets:
             size = self.unknowns.local
             self.sheets = make_parts(mesh.sheets, elements, sheets, self.nodes, size)
         tables = [part.triangles.table for part in self.sheets.values()]
         shared = like.assembler if like else None
-        self.assembler = Assembler(mesh, self.unknowns, tables, shared)
-        self.displacement_dofs = self.nodes.dofs
+        self.assembler: Assembler = Assembler(mesh, self.unknowns, tables, shared)
+        self.displacement_dofs: np.ndarray = self.nodes.dofs
         self.cell_nodes = compat.cell_dofs(spaces[0]) if spaces else np.empty((0, 0), np.int32)
-        self.surfaces = Surfaces(
+        self.surfaces: Surfaces = Surfaces(
             mesh, self.unknowns, self.nodes, self.cell_nodes, self.degree, self.sheets, curves
         )
 

@@ -161,9 +161,7 @@ def _carry(
     return points + inside(shift, known)
 
 
-def _places(
-    gmsh: ModuleType, entity: _Entity, points: np.ndarray, shift: np.ndarray
-) -> np.ndarray:
+def _places(gmsh: ModuleType, entity: _Entity, points: np.ndarray, shift: np.ndarray) -> np.ndarray:
     """Places (k, 3) of an entity's points on the one of its tag in the current model."""
     dimension, tag = entity.dimension, entity.tag
     if dimension == 0:

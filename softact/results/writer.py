@@ -130,6 +130,14 @@ class ResultsWriter:
         """Store the table of derivatives as it is now."""
         write_atomic(self.directory / SENSITIVITIES, text)
 
+    @property
+    def sensitivities_so_far(self) -> str:
+        """The table of derivatives that is there; empty where there is none that can be read."""
+        try:
+            return (self.directory / SENSITIVITIES).read_text(encoding="utf-8")
+        except (OSError, ValueError):
+            return ""
+
     def _open_folder(self) -> None:
         """Make the folder such that it says "incomplete" from its first moment."""
         directory = self.directory

@@ -45,7 +45,7 @@ class Recorder:
     """Runs the steps of a spec and writes down each accepted state.
 
     notes: on the mesh, which stand with those of the run itself. twins: of the parameters by which
-    the measures are differentiated.
+    the measures are differentiated. start, begin: see ``Stepper.run``.
     """
 
     def __init__(
@@ -57,6 +57,7 @@ class Recorder:
         start: Checkpoint | None,
         notes: Sequence[str] = (),
         twins: Sequence[Twin] = (),
+        begin: int | None = 0,
     ):
         self.spec, self.model, self.writer, self._tell = spec, model, writer, tell
         self.notes, self._told_at = notes, time.monotonic()
@@ -70,7 +71,9 @@ class Recorder:
         self.slopes: Slopewise | None = None
         if twins:
             following = Following(self.stepper.walk, twins, self._of_twin)
-            self.slopes = Slopewise(following, writer)
+            if start is not None:
+                following.resume(start, begin)
+            self.slopes = Slopewise(following, writer, start)
         self.row: dict = model.comm.bcast(writer.last_row if writer is not None else None)
         self.write_time = 0.0
         self.verdict: Verdict | None = None  # on rank 0, at the end
@@ -217,7 +220,11 @@ class Recorder:
     def _checkpoint(self, checkpoint: Checkpoint) -> None:
         started = time.perf_counter()
         curve = self.writer.curve if self.writer is not None else ""
-        data = pack(self.model, replace(checkpoint, curve=curve, spec=self.identity))
+        kept = replace(checkpoint, curve=curve, spec=self.identity)
+        if self.slopes is not None:
+            beside, vectors = self.slopes.following.kept()
+            kept = replace(kept, beside=beside, vectors=vectors)
+        data = pack(self.model, kept)
         if self.writer is not None and data is not None:
             self.writer.checkpoint(data)
         self.write_time += time.perf_counter() - started

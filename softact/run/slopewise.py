@@ -6,11 +6,12 @@ import time
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from softact.sensitivities.table import Table, pressures
+from softact.sensitivities.table import Table, kept, pressures
 
 if TYPE_CHECKING:
     from softact.results.writer import ResultsWriter
     from softact.sensitivities.following import Following
+    from softact.solve.checkpoint import Checkpoint
     from softact.solve.progress import Attempt
     from softact.system.term import State
 
@@ -18,15 +19,16 @@ if TYPE_CHECKING:
 class Slopewise:
     """Writes the derivatives at each accepted state. time: seconds spent on them."""
 
-    def __init__(self, following: Following, writer: ResultsWriter | None):
+    def __init__(
+        self, following: Following, writer: ResultsWriter | None, start: Checkpoint | None = None
+    ):
         self.following, self._writer = following, writer
-        self.table = Table([twin.parameter for twin in following.twins])
+        before = kept(writer.sensitivities_so_far, start.rows) if writer and start else ""
+        self.table = Table([twin.parameter for twin in following.twins], before)
         self.time = 0.0
         self.messages: list[str] = []
 
-    def accept(
-        self, state: State, attempt: Attempt, number: int, row: Mapping[str, Any]
-    ) -> None:
+    def accept(self, state: State, attempt: Attempt, number: int, row: Mapping[str, Any]) -> None:
         """Take down what hangs on what at a state whose row of curve.csv is given. Collective."""
         started = time.perf_counter()
         before = self.following.ended

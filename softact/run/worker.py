@@ -80,7 +80,7 @@ def solve(
         from softact.run.twins import make_twins
 
         twins = make_twins(spec, model, sensitivities["paths"], sensitivities["motion"])
-    recorder = Recorder(spec, model, writer, tell, start, notes, twins)
+    recorder = Recorder(spec, model, writer, tell, start, notes, twins, begin)
     times["set_up"] = time.perf_counter() - started
     kind = "tetrahedra" if model.solids else "triangles"
     tell({"stage": "solve", "cells": mesh.cell_count, "kind": kind, "unknowns": unknowns})

@@ -19,18 +19,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from softact.errors import SpecError
 from softact.sensitivities.twin import Twin
+from softact.solve.checkpoint import Checkpoint, loads_of, plain_loads
 from softact.solve.responses import Responses
+from softact.system.term import State
 
 if TYPE_CHECKING:
     from softact.solve.progress import Attempt
     from softact.solve.walk import Walk
-    from softact.system.term import State
 
 #: The measures of a twin: the columns of curve.csv.
 Evaluate = Callable[[Twin], dict[str, Any]]
 JUMPED = "the actuator has jumped, and where it lands depends on the way"
 SLIPPED = "something with friction touches, and where it sticks depends on the way"
+NONE = "the run was begun without sensitivities, and goes on without them; for them start it anew"
+OTHERS = "the run was begun with other parameters (-p); resume it with the same ones"
 SINGULAR = "the tangent has no inverse there"
 
 
@@ -85,9 +89,38 @@ class Following:
             twin.begin(number)
         self._step = number
 
-    def resumed(self, number: int) -> None:
-        """Know that the step of this number has been begun."""
-        self._step = number
+    # --- kept -----------------------------------------------------------------------------------
+
+    def kept(self) -> tuple[dict[str, Any], list[np.ndarray]]:
+        """What a run needs to go on with its twins: plain data, and unknowns (local,)."""
+        known = {
+            twin.parameter.path: {
+                "begun": plain_loads(twin.begun),
+                "now": plain_loads(twin.state),
+                "row": twin.row,
+            }
+            for twin in self.twins
+        }
+        vectors = [x for twin in self.twins for x in (twin.begun.x, twin.state.x)]
+        return {"twins": known, "ended": self.ended}, vectors
+
+    def resume(self, start: Checkpoint, begin: int | None) -> None:
+        """Go on as the run does, see ``softact.solve.stepping.Stepper.run``.
+
+        Raises SpecError where the earlier run had other twins.
+        """
+        known = start.beside.get("twins", {})
+        if list(known) != [twin.parameter.path for twin in self.twins]:
+            raise SpecError(OTHERS if known else NONE)
+        inside = begin is None
+        first = start.step if begin is None else begin
+        pairs = zip(start.vectors[::2], start.vectors[1::2], strict=True)
+        for twin, (begun, now) in zip(self.twins, pairs, strict=True):
+            of = known[twin.parameter.path]
+            began = State(begun.copy(), loads_of(of["begun"]))
+            twin.restore(first, inside, began, State(now.copy(), loads_of(of["now"])), of["row"])
+        self.ended = start.beside["ended"]
+        self._step = first if inside else None
 
     # --- the twins' equilibria ------------------------------------------------------------------
 
@@ -99,7 +132,7 @@ class Following:
         here = model.force(state)[0]
         rights = []
         for twin in self.twins:
-            twin.place(state, fraction)
+            twin.place(model, state, fraction)
             right = twin.out_of_balance() - here
             right[fixed] = 0.0
             rights.append(right[owned])

@@ -63,9 +63,7 @@ def _fault(geometry: Geometry) -> str:
     return next((f"{name}: {why}" for name, why in geometry.faults()), "")
 
 
-def _of_sheets(
-    geometry: SheetGeometry, pairs: Sequence[tuple[Geometry, Geometry, float]]
-) -> Moved:
+def _of_sheets(geometry: SheetGeometry, pairs: Sequence[tuple[Geometry, Geometry, float]]) -> Moved:
     with recorded() as numbers:
         base = geometry.sheet_mesh()
 

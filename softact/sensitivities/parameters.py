@@ -1,4 +1,4 @@
-"""The numbers of a spec by which its measures can be differentiated, and a spec with one changed."""
+"""The numbers of a spec by which its measures are differentiated, and a spec with one changed."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def changed(spec: Any, place: Place, value: float) -> Any:
         return value
     key, rest = place[0], place[1:]
     if isinstance(spec, BaseModel):
-        return spec.model_copy(update={key: changed(getattr(spec, str(key)), rest, value)})
+        return spec.model_copy(update={str(key): changed(getattr(spec, str(key)), rest, value)})
     if isinstance(spec, dict):
         return {**spec, key: changed(spec[key], rest, value)}
     return tuple(changed(v, rest, value) if i == key else v for i, v in enumerate(spec))
@@ -133,8 +133,8 @@ def _parameter(place: Place, value: float, entry: FieldInfo | None) -> Parameter
     dimension = ACCELERATION if "gravity" in place else dimension_of(entry)
     unit, factor = _unit(dimension, value)
     internal = dimension.internal if dimension else ""
-    of_vector = isinstance(place[-1], int)
-    usual = not (of_vector and value == 0.0) and not {"axis", "normal", "about"} & set(place)
+    there = value != 0.0 or internal == "degree"  # a constant of nought was left out
+    usual = there and not {"axis", "normal", "about"} & set(place)
     return Parameter(place, value, _step(place, value, internal), unit, factor, usual)
 
 

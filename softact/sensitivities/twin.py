@@ -43,16 +43,18 @@ class Twin:
             self.model.make_room(step.loads)
         self.state = self.model.initial_state()
         self.begun = self.state
+        self._diagonal = self.model.diagonal
         self.row: dict[str, Any] = {}
+        self._supported: int | None = None  # number of a step whose supports are set already
         self.held: Held = self.model.set_supports(case.supports, self.state)
 
     # --- steps ----------------------------------------------------------------------------------
 
     def begin(self, number: int) -> None:
         """Begin a step, of this number in the spec, at the state as it is."""
-        step = self.case.steps[number]
-        if number and step.supports is not None:
-            self.held = self.model.set_supports(step.supports, self.state)
+        supports = self.case.steps[number].supports
+        if supports is not None and number != self._supported:
+            self.held = self.model.set_supports(supports, self.state)
         self._begin(number)
 
     def _begin(self, number: int) -> None:
@@ -65,25 +67,31 @@ class Twin:
         """Take what supports prescribe as reached, at the end of a step."""
         self.held = self.held.arrived()
 
-    def restore(self, number: int, inside: bool, begun: State, now: State, row: Mapping) -> None:
-        """Stand where an earlier run stood: after the step of this number, or inside of it."""
+    def restore(
+        self, first: int, inside: bool, begun: State, now: State, row: Mapping[str, Any]
+    ) -> None:
+        """Stand where an earlier run stood: before the step of this number, or inside of it. See
+        ``softact.solve.stepping.Stepper.run``, which does the same."""
         self.state = replace(begun if inside else now)
-        self.model.contacts.resume(self.state)
-        sets = [(k, s.supports) for k, s in enumerate(self.case.steps) if k and s.supports]
-        for _, supports in [pair for pair in sets if pair[0] <= number]:
-            self.held = self.model.set_supports(supports, self.state)
-        if not inside or number > max([k for k, _ in sets if k <= number], default=0):
+        last = 0
+        for number, step in enumerate(self.case.steps[: first + 1]):
+            if step.supports is not None:
+                self.held, last = self.model.set_supports(step.supports, self.state), number
+        if first > last:
             self.end()
-        self.row = dict(row)
+        self._supported, self.row = first, dict(row)
         if inside:
-            self._begin(number)
+            self._begin(first)
             self.state = replace(now)
-            self.model.contacts.resume(self.state)
+        self.model.contacts.resume(self.state)
 
     # --- states ---------------------------------------------------------------------------------
 
-    def place(self, state: State, fraction: float) -> None:
-        """Put the twin where the actuator is at ``state``, under its own loads and supports."""
+    def place(self, model: Model, state: State, fraction: float) -> None:
+        """Put the twin where the actuator (``model``) is at ``state``, under its own loads and
+        supports."""
+        for name, solid in self.model.solids.items():
+            solid.stand_beside(model.solids[name], state)
         mine = self.state
         if self.ramp.injected:
             free = {name: state["pressure"].get(name, 0.0) for name in self.ramp.injected}
@@ -127,7 +135,7 @@ class Twin:
             if not isinstance(value, float) or not isinstance(there, float):
                 continue
             change = there - value
-            least = self.model.diagonal if name.endswith("_mm") else 0.0
+            least = self._diagonal if name.endswith("_mm") else 0.0
             most = MOST_ELASTIC * step / size * max(abs(value), abs(there), least)
             if abs(change) <= most or self.parameter.value == 0.0:
                 found[name] = change / step

@@ -20,7 +20,7 @@ class Refining:
     """accurate: ratio of the norms of what is left and of a right-hand side, at the end. costs: how
     many right-hand sides are solved in the time of one factorisation (docs/sensitivities.md)."""
 
-    accurate: float = 1e-8
+    accurate: float = 1e-7
     costs: float = 25.0
 
 
