@@ -286,7 +286,9 @@ class Solid:
         """Whether the material, and the direction of its fibres, is another solid's."""
         if self.material.law != other.material.law:
             return False
-        return self.fibres is None or bool(np.array_equal(self.fibres, other.fibres))
+        if self.fibres is None or other.fibres is None:
+            return self.fibres is other.fibres
+        return bool(np.array_equal(self.fibres, other.fibres))
 
     def forget(self) -> None:
         """Let go what is kept of states: it is large."""

@@ -138,7 +138,9 @@ def _entities(gmsh: ModuleType, number: np.ndarray) -> Iterator[_Entity]:
             continue
         nodes, _, parameters = gmsh.model.mesh.getNodes(dimension, tag, False, True)
         own = number[nodes.astype(np.int64)]
-        bounds = np.array(gmsh.model.getParametrizationBounds(dimension, tag)) if dimension else []
+        bounds: list[list[float]] = []
+        if dimension:
+            bounds = gmsh.model.getParametrizationBounds(dimension, tag)
         cells = np.empty((0, 3), dtype=np.int64)
         if dimension == 2:
             corners = gmsh.model.mesh.getElementsByType(TRIANGLE, tag)[1]

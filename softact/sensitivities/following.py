@@ -1,13 +1,15 @@
 """The derivatives of all measures by all parameters at each accepted state of a run.
 
-A parameter's twin (``twin.py``) stands at the run's state, under its own loads; what is out of
-balance there is what the change of the parameter does. With K the tangent, K δx = −δR brings it to
-its own equilibrium to first order, and each measure is taken there too:
+A parameter's twin (``twin.py``) is the actuator with a little more (h) of it. It is put beside the
+run's state, at the distance that it had at the last one and under its own loads, and brought to its
+own equilibrium by the factors that the run has left:
 
-    R(x, θ) = 0,  δx = −K⁻¹ (R(x, θ + h) − R(x, θ)),  dm/dθ = (m(x + δx, θ + h) − m(x, θ)) / h
+    δx ← δx − K⁻¹ (R(x + δx, θ + h) − R(x, θ)),  dm/dθ = (m(x + δx, θ + h) − m(x, θ)) / h
 
-With prescribed volumes the pressures of their cavities follow by block elimination, as in
-``softact.solve.border``. All parameters share one tangent.
+What δx converges to does not depend on the factors: the last Newton step's do, as long as they
+reduce what is left; else the tangent at the state is factorised once for all parameters. With
+prescribed volumes the pressures of their cavities follow by block elimination, as in
+``softact.solve.border``.
 """
 
 from __future__ import annotations
@@ -46,6 +48,32 @@ class Slopes:
     of: Mapping[str, Mapping[str, float]]
 
 
+@dataclass(frozen=True)
+class Finding:
+    """accurate: a correction by the way from the actuator's state, after which a twin has arrived;
+    what is left is less than that by as much as the last corrections fell. slow: where they fall by
+    less, factors of the tangent at the state itself are made. most: corrections."""
+
+    accurate: float = 1e-5
+    slow: float = 0.2
+    most: int = 12
+
+
+FINDING, TINY = Finding(), 1e-300
+
+
+@dataclass(frozen=True)
+class _Here:
+    """An accepted state, its part of the step, the force (local,) N out of balance there, the
+    derivatives of prescribed volumes, and the supported unknowns."""
+
+    state: State
+    fraction: float
+    force: np.ndarray
+    pushes: Sequence[np.ndarray]
+    fixed: np.ndarray
+
+
 class Following:
     """Carries the twins of a run along. walk: the run's own; ended: why there are no derivatives
     any more, and from which pressure on."""
@@ -54,8 +82,8 @@ class Following:
         self.walk, self.twins, self._evaluate = walk, list(twins), evaluate
         self.ended: str | None = None
         self._step: int | None = None
-        self._responses: Responses | None = None
-        self.times = {"right_sides": 0.0, "linear_solves": 0.0, "measures": 0.0}
+        self._before = walk.state.x.copy()  # the actuator's last state
+        self.times = {"equilibria": 0.0, "measures": 0.0}
 
     def accept(
         self, state: State, attempt: Attempt, number: int, row: Mapping[str, Any]
@@ -128,37 +156,78 @@ class Following:
         """Bring the twins to their equilibria beside ``state``; whether these could be found."""
         started = time.perf_counter()
         model = self.walk.model
-        owned, fixed = slice(model.unknowns.owned), np.flatnonzero(model.assembler.fixed)
-        here = model.force(state)[0]
-        rights = []
+        fixed = np.flatnonzero(model.assembler.fixed)
+        respond = Responses(self.walk.newton, state)
+        here = _Here(state, fraction, model.force(state)[0], self._pushes(state, fixed), fixed)
         for twin in self.twins:
-            twin.place(model, state, fraction)
-            right = twin.out_of_balance() - here
-            right[fixed] = 0.0
-            rights.append(right[owned])
-        pushes = self._pushes(state, fixed)
-        now = time.perf_counter()
-        answers = self._respond(state, np.array([*rights, *(push[owned] for push in pushes)]))
-        self.times["right_sides"] += now - started
-        self.times["linear_solves"] += time.perf_counter() - now
-        if not model.sum(int(np.isfinite(answers).all())) == model.comm.size:
-            return False
-        count = len(self.twins)
-        self._move(answers[:count], pushes, answers[count:], state, fraction)
-        return True
+            twin.place(model, state, self._before, fraction)
+        left, before = list(self.twins), dict.fromkeys(map(id, self.twins), np.inf)
+        yielding = self._yielding(respond, here)
+        for _ in range(FINDING.most):
+            steps = self._corrected(left, respond, here, yielding)
+            if not np.isfinite(steps).all():
+                return False
+            slow = max(s / before[id(t)] for t, s in zip(left, steps, strict=True))
+            before = {id(t): s for t, s in zip(left, steps, strict=True)}
+            left = [t for t, s in zip(left, steps, strict=True) if s > FINDING.accurate]
+            if not left:
+                break
+            if slow > FINDING.slow and not respond.exact:
+                respond.renew()
+                yielding = self._yielding(respond, here)
+                before = dict.fromkeys(before, np.inf)
+        self._before = state.x.copy()
+        self.times["equilibria"] += time.perf_counter() - started
+        return not left
 
-    def _respond(self, state: State, rights: np.ndarray) -> np.ndarray:
-        """K⁻¹ of right-hand sides (k, owned), ghosts included: (k, local)."""
-        if self._responses is None:
-            self._responses = Responses(self.walk.newton)
+    def _yielding(self, respond: Responses, here: _Here) -> np.ndarray:
+        """What the prescribed volumes' pushes (k, local) answer: (k, local)."""
+        owned = slice(self.walk.model.unknowns.owned)
+        pushes = [push[owned] for push in here.pushes]
+        return respond(np.array(pushes)) if pushes else np.empty((0, 0))
+
+    def _corrected(
+        self, twins: Sequence[Twin], respond: Responses, here: _Here, yielding: np.ndarray
+    ) -> list[float]:
+        """Correct twins by what is out of balance; returns the norm of each one's correction by
+        that of all its way from the actuator's state."""
+        owned = slice(self.walk.model.unknowns.owned)
+        forces = []
+        for twin in twins:
+            force = twin.out_of_balance() - here.force
+            force[here.fixed] = 0.0
+            forces.append(force[owned])
+        answers = respond(np.array(forces))
+        steps = []
+        for twin, answer in zip(twins, answers, strict=True):
+            change = self._move(twin, answer, here, yielding)
+            steps.append(
+                self._length(change) / max(self._length(twin.state.x - here.state.x), TINY)
+            )
+        return steps
+
+    def _length(self, change: np.ndarray) -> float:
+        """Norm of the displacements in a change of the unknowns (local,)."""
         model = self.walk.model
-        vector = model.unknowns.create_vector()
-        found = []
-        for answer in self._responses(state, rights):
-            vector.setArray(answer)
-            found.append(model.unknowns.to_local(vector))
-        vector.destroy()
-        return np.array(found)
+        owned = model.displacement_dofs[: model.nodes.owned]
+        return float(np.sqrt(model.sum(float((change[owned] ** 2).sum()))))
+
+    def _move(
+        self, twin: Twin, answer: np.ndarray, here: _Here, yielding: np.ndarray
+    ) -> np.ndarray:
+        """Move a twin by −K⁻¹ of what is out of balance; the pressures of cavities of a prescribed
+        volume such that they keep it. Returns the change of the unknowns (local,)."""
+        if not here.pushes:
+            twin.move(-answer, {})
+            return -answer
+        model, owned = self.walk.model, slice(self.walk.model.unknowns.owned)
+        rows = np.array([push[owned] for push in here.pushes])
+        compliance = model.sum(rows @ yielding[:, owned].T)
+        lacking = self._lacking(twin, here) + model.sum(rows @ answer[owned])
+        q = np.linalg.solve(compliance, lacking)
+        change = q @ yielding - answer
+        twin.move(change, dict(zip(self.walk.ramp.injected, map(float, q), strict=True)))
+        return change
 
     def _pushes(self, state: State, fixed: np.ndarray) -> list[np.ndarray]:
         """Derivatives (local,) of the prescribed volumes with respect to the unknowns."""
@@ -171,36 +240,14 @@ class Following:
             found.append(row)
         return found
 
-    def _move(
-        self,
-        answers: np.ndarray,
-        pushes: Sequence[np.ndarray],
-        yielding: np.ndarray,
-        state: State,
-        fraction: float,
-    ) -> None:
-        """Move each twin by −K⁻¹ of what is out of balance; the pressures of cavities of a
-        prescribed volume (pushes (local,), and K⁻¹ of them) such that they keep it."""
-        model, names = self.walk.model, self.walk.ramp.injected
-        owned = slice(model.unknowns.owned)
-        rows = np.array([push[owned] for push in pushes])
-        compliance = model.sum(rows @ yielding[:, owned].T) if len(pushes) else None
-        for twin, answer in zip(self.twins, answers, strict=True):
-            if compliance is None:
-                twin.move(-answer, {})
-                continue
-            lacking = self._lacking(twin, state, fraction) + model.sum(rows @ answer[owned])
-            q = np.linalg.solve(compliance, lacking)
-            twin.move(q @ yielding - answer, dict(zip(names, map(float, q), strict=True)))
-
-    def _lacking(self, twin: Twin, state: State, fraction: float) -> np.ndarray:
+    def _lacking(self, twin: Twin, here: _Here) -> np.ndarray:
         """What a twin's cavities lack to their volumes more than the actuator's do, mm³."""
         gaps = []
         for ramp, model, there in (
             (twin.ramp, twin.model, twin.state),
-            (self.walk.ramp, self.walk.model, state),
+            (self.walk.ramp, self.walk.model, here.state),
         ):
-            control = ramp.control(fraction)
+            control = ramp.control(here.fraction)
             assert control is not None  # volumes are prescribed
             gaps.append(control.targets - control.values(model, there))
         return gaps[0] - gaps[1]

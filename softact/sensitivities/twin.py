@@ -87,9 +87,9 @@ class Twin:
 
     # --- states ---------------------------------------------------------------------------------
 
-    def place(self, model: Model, state: State, fraction: float) -> None:
-        """Put the twin where the actuator (``model``) is at ``state``, under its own loads and
-        supports."""
+    def place(self, model: Model, state: State, before: np.ndarray, fraction: float) -> None:
+        """Put the twin as far from the actuator (``model``) at ``state`` as it was from that at its
+        last unknowns (local,), under its own loads and supports."""
         for name, solid in self.model.solids.items():
             solid.stand_beside(model.solids[name], state)
         mine = self.state
@@ -97,7 +97,7 @@ class Twin:
             free = {name: state["pressure"].get(name, 0.0) for name in self.ramp.injected}
             mine.put("pressure", {**mine["pressure"], **free})
         held = self.ramp.apply(mine, fraction)
-        mine.x = state.x.copy()
+        mine.x = state.x + (mine.x - before)
         mine.x[self.held.dofs] = held
         mine.memory = {**mine.memory, **self._stiffness(state)}
 
