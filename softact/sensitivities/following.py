@@ -59,7 +59,8 @@ class Finding:
     most: int = 12
 
 
-FINDING, TINY = Finding(), 1e-300
+FINDING = Finding()
+NEXT_TO_NOTHING = 1e-6  # mm
 
 
 @dataclass(frozen=True)
@@ -190,7 +191,8 @@ class Following:
         self, twins: Sequence[Twin], respond: Responses, here: _Here, yielding: np.ndarray
     ) -> list[float]:
         """Correct twins by what is out of balance; returns the norm of each one's correction by
-        that of all its way from the actuator's state."""
+        that of all its way from the actuator's state, or of a way as that of a parameter to which
+        the displacements are proportional where it is shorter."""
         owned = slice(self.walk.model.unknowns.owned)
         forces = []
         for twin in twins:
@@ -198,12 +200,12 @@ class Following:
             force[here.fixed] = 0.0
             forces.append(force[owned])
         answers = respond(np.array(forces))
-        steps = []
+        steps, size = [], self._length(here.state.x)
         for twin, answer in zip(twins, answers, strict=True):
             change = self._move(twin, answer, here, yielding)
-            steps.append(
-                self._length(change) / max(self._length(twin.state.x - here.state.x), TINY)
-            )
+            way = self._length(twin.state.x - here.state.x)
+            least = twin.parameter.part * (size + NEXT_TO_NOTHING)
+            steps.append(self._length(change) / max(way, least))
         return steps
 
     def _length(self, change: np.ndarray) -> float:

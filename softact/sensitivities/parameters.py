@@ -60,6 +60,11 @@ class Parameter:
         return self.value / self.factor
 
     @property
+    def part(self) -> float:
+        """The step by the value."""
+        return self.step / abs(self.value) if self.value else SMALL
+
+    @property
     def of_geometry(self) -> bool:
         """Whether the places of the mesh depend on it."""
         return self.place[0] == "geometry"
