@@ -116,7 +116,6 @@ class Recorder:
         messages = [message for message in messages if message]
         if self.writer is not None:
             if self.slopes is not None:
-                messages += self.slopes.messages
                 times["sensitivities"] = self.slopes.time
             summary = parameters(self.spec) | self.row
             counts = {
@@ -124,7 +123,10 @@ class Recorder:
                 "cutbacks": progress.cutbacks,
                 **asdict(self.stepper.walk.newton.counts),
             }
-            record: dict = {"messages": messages, "notes": [*self.notes, *progress.notes]}
+            record: dict = {
+                "messages": messages,
+                "notes": [*self.notes, *progress.notes, *self._not_followed],
+            }
             started = time.perf_counter()
             self.verdict = self._judge(self.writer.directory, status, record)
             times["judge"] = time.perf_counter() - started
@@ -139,6 +141,11 @@ class Recorder:
         done = {"stage": "done", "status": status, "message": progress.stopped}
         self.tell({**done, "verdict": self.verdict and self.verdict.data()})
         return status
+
+    @property
+    def _not_followed(self) -> list[str]:
+        """From where on there are no derivatives, and why."""
+        return self.slopes.notes if self.slopes is not None else []
 
     def _judge(self, directory: Path, status: str, record: dict) -> Verdict:
         """The verdict on what has been written, and on what run.json will say."""

@@ -26,7 +26,7 @@ class Slopewise:
         before = kept(writer.sensitivities_so_far, start.rows) if writer and start else ""
         self.table = Table([twin.parameter for twin in following.twins], before)
         self.time = 0.0
-        self.messages: list[str] = []
+        self.notes: list[str] = []
 
     def accept(self, state: State, attempt: Attempt, number: int, row: Mapping[str, Any]) -> None:
         """Take down what hangs on what at a state whose row of curve.csv is given. Collective."""
@@ -37,7 +37,7 @@ class Slopewise:
             self.table.add(row, slopes)
             self._writer.sensitivities(self.table.text)
         if self.following.ended and not before:
-            self.messages.append(_ended(row, self.following.ended))
+            self.notes.append(_ended(row, self.following.ended))
         self.time += time.perf_counter() - started
 
 
