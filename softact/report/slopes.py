@@ -124,9 +124,8 @@ def _along(results: Results, found: Sequence[Slope], measure: str, names: Sequen
     """How much one percent of each parameter changes a figure, along the load."""
     label, curve = labels.column(measure), results.curve
     name = load_name(results)
-    axis, factor = (
-        (str(labels.column(name)), labels.column(name).factor) if name else ("state", 1.0)
-    )
+    axis = str(labels.column(name)) if name else "state"
+    factor = labels.column(name).factor if name else 1.0
     places = load(results)
     traces = []
     for parameter in names:
@@ -140,7 +139,8 @@ def _along(results: Results, found: Sequence[Slope], measure: str, names: Sequen
 
 
 def _table(now: Sequence[Slope], measures: Sequence[str]) -> Markup:
-    heads, rows = ["Parameter", "Value"], {}
+    heads = ["Parameter", "Value"]
+    rows: dict[str, list[str | float | None]] = {}
     for measure in measures:
         name = labels.column(measure).name
         heads += [f"{name}: derivative", "Unit", "% per %"]

@@ -123,10 +123,8 @@ class Recorder:
                 "cutbacks": progress.cutbacks,
                 **asdict(self.stepper.walk.newton.counts),
             }
-            record: dict = {
-                "messages": messages,
-                "notes": [*self.notes, *progress.notes, *self._not_followed],
-            }
+            notes = [*self.notes, *progress.notes, *self._not_followed]
+            record: dict = {"messages": messages, "notes": notes}
             started = time.perf_counter()
             self.verdict = self._judge(self.writer.directory, status, record)
             times["judge"] = time.perf_counter() - started
