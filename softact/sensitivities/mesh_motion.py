@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from softact.geometry.base import THINNEST, Geometry, move_mesh
+from softact.geometry.carrying import OTHER_CELLS, NotMovedError
 from softact.geometry.flat_sheets import SheetGeometry
 from softact.geometry.imported import Imported
-from softact.geometry.motion import LINKED, PARTS, REPEATED, Moved, NotMovedError
+from softact.geometry.motion import PARTS, REPEATED, Moved
 from softact.geometry.steps import OtherCountsError, recorded, repeated
 from softact.sensitivities.parameters import Parameter, changed
 
@@ -75,7 +76,7 @@ def _of_sheets(geometry: SheetGeometry, pairs: Sequence[tuple[Geometry, Geometry
         except OtherCountsError:
             raise NotMovedError(PARTS) from None
         if not np.array_equal(mesh.triangles, base.triangles):
-            raise NotMovedError(LINKED)
+            raise NotMovedError(OTHER_CELLS)
         return mesh.points
 
     velocities: list[np.ndarray | str] = []
