@@ -52,8 +52,8 @@ def steps(length: float, size: float, least: int = 1) -> int:
 def repeatable(
     make: Callable[[], None], keep: Callable[[], Any], put: Callable[[Any], None]
 ) -> None:
-    """Make a part of a mesh; within ``repeated``, put in its place what was kept of that of the mesh which
-    is repeated. keep: what of it, once it is made."""
+    """Make a part of a mesh. keep: what of it, once it is made; put: what is done instead, with
+    what was kept of the mesh that is repeated, within ``repeated``."""
     kept = _NUMBERS.get()
     if kept is not None and kept.fixed:
         put(kept.take(None))

@@ -25,7 +25,7 @@ from softact.solve.stepping import Stepper
 from softact.spec import Spec
 
 #: Of a parameter, by which it is changed between whole runs; the error is that of the fourth power.
-WIDTH = 1e-3
+WIDTH = 2e-4
 TOLERANCE = 1e-11
 
 
