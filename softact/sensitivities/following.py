@@ -50,13 +50,19 @@ class Slopes:
 
 @dataclass(frozen=True)
 class Finding:
-    """accurate: a correction by the way from the actuator's state, after which a twin has arrived;
-    what is left is less than that by as much as the last corrections fell. slow: where they fall by
-    less, factors of the tangent at the state itself are made. most: corrections."""
+    """What is asked of a twin; all by the way from the actuator's state.
 
-    accurate: float = 1e-5
+    accurate: what the next correction would be, as far as the last one tells. rounding: corrections
+    below it are that, seen on the glove's finger. slow: where they fall by less, factors of the
+    tangent at the state itself are made. rough: where one larger than this is left, the twin is not
+    found there. most: corrections.
+    """
+
+    accurate: float = 2e-5
+    rounding: float = 5e-5
     slow: float = 0.2
-    most: int = 12
+    rough: float = 1e-3
+    most: int = 8
 
 
 FINDING = Finding()
@@ -75,6 +81,12 @@ class _Here:
     fixed: np.ndarray
 
 
+def _arrived(step: float, fell: float) -> bool:
+    """Whether a twin needs no further correction after one by ``step``, which is ``fell`` times the
+    one before; 0 where there was none."""
+    return step <= FINDING.rounding or step * (fell or 1.0) <= FINDING.accurate
+
+
 class Following:
     """Carries the twins of a run along. walk: the run's own; ended: why there are no derivatives
     any more, and from which pressure on."""
@@ -84,6 +96,7 @@ class Following:
         self.ended: str | None = None
         self._step: int | None = None
         self._before = walk.state.x.copy()  # the actuator's last state
+        self._lost: set[str] = set()  # parameters whose twins were not found at the state
         self.times = {"equilibria": 0.0, "measures": 0.0}
 
     def accept(
@@ -168,18 +181,19 @@ class Following:
             steps = self._corrected(left, respond, here, yielding)
             if not np.isfinite(steps).all():
                 return False
-            slow = max(s / before[id(t)] for t, s in zip(left, steps, strict=True))
-            before = {id(t): s for t, s in zip(left, steps, strict=True)}
-            left = [t for t, s in zip(left, steps, strict=True) if s > FINDING.accurate]
+            fell = {id(t): s / before[id(t)] for t, s in zip(left, steps, strict=True)}
+            before |= {id(t): s for t, s in zip(left, steps, strict=True)}
+            left = [t for t in left if not _arrived(before[id(t)], fell[id(t)])]
             if not left:
                 break
-            if slow > FINDING.slow and not respond.exact:
+            if not respond.exact and max(fell[id(t)] for t in left) > FINDING.slow:
                 respond.renew()
                 yielding = self._yielding(respond, here)
-                before = dict.fromkeys(before, np.inf)
+                before |= dict.fromkeys(map(id, left), np.inf)
+        self._lost = {t.parameter.path for t in left if before[id(t)] > FINDING.rough}
         self._before = state.x.copy()
         self.times["equilibria"] += time.perf_counter() - started
-        return not left
+        return True
 
     def _yielding(self, respond: Responses, here: _Here) -> np.ndarray:
         """What the prescribed volumes' pushes (k, local) answer: (k, local)."""
@@ -260,6 +274,7 @@ class Following:
         found = {}
         for twin in self.twins:
             twin.settle(self._evaluate(twin))
-            found[twin.parameter.path] = twin.slopes(row)
+            if twin.parameter.path not in self._lost:
+                found[twin.parameter.path] = twin.slopes(row)
         self.times["measures"] += time.perf_counter() - started
         return Slopes(found)

@@ -29,7 +29,7 @@ NO_KEYS = {
     "strength": "the failure pressure follows from the stress: read it off curve.csv",
 }
 #: What of a number is a small step, and of what where the number is zero, by internal unit.
-SMALL = 3e-6
+SMALL = 1e-5
 OF_ZERO = {"MPa": 1e-3, "degree": 10.0, "mm/s^2": 1e3, "mm^3": 100.0}
 
 
