@@ -97,7 +97,7 @@ steps: [{{inject: 300 mm^3}}, {{surface_pressure: {{outer: 1 kPa}}}}]
     "sheet": (
         """
 geometry: {type: woven_contracting, n_a: 2, l_i: 50 mm, w_a: 30 mm, h_a: 20 mm, passage: 5 mm,
-  mesh_size: 15 mm}
+  mesh_size: 10 mm}
 sheets:
   pouches: {plies: [{material: &film {law: linear, youngs_modulus: 100 MPa, poissons_ratio: 0.35},
     thickness: 0.2 mm}]}
