@@ -115,7 +115,6 @@ def _plots(results: Results, found: Sequence[Slope], measure: str) -> list[Plot]
     bars = base.bars(
         f"{label.name}: what it hangs on at {_state(results, last)}",
         unit, "parameter", names, [s.elasticity or 0.0 for s in top], wide=True,
-        layout={"height": 140 + 24 * len(names), "margin": {"l": 230, "t": 10, "b": 50}},
     )  # fmt: skip
     return [bars, _along(results, found, measure, names[:CURVES])]
 

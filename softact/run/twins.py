@@ -47,7 +47,7 @@ def _twin(
     velocity: np.ndarray | str | None,
 ) -> Twin:
     other = changed(spec, parameter.place, parameter.value + parameter.step)
-    mesh = replace(model.mesh, layout=other.geometry.layout())
+    mesh = replace(model.mesh, layout=other.layout())
     if moved is not None and isinstance(velocity, np.ndarray):
         mesh = _move(mesh, moved.points, parameter.step * velocity)
     there = model_on(mesh, other, model)
