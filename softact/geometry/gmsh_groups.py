@@ -1,10 +1,28 @@
 """A mesh made by softact itself, put into gmsh with its named groups."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from types import ModuleType
 
 import numpy as np
 
 from softact.mesh.cells import upright
+
+#: Points (n, 3) mm and tetrahedra (m, 4) of a mesh.
+Cells = tuple[np.ndarray, np.ndarray]
+_TAKEN: ContextVar[list[Cells] | None] = ContextVar("taken", default=None)
+
+
+@contextmanager
+def meshes_taken() -> Iterator[list[Cells]]:
+    """A list of the meshes that ``add_mesh`` is given meanwhile, which do not get into gmsh."""
+    taken: list[Cells] = []
+    token = _TAKEN.set(taken)
+    try:
+        yield taken
+    finally:
+        _TAKEN.reset(token)
 
 
 def add_mesh(
@@ -19,6 +37,10 @@ def add_mesh(
     turned so that their volume is positive. surfaces: triangles (k, 3) with the names of all
     surface groups that they are in; each triangle occurs once.
     """
+    taken = _TAKEN.get()
+    if taken is not None:
+        taken.append((points, np.concatenate(list(regions.values()))))
+        return
     model = gmsh.model
     model.add("discrete")
     used = np.unique(np.concatenate([tets.ravel() for tets in regions.values()]))

@@ -35,6 +35,7 @@ class Mesh:
     cell_count: cells of the whole mesh.
     sheets: triangles in space, None where there are none; for one process only.
     comm: the MPI communicator.
+    moved: (n, 3) places of the domain's points, mm, where they are others than the domain's own.
     """
 
     domain: Any
@@ -44,6 +45,17 @@ class Mesh:
     cell_count: int
     comm: MPI.Comm
     sheets: SheetMesh | None = None
+    moved: np.ndarray | None = None
+
+    @property
+    def points(self) -> np.ndarray:
+        """Places (n, 3) of the domain's points, mm."""
+        return self.domain.geometry.x if self.moved is None else self.moved
+
+    @property
+    def original_points(self) -> np.ndarray:
+        """Numbers (n,) of the domain's points in the mesh that was spread over the processes."""
+        return np.asarray(self.domain.geometry.input_global_indices)
 
 
 def _facet_keys(triangles: np.ndarray, points: int) -> np.ndarray:

@@ -25,6 +25,7 @@ from softact.geometry.base import make_mesh
 from softact.results.folder import COMPLETE, INCOMPLETE, read
 from softact.results.run_log import RunLog
 from softact.run.resuming import to_resume
+from softact.sensitivities.choosing import Chosen
 from softact.spec import plausible
 from softact.verdict.judge import Verdict
 from softact.verdict.judge import from_data as verdict_of
@@ -68,6 +69,7 @@ def run(
     scratch: Path | None = None,
     measured: Sequence[Measured] = (),
     resume: bool = False,
+    sensitivities: Sequence[str] | None = None,
 ) -> Outcome:
     """Solve ``spec`` and write its result folder.
 
@@ -78,7 +80,8 @@ def run(
     scratch: folder for mesh and job files, by default a new one in the system's temporary folder.
     The solver ends with this process, even where this one is killed. resume: go on with the run in
     ``directory`` from its last accepted increment; the spec may have further steps, and a finished
-    last step other loads.
+    last step other loads. sensitivities: paths of parameters by which all measures are
+    differentiated at each increment; none of them: all usual ones.
 
     Raises MeshError before anything is written, FolderBusyError where another process writes into
     the folder, DamagedResultError where the run there cannot go on, CannotWriteError where the disk
@@ -88,6 +91,7 @@ def run(
     directory = Path(directory)
     progress = _remembering(directory, measured, progress or (lambda event: None))
     notes = [*spec.geometry.notes(), *plausible.lines(spec)]
+    slopes = None if sensitivities is None else Chosen(spec, sensitivities)
     if spec.contact and processes > 1:
         processes = 1
         notes += ["contact between surfaces is computed by one process: the others are left out"]
@@ -107,7 +111,8 @@ def run(
             with _scratch(scratch) as folder:
                 goes_on = old is not None
                 log = RunLog(directory, goes_on)
-                solver = _Solver(spec, directory, folder, progress, log, inherited, goes_on)
+                held_by = (log, inherited, goes_on, slopes)
+                solver = _Solver(spec, directory, folder, progress, *held_by)
                 last = solver.run(notes, processes, threads)
             verdict = verdict_of(last.get("verdict"))
             outcome = Outcome(last["status"], directory, last.get("message"), verdict)
@@ -176,6 +181,7 @@ class _Solver:
     log: RunLog
     inherited: tuple[int, ...]
     resume: bool
+    slopes: Chosen | None = None
 
     def run(self, notes: Sequence[str], processes: int, threads: int | None) -> Mapping:
         """Start the worker, pass its events on and log them; returns its last event.
@@ -230,6 +236,11 @@ class _Solver:
         self.progress({"stage": "mesh"})
         notes = make_mesh(self.spec.geometry, mesh_file)
         self._note(notes)
+        slopes = None
+        if self.slopes:
+            slopes, more = self.slopes.job(self.scratch)
+            notes = [*notes, *more]
+            self._note(more)
         spec_file.write_text(self.spec.to_yaml(), encoding="utf-8")
         job = {
             "spec": str(spec_file),
@@ -238,6 +249,7 @@ class _Solver:
             "times_s": {"mesh": time.perf_counter() - started},
             "resume": self.resume,
             "notes": notes,
+            "sensitivities": slopes,
         }
         write_atomic(self._job_file, json.dumps(job))
 

@@ -84,10 +84,17 @@ class BlockTable:
 class Assembler:
     """Sparsity pattern and matrix of a set of unknowns.
 
-    mesh: of the cells; without a ``domain`` there are none. tables: further elements.
+    mesh: of the cells; without a ``domain`` there are none. tables: further elements. like: one of
+    the same unknowns and elements, with which it shares the pattern and the room of the values.
     """
 
-    def __init__(self, mesh: Mesh, unknowns: Unknowns, tables: Sequence[BlockTable] = ()):
+    def __init__(
+        self,
+        mesh: Mesh,
+        unknowns: Unknowns,
+        tables: Sequence[BlockTable] = (),
+        like: Assembler | None = None,
+    ):
         self.unknowns = unknowns
         self.library = jit.load_library(unknowns.comm, Path(__file__).with_name("_assembly.c"))
         self.library.assemble_scalar.restype = ctypes.c_double
@@ -97,10 +104,13 @@ class Assembler:
             self.geometry_nodes = np.ascontiguousarray(
                 compat.geometry_dofs(mesh.domain), dtype=np.int32
             )
-            self.points = np.ascontiguousarray(mesh.domain.geometry.x)
+            self.points = np.ascontiguousarray(mesh.points)
         self.fixed = np.zeros(unknowns.local, dtype=np.uint8)
         self.symmetric = True
-        self._build_pattern([table.blocks for table in tables])
+        if like is None:
+            self._build_pattern([table.blocks for table in tables])
+        else:
+            self._share_pattern(like)
         for table in tables:
             table.place_in(self, self._place, self._block_row_length)
         self._extra: list[tuple[np.ndarray, np.ndarray]] = []
@@ -135,6 +145,12 @@ class Assembler:
         for c in range(int(u.width.max())):
             has = u.width > c
             self._diagonal[u.first[has] + c] = diagonal[has] + c * row_length[has] + c
+
+    def _share_pattern(self, like: Assembler) -> None:
+        for name in (
+            "_graph", "_place", "_block_row_length", "_base", "_row_length", "values", "_diagonal",
+        ):  # fmt: skip
+            setattr(self, name, getattr(like, name))
 
     def find_pairs(self, blocks: np.ndarray) -> np.ndarray:
         """Numbers (k, n, n) of the graph's entries between the blocks (k, n) of each element."""

@@ -30,8 +30,13 @@ class Nodes:
     blocks: np.ndarray
 
 
-def nodes_of(unknowns: Unknowns, loose_places: np.ndarray) -> Nodes:
-    """All displacement nodes: those of the first space, and the loose ones at their places."""
+def nodes_of(
+    unknowns: Unknowns, loose_places: np.ndarray, places_of_space: np.ndarray | None = None
+) -> Nodes:
+    """All displacement nodes: those of the first space, and the loose ones at their places.
+
+    places_of_space: (n, 3) mm, of the first space, where they are not its own.
+    """
     places, number = np.empty((0, 3)), np.empty(0, np.int64)
     owned, dofs = 0, np.empty((0, 3), np.int32)
     if unknowns.spaces:
@@ -39,7 +44,8 @@ def nodes_of(unknowns: Unknowns, loose_places: np.ndarray) -> Nodes:
         index_map = space.dofmap.index_map
         owned, dofs = index_map.size_local, unknowns.space_dofs[0]
         held = np.arange(owned + index_map.num_ghosts, dtype=np.int32)
-        places, number = space.tabulate_dof_coordinates(), index_map.local_to_global(held)
+        own = space.tabulate_dof_coordinates() if places_of_space is None else places_of_space
+        places, number = own, index_map.local_to_global(held)
     loose = len(loose_places)
     return Nodes(
         unknowns.comm,
