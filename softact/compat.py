@@ -112,7 +112,8 @@ def create_mesh(
         return dolfinx.mesh.create_mesh(
             comm, cells, points, ufl_mesh(), ghost_mode=none, partitioner=partitioner
         )
-    return dolfinx.mesh.create_mesh(comm, cells, points, ufl_mesh(), partitioner)
+    # By name: 0.10 has changed the places of the element and the points.
+    return dolfinx.mesh.create_mesh(comm, cells, e=ufl_mesh(), x=points, partitioner=partitioner)
 
 
 def _with_neighbours(cells: np.ndarray, part: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
