@@ -29,7 +29,7 @@ docs: setup  ## write the generated pages in docs/
 	for page in docs/*.py; do .venv/bin/python $$page || exit 1; done
 
 docs-site: setup  ## build the documentation's site in build/site; a dead link is an error
-	.venv/bin/mkdocs build --strict --quiet -f .ci/site/mkdocs.yml
+	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --strict -f .ci/site/mkdocs.yml
 
 benchmark: setup  ## softact beside CalculiX on the same mesh (needs ccx)
 	.venv/bin/python -m benchmarks.calculix

@@ -192,7 +192,7 @@ def test_a_solver_that_crashes_is_told_and_one_without_mpirun_is_slow(monkeypatc
     assert (found.state, found.detail) == ("broken", "not solved: E: gone")
 
     def command(processes, *arguments):
-        return ["sh", "-c", f'echo \'{{"processes": 1, "stretch": 1.5}}\'']
+        return ["sh", "-c", 'echo \'{"processes": 1, "stretch": 1.5}\'']
 
     monkeypatch.setattr(trial.launch, "command", command)
     alone, both = trial.look_at_a_block()

@@ -1,7 +1,7 @@
 """MkDocs hooks of softact's site: pages that docs/ does not hold, and links that leave it.
 
-A page of docs/ is read in the repository, too: its links to other files there stay as they are in the
-source. On the site they lead to a copy of the file.
+A page of docs/ is read in the repository, too: its links to other files there stay as they are in
+the source. On the site they lead to a copy of the file.
 """
 
 import json
@@ -35,7 +35,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         files.append(File.generated(config, uri, content=as_page(notebook)))
     for target in sorted(wanted(files)):
         path = ROOT / target
-        files.append(File.generated(config, f"{COPIES}/{target}", abs_src_path=str(path)))
+        files.append(File.generated(config, site_place(target), abs_src_path=str(path)))
     return files
 
 
@@ -44,7 +44,7 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
     uri = page.file.src_uri
 
     def rewritten(match: re.Match[str]) -> str:
-        target = on_site(in_repository(uri, match[2]))
+        target = site_place(in_repository(uri, match[2]))
         return match[1] + os.path.relpath(target, os.path.dirname(uri) or ".")
 
     return outside_of_code(markdown, lambda text: LINK.sub(rewritten, text))
@@ -62,14 +62,14 @@ def in_repository(uri: str, link: str) -> str:
     return os.path.normpath(os.path.join(os.path.dirname(page), unquote(link)))
 
 
-def on_site(path: str) -> str:
+def site_place(path: str) -> str:
     """The place on the site of a file of the repository."""
     if path in BESIDE:
         return path
     if path.startswith("docs/"):
         path = path.removeprefix("docs/")
         return path.replace(".ipynb", ".md") if path.startswith("notebooks/") else path
-    return f"{COPIES}/{path}"
+    return f"{COPIES}/{path.lstrip('.')}"  # MkDocs leaves out what begins with a dot
 
 
 def wanted(files: Files) -> Iterator[str]:
@@ -80,18 +80,18 @@ def wanted(files: Files) -> Iterator[str]:
         for part in CODE.split(file.content_string)[::2]:
             found |= {in_repository(file.src_uri, match[2]) for match in LINK.finditer(part)}
     for path in found:
-        if on_site(path).startswith(f"{COPIES}/") and (ROOT / path).is_file():
+        if site_place(path).startswith(f"{COPIES}/") and (ROOT / path).is_file():
             yield path
 
 
 def commands() -> str:
     """The page of all commands, as `--help` has them."""
-    from softact.cli.main import main
+    from softact.cli.main import softact
 
-    top = click.Context(main, info_name="softact")
+    top = click.Context(softact, info_name="softact")
     lines = ["# Commands", "", "Each is what `softact COMMAND --help` prints.", ""]
-    for name in main.list_commands(top):
-        command = main.get_command(top, name)
+    for name in softact.list_commands(top):
+        command = softact.get_command(top, name)
         assert command is not None
         context = click.Context(command, parent=top, info_name=name, max_content_width=88)
         lines += [f"## softact {name}", "", "```text", command.get_help(context), "```", ""]
