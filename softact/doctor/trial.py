@@ -6,6 +6,7 @@ has them does: they all take part in it.
 """
 
 import json
+import re
 import subprocess
 import sys
 import tempfile
@@ -90,10 +91,10 @@ def _answer(processes: int) -> dict[str, float]:
 
 
 def _last_words(text: str) -> str:
-    """The last line that says something: mpirun frames its own with dashes."""
+    """The error, or else the last line that says something: mpirun frames its own with dashes."""
     words = [line.strip() for line in text.splitlines() if line.strip(" -")]
-    errors = [line for line in words if "Error" in line]
-    return (errors or words or [""])[-1]
+    errors = [line for line in words if re.match(r"[\w.]*Error\b", line)]
+    return errors[0] if errors else (words or [""])[-1]
 
 
 def block() -> "Tetrahedra":
