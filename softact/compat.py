@@ -1,5 +1,5 @@
-"""The differences between dolfinx 0.5.2 (Debian 12), 0.9 (Debian 13), 0.10 and 0.11 (Debian sid), and
-nothing else.
+"""The differences between dolfinx 0.5.2 (Debian 12), 0.9 (Debian 13), 0.10 and 0.11 (Debian sid),
+and nothing else.
 
 No other module asks for a version. What differs: how elements are written (UFL's own classes
 before 2023, Basix's later), the names of FFCx's arguments, what FFCx returns and what its kernels
@@ -158,8 +158,20 @@ def cell_dofs(space: dolfinx.fem.FunctionSpace) -> np.ndarray:
 
 def geometry_dofs(mesh: dolfinx.mesh.Mesh) -> np.ndarray:
     """Geometry nodes of each local cell: (cells, 4)."""
+    tables = getattr(mesh.geometry, "dofmaps", None)
+    if tables is not None and not callable(tables):
+        return np.asarray(tables[0])
     table = mesh.geometry.dofmap
     return table.array.reshape(-1, 4) if hasattr(table, "array") else np.asarray(table)
+
+
+def diverged_to_nan() -> int:
+    """SNES's reason where the residual is not a number; PETSc 3.24 has renamed it."""
+    from petsc4py import PETSc
+
+    reasons = PETSc.SNES.ConvergedReason
+    new = getattr(reasons, "DIVERGED_FUNCTION_NANORINF", None)
+    return reasons.DIVERGED_FNORM_NAN if new is None else new
 
 
 def generate_code(form: ufl.Form, name: str) -> str:
