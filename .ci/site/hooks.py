@@ -122,5 +122,6 @@ def shown(output: dict[str, Any]) -> str:
         picture = "".join(data["image/png"]).replace("\n", "")
         return f"![what the cell draws](data:image/png;base64,{picture})"
     if "text/html" in data:
-        return re.sub(r"(?s)<style.*?</style>|\n\s*", "", "".join(data["text/html"]))
+        table = re.sub(r"(?s)<style.*?</style>|\n\s*", "", "".join(data["text/html"]))
+        return re.sub("<table[^>]*>", "<table>", table)
     return f"```text\n{''.join(data['text/plain'])}\n```"
