@@ -115,7 +115,8 @@ def create_mesh(
             comm, cells, points, ufl_mesh(), ghost_mode=none, partitioner=partitioner
         )
     # By name: 0.10 has changed the places of the element and the points.
-    return dolfinx.mesh.create_mesh(comm, cells, e=ufl_mesh(), x=points, partitioner=partitioner)
+    rest: dict[str, Any] = {"e": ufl_mesh(), "x": points, "partitioner": partitioner}
+    return dolfinx.mesh.create_mesh(comm, cells, **rest)
 
 
 def _with_neighbours(cells: np.ndarray, part: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softact.doctor.finding import Finding
+from softact.doctor.finding import Finding, State
 from softact.doctor.supply import packages
 from softact.files.streams import UTF8
 from softact.run import launch
@@ -44,7 +44,8 @@ def look_at_a_block() -> Iterable[Finding]:
 
 def _tried(processes: int) -> Finding:
     name = "a block" if processes == 1 else "two processes"
-    bad, mend = ("broken", "") if processes == 1 else ("slow", _alone())
+    bad: State = "broken" if processes == 1 else "slow"
+    mend = "" if processes == 1 else _alone()
     started = time.perf_counter()
     try:
         answer = _answer(processes)
