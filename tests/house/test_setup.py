@@ -38,7 +38,7 @@ def test_a_second_set_up_does_nothing_without_a_network():
     assert (done.returncode, done.stdout) == (0, ""), "run `make setup` first"
 
 
-@pytest.mark.parametrize("target", ["run", "test", "lint", "docs", "benchmark"])
+@pytest.mark.parametrize("target", ["run", "test", "lint", "docs", "docs-site", "benchmark"])
 def test_each_target_sets_up_before_it_works(target):
     first, *rest = make("--dry-run", target).splitlines()
     assert first.strip() == ".ci/setup"
