@@ -31,6 +31,7 @@ geometry/test_field_files report/test_study_pages_browser report/test_pages_brow
 report/test_report_browser report/test_animation export/test_formats estimate/test_estimate test_api
 starter/test_starter preview/test_preview geometries/test_from_mesh geometries/test_step_slivers
 geometries/test_bending_tube geometries/test_own_parts cli/test_progress
+house/test_tutorials
 """.split()
 
 

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from softact.child_processes import bound, environment, python
 from softact.errors import OUT_OF_MEMORY, CannotWriteError, NoEquilibriumError, SoftactError
 from softact.files.lock import held
 from softact.files.streams import UTF8
@@ -24,6 +23,7 @@ from softact.files.text import json_text, write_atomic
 from softact.geometry.base import make_mesh
 from softact.results.folder import COMPLETE, INCOMPLETE, read
 from softact.results.run_log import RunLog
+from softact.run import launch
 from softact.run.resuming import to_resume
 from softact.sensitivities.choosing import Chosen
 from softact.spec import plausible
@@ -197,12 +197,12 @@ class _Solver:
             self._prepare()
         with errors.open("wb") as stderr:
             process = subprocess.Popen(
-                _command(self._job_file, processes),
+                launch.command(processes, "-m", "softact.run.worker", self._job_file),
                 stdout=subprocess.PIPE,
                 stderr=stderr,
                 **UTF8,
                 cwd=self.scratch,
-                env=_environment(processes, threads, self.scratch),
+                env=launch.variables(processes, threads, self.scratch),
                 pass_fds=self.inherited,
                 start_new_session=True,
             )
@@ -316,49 +316,6 @@ def _crash(code: int, errors: Path) -> str:
     if code in (-signal.SIGKILL, 128 + signal.SIGKILL):
         cause += " (out of memory?)"
     return f"the solver {cause}; its last words: {words[-1] if words else 'none'}"
-
-
-def _command(job_file: Path, processes: int) -> list[str]:
-    worker = python("-m", "softact.run.worker", job_file)
-    if processes == 1:
-        return bound([*worker, str(os.getpid())])
-    # Unbound, or two runs side by side would share one core.
-    mpirun = ["mpirun", "-n", str(processes), "--oversubscribe", "--bind-to", "none", *worker]
-    return bound(mpirun)
-
-
-# Variables of the MPI job that this process is part of, as is a Python that has imported MPI:
-# mpirun would take them for its own.
-_OF_A_JOB = (
-    "PMIX_", "PMI_", "PRTE_", "ORTE_", "OMPI_COMM_WORLD_", "OMPI_APP_CTX_", "OMPI_UNIVERSE_",
-    "OMPI_FIRST_RANKS", "OMPI_FILE_LOCATION", "OMPI_MCA_orte_", "OMPI_MCA_ess", "OMPI_MCA_pmix",
-)  # fmt: skip
-
-
-def _environment(processes: int, threads: int | None, scratch: Path) -> dict[str, str]:
-    """Threads: all cores for one process, one for each of several (MUMPS uses them in BLAS).
-
-    scratch: folder of what one process leaves when it is stopped; mpirun clears up after several.
-    """
-    usual = str(len(os.sched_getaffinity(0)) if processes == 1 else 1)
-    variables = {"OPENBLAS_NUM_THREADS": usual, **environment(_OF_A_JOB), "OMP_NUM_THREADS": "1"}
-    if threads:
-        variables["OPENBLAS_NUM_THREADS"] = str(threads)
-    # All processes are on this machine and talk by shared memory: looking for networks takes each
-    # of them 0.2 s, and leaving them at the end 1 s; without one, Open MPI 5 complains of TCP.
-    # Python looks for a folder that can be written; Open MPI would end where TMPDIR is none.
-    variables["TMPDIR"] = tempfile.gettempdir()
-    variables |= {"OMPI_MCA_pml": "ob1", "OMPI_MCA_btl": "self,vader"}
-    if processes > 1:
-        variables["OPENBLAS_NUM_THREADS"] = "1"
-        # Waiting processes give their core away: another program may need it.
-        variables["OMPI_MCA_mpi_yield_when_idle"] = "1"
-    else:
-        variables["OMPI_MCA_ess_singleton_isolated"] = "1"  # no daemon beside it
-        variables["TMPDIR"] = str(scratch)
-    if os.geteuid() == 0:
-        variables |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
-    return variables
 
 
 #: What is being tried under each control of an attempt.

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from petsc4py import PETSc
 
+from softact import compat
 from softact.loads.support import Held, Support
 from softact.model import Model
 from softact.solve.border import Border, Control
@@ -435,7 +436,7 @@ class Newton:
         names = {
             PETSc.SNES.ConvergedReason.DIVERGED_MAX_IT: "too many Newton iterations",
             PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE: "the factorisation failed",
-            PETSc.SNES.ConvergedReason.DIVERGED_FNORM_NAN: "an element turned inside out",
+            compat.diverged_to_nan(): "an element turned inside out",
         }
         return names.get(reason, f"SNES reason {reason}")
 
