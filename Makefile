@@ -1,6 +1,6 @@
 # softact. Every target that needs the program sets it up first; a second call sets nothing up.
 .DEFAULT_GOAL := help
-.PHONY: help run test lint docs benchmark setup constraints test-debian13 clean
+.PHONY: help run test lint docs docs-site benchmark setup constraints test-debian13 test-sid clean
 
 SPEC ?= configs/pneunet_glove.yaml
 # A run wants one process per core and gains little beyond two. nproc takes OMP_NUM_THREADS for a
@@ -23,10 +23,13 @@ lint: setup  ## check style, format and types
 	.venv/bin/ruff check .
 	.venv/bin/ruff format --check .
 	.venv/bin/mypy
-	@if command -v shellcheck > /dev/null; then shellcheck .ci/run .ci/setup .ci/debian13; fi
+	@if command -v shellcheck > /dev/null; then shellcheck .ci/run .ci/setup .ci/debian; fi
 
 docs: setup  ## write the generated pages in docs/
 	for page in docs/*.py; do .venv/bin/python $$page || exit 1; done
+
+docs-site: setup  ## build the documentation's site in build/site; a dead link is an error
+	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --strict -f .ci/site/mkdocs.yml
 
 benchmark: setup  ## softact beside CalculiX on the same mesh (needs ccx)
 	.venv/bin/python -m benchmarks.calculix
@@ -38,8 +41,11 @@ constraints: setup  ## keep the versions in .venv as the tested ones of this Deb
 	.ci/setup --keep-versions
 
 test-debian13:  ## run the test suite in a Debian 13 root (in ~/.cache, made on first use)
-	.ci/debian13 test
+	.ci/debian 13 test
 
-clean:  ## delete .venv, caches and results; the Debian 13 root goes with .ci/debian13 remove
+test-sid:  ## the same in a root of Debian sid, as it is on the day that the root is made
+	.ci/debian sid test
+
+clean:  ## delete .venv, caches and results; roots go with .ci/debian RELEASE remove
 	rm -rf .venv .pytest_cache .ruff_cache .mypy_cache .hypothesis build results ./*.egg-info
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

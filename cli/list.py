@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 KINDS = ("laws", "materials", "geometries", "measures", "loads")
+PARAMETERS = "parameters"
 PLAIN_WIDTH = 120
 
 
@@ -19,20 +20,30 @@ class Pasted(str):
     __slots__ = ()
 
 
-@click.command(name="list", short_help="List laws, materials, geometries, measures or loads.")
-@click.argument("kind", type=click.Choice(KINDS), metavar="|".join(KINDS))
-@click.argument("names", nargs=-1, metavar="[NAME]...")
+@click.command(
+    name="list",
+    short_help="List laws, materials, geometries, measures, loads, parameters.",
+)
+@click.argument(
+    "kind", type=click.Choice((*KINDS, PARAMETERS)), metavar="|".join((*KINDS, PARAMETERS))
+)
+@click.argument("names", nargs=-1, metavar="[NAME|SPEC]...")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON for a program to read.")
 def list_kind(kind: str, names: tuple[str, ...], as_json: bool) -> None:
     """List what a spec may name, with parameters, units and defaults.
 
-    Names after the kind show only these.
+    Names after the kind show only these. After parameters a spec is wanted: the numbers in it by
+    which softact run --sensitivities differentiates.
 
     \b
     Examples:
       softact list materials
       softact list geometries pneunet
+      softact list parameters finger.yaml
     """
+    if kind == PARAMETERS:
+        _list_parameters(names, as_json)
+        return
     from softact.catalogue import KINDS as CATALOGUE
 
     records = _chosen(CATALOGUE[kind](), kind, names)
@@ -47,6 +58,30 @@ def list_kind(kind: str, names: tuple[str, ...], as_json: bool) -> None:
             console.print(block, markup=False, soft_wrap=isinstance(block, Pasted))
         else:
             console.print(block)
+
+
+def _list_parameters(specs: tuple[str, ...], as_json: bool) -> None:
+    """Print the numbers of a spec by which its measures can be differentiated."""
+    from softact.errors import SpecError
+    from softact.sensitivities.parameters import parameters
+    from softact.spec import load
+
+    if len(specs) != 1:
+        raise SpecError("list parameters: name one spec, such as finger.yaml")
+    found = parameters(load(specs[0]))
+    if as_json:
+        records = [
+            {"name": p.path, "value": p.told, "unit": p.unit, "usual": p.usual} for p in found
+        ]
+        click.echo(json.dumps(records, indent=2, ensure_ascii=False))
+        return
+    from rich.console import Console
+
+    table = _table("parameter", "value", "unit", "without -p")
+    for p in found:
+        table.add_row(p.path, f"{p.told:.10g}", p.unit, "yes" if p.usual else "left out")
+    console = Console(width=None if sys.stdout.isatty() else PLAIN_WIDTH, highlight=False)
+    console.print(table)
 
 
 def _chosen(

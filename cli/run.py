@@ -47,6 +47,19 @@ if TYPE_CHECKING:
     help="Go on with the run in DIR from its last accepted increment; later steps and a higher "
     "last load may be added.",
 )
+@click.option(
+    "--sensitivities",
+    is_flag=True,
+    help="Also differentiate all measures by all numbers of the spec, at every increment.",
+)
+@click.option(
+    "-p",
+    "--parameter",
+    "parameters",
+    multiple=True,
+    metavar="PATH",
+    help="The same by this number only, such as geometry.wall. May be repeated.",
+)
 @measured_options
 def run(
     spec: str,
@@ -55,6 +68,8 @@ def run(
     overrides: tuple[str, ...],
     force: bool,
     resume: bool,
+    sensitivities: bool,
+    parameters: tuple[str, ...],
     measured: tuple[Path, ...],
     columns: str | None,
 ) -> None:
@@ -69,6 +84,7 @@ def run(
       softact run configs/pneunet_glove.yaml
       softact run finger.yaml -o results/thin --set geometry.roof='0.8 mm'
       softact run finger.yaml --measured angle.csv
+      softact run finger.yaml -p geometry.wall -p materials.body.c10
       softact run finger.yaml --resume --set steps.1.pressure='60 kPa'
     """
     from softact.cli._progress import ProgressLine
@@ -96,6 +112,7 @@ def run(
             progress=progress,
             measured=read_in,
             resume=resume,
+            sensitivities=parameters if parameters or sensitivities else None,
         )
     tell(directory, read_in)
     _tell_verdict(outcome)

@@ -13,7 +13,7 @@ for each fault in ``lines``.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -99,6 +99,17 @@ class DataSheet:
         """
         return _pandas().DataFrame(dict(self.results.curve))
 
+    @cached_property
+    def sensitivities(self) -> pandas.DataFrame:
+        """A row for each state, measure and parameter; the columns of sensitivities.csv. Empty
+        where the run had none.
+
+        Raises SoftactError where pandas is not installed.
+        """
+        path = self.directory / result_folder.SENSITIVITIES
+        pandas = _pandas()
+        return pandas.read_csv(path) if path.is_file() else pandas.DataFrame()
+
     def fields(self, number: int = -1) -> pyvista.UnstructuredGrid:
         """State ``number`` (row of ``curve``, the last by default) as a grid of pyvista.
 
@@ -136,6 +147,7 @@ def run(
     report: bool = True,
     force: bool = False,
     progress: Callable[[Mapping[str, Any]], None] | None = None,
+    sensitivities: bool | Sequence[str] = False,
 ) -> DataSheet:
     """Solve a spec, or the spec in a file, and return its data sheet.
 
@@ -143,6 +155,8 @@ def run(
     replaced, other files only with ``force``. processes: MPI processes, by default the cores, up to
     two. resume: go on with the run in the folder from its last state. report: whether report.html
     and pictures are made, too. progress: called with each event of the run, a mapping with "stage".
+    sensitivities: True, or paths such as "geometry.wall": all measures are differentiated by all
+    numbers of the spec, or by these, see ``DataSheet.sensitivities``.
 
     A run that finds no equilibrium returns what it reached: see ``status`` and ``verdict``. Raises
     SpecError before anything is written, and the other errors of ``softact.run.start.run``.
@@ -159,8 +173,16 @@ def run(
         progress=progress,
         report=report,
         resume=resume,
+        sensitivities=_paths(sensitivities),
     )
     return DataSheet(folder)
+
+
+def _paths(sensitivities: bool | Sequence[str]) -> Sequence[str] | None:
+    """As ``softact.run.start.run`` takes them."""
+    if isinstance(sensitivities, bool):
+        return () if sensitivities else None
+    return sensitivities or None
 
 
 def read(directory: str | Path) -> DataSheet:

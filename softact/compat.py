@@ -1,13 +1,15 @@
-"""The differences between dolfinx 0.5.2 (Debian 12) and 0.9 (Debian 13), and nothing else.
+"""The differences between dolfinx 0.5.2 (Debian 12), 0.9 (Debian 13), 0.10 and 0.11 (Debian sid),
+and nothing else.
 
 No other module asks for a version. What differs: how elements are written (UFL's own classes
-before 2023, Basix's later), the names of FFCx's arguments, where a compiled form keeps its
-integrals, and the argument order of mesh creation.
+before 2023, Basix's later), the names of FFCx's arguments, what FFCx returns and what its kernels
+take, and the argument order of mesh creation.
 """
 
 from __future__ import annotations
 
 import functools
+import re
 from typing import TYPE_CHECKING, Any
 
 import basix
@@ -111,7 +113,9 @@ def create_mesh(
         return dolfinx.mesh.create_mesh(
             comm, cells, points, ufl_mesh(), ghost_mode=none, partitioner=partitioner
         )
-    return dolfinx.mesh.create_mesh(comm, cells, points, ufl_mesh(), partitioner)
+    # By name: 0.10 has changed the places of the element and the points.
+    rest: dict[str, Any] = {"e": ufl_mesh(), "x": points, "partitioner": partitioner}
+    return dolfinx.mesh.create_mesh(comm, cells, **rest)
 
 
 def _with_neighbours(cells: np.ndarray, part: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -154,12 +158,28 @@ def cell_dofs(space: dolfinx.fem.FunctionSpace) -> np.ndarray:
 
 def geometry_dofs(mesh: dolfinx.mesh.Mesh) -> np.ndarray:
     """Geometry nodes of each local cell: (cells, 4)."""
+    tables = getattr(mesh.geometry, "dofmaps", None)
+    if tables is not None and not callable(tables):
+        return np.asarray(tables[0])
     table = mesh.geometry.dofmap
     return table.array.reshape(-1, 4) if hasattr(table, "array") else np.asarray(table)
 
 
+def diverged_to_nan() -> int:
+    """SNES's reason where the residual is not a number; PETSc 3.24 has renamed it."""
+    from petsc4py import PETSc
+
+    reasons = PETSc.SNES.ConvergedReason
+    new = getattr(reasons, "DIVERGED_FUNCTION_NANORINF", None)
+    return reasons.DIVERGED_FNORM_NAN if new is None else new
+
+
 def generate_code(form: ufl.Form, name: str) -> str:
-    """C source of FFCx's kernels for ``form``; it includes ufcx.h."""
+    """C source of FFCx's kernels for ``form``; it includes ufcx.h.
+
+    Their arguments are those of ufcx_tabulate_tensor_float64 before 0.10, which has one more: data
+    of a kernel's own, which FFCx's kernels do not read.
+    """
     import ffcx.compiler
 
     # FFCx's defaults themselves: get_options would read a file in the current folder or the home,
@@ -168,18 +188,14 @@ def generate_code(form: ufl.Form, name: str) -> str:
         import ffcx.parameters
 
         known = ffcx.parameters.FFCX_DEFAULT_PARAMETERS
-        options = {"parameters": {key: value for key, (value, *_) in known.items()}}
-    else:
-        import ffcx.options
+        parameters = {key: value for key, (value, *_) in known.items()}
+        return ffcx.compiler.compile_ufl_objects([form], prefix=name, parameters=parameters)[1]
+    import ffcx.options
 
-        known = ffcx.options.FFCX_DEFAULT_OPTIONS
-        options = {"options": {key: value for key, (_, value, *_) in known.items()}}
-    _, source = ffcx.compiler.compile_ufl_objects([form], prefix=name, **options)[:2]
-    return source
-
-
-def code_include_path() -> str:
-    """Folder of ufcx.h."""
-    import ffcx.codegeneration
-
-    return ffcx.codegeneration.get_include_path()
+    known = ffcx.options.FFCX_DEFAULT_OPTIONS
+    options = {key: value for key, (_, value, *_) in known.items()}
+    # By place: the last argument is called prefix before 0.11, and namespace since.
+    made = ffcx.compiler.compile_ufl_objects([form], options, None, name)
+    parts, suffixes = made if isinstance(made[0], list) else (made, (".h", ".c"))
+    source = parts[suffixes.index(".c")]
+    return re.sub(r",\s*void\s*\*\s*custom_data\s*\)", ")", source)

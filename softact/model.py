@@ -37,7 +37,7 @@ from softact.mesh.sheets import SheetMesh
 from softact.mesh.sheets import nodes_of as sheet_nodes_of
 from softact.mesh.tetrahedra import Mesh
 from softact.system.assembly import Assembler
-from softact.system.nodes import nodes_of, solid_places
+from softact.system.nodes import Nodes, nodes_of, solid_places
 from softact.system.term import InvertedElementError, Origin, State, Term, Value
 from softact.system.unknowns import Unknowns
 
@@ -72,6 +72,8 @@ class Model:
     there, for fibres; default: up. obstacles: rigid bodies. touching: surfaces that may touch, for
     one process only. sheets: name -> what each sheet of the mesh is made of, for one process only;
     a mesh may have sheets and no solid. more: bodies of further kinds, see ``softact.bodies``.
+    like: a model of the same cells and triangles, whose numbering this one shares; the tangent is
+    that one's alone.
     The residual is the derivative of the potential energy with respect to the unknowns.
     """
 
@@ -86,10 +88,11 @@ class Model:
         touching: Sequence[Touching] = (),
         sheets: Mapping[str, Sheet] | None = None,
         more: Mapping[str, Any] | None = None,
+        like: Model | None = None,
     ):
         self.mesh, self.comm = mesh, mesh.comm
         self.degree, pressure_degree = ELEMENTS[element]
-        self._number(pressure_degree, sheets or {})
+        self._number(pressure_degree, sheets or {}, like)
         parts = {
             "materials": SolidParts(materials, wall_normal, pressure_degree),
             "layers": layers,
@@ -136,11 +139,13 @@ class Model:
                 )
         return volumes
 
-    def _number(self, pressure_degree: int | None, sheets: Mapping[str, Sheet]) -> None:
+    def _number(
+        self, pressure_degree: int | None, sheets: Mapping[str, Sheet], like: Model | None
+    ) -> None:
         """Nodes and unknowns of the solids, then of the sheets."""
         mesh = self.mesh
-        spaces: list[dolfinx.fem.FunctionSpace] = []
-        if mesh.domain is not None:
+        spaces: list[dolfinx.fem.FunctionSpace] = list(like.unknowns.spaces) if like else []
+        if mesh.domain is not None and like is None:
             spaces.append(compat.function_space(mesh.domain, self.degree, 3))
             if pressure_degree is not None:
                 constant = pressure_degree == 0
@@ -148,22 +153,37 @@ class Model:
         loose, elements = np.empty((0, 3)), np.empty((0, 0), np.int64)
         curves: dict[str, np.ndarray] = {}
         middles = mesh.middles if self.degree == 2 else None
-        places = solid_places(spaces, middles)
+        if spaces and mesh.moved is not None:
+            places = self._moved_places(spaces[0])
+        else:
+            places = solid_places(spaces, middles)
         if mesh.sheets:
             loose, elements, curves = self._sheet_nodes(mesh.sheets, places)
-        self.unknowns = Unknowns(self.comm, spaces, len(loose))
-        self.nodes = nodes_of(self.unknowns, places, loose)
+        self.unknowns: Unknowns = like.unknowns if like else Unknowns(self.comm, spaces, len(loose))
+        self.nodes: Nodes = nodes_of(self.unknowns, places, loose)
         self.sheets: dict[str, SheetPart] = {}
         if mesh.sheets:
             size = self.unknowns.local
             self.sheets = make_parts(mesh.sheets, elements, sheets, self.nodes, size)
         tables = [part.triangles.table for part in self.sheets.values()]
-        self.assembler = Assembler(mesh, self.unknowns, tables, None if middles is None else places)
-        self.displacement_dofs = self.nodes.dofs
+        shared = like.assembler if like else None
+        self.assembler: Assembler = Assembler(
+            mesh, self.unknowns, tables, shared, None if middles is None else places
+        )
+        self.displacement_dofs: np.ndarray = self.nodes.dofs
         self.cell_nodes = compat.cell_dofs(spaces[0]) if spaces else np.empty((0, 0), np.int32)
-        self.surfaces = Surfaces(
+        self.surfaces: Surfaces = Surfaces(
             mesh, self.unknowns, self.nodes, self.cell_nodes, self.degree, self.sheets, curves
         )
+
+    def _moved_places(self, space: dolfinx.fem.FunctionSpace) -> np.ndarray:
+        """Places (n, 3) of a space's nodes where the points of the mesh have been moved, mm."""
+        reference = compat.reference_nodes(self.degree)
+        shares = np.column_stack([1 - reference.sum(axis=1), reference])
+        corners = self.mesh.points[compat.geometry_dofs(self.mesh.domain)]
+        places = np.array(space.tabulate_dof_coordinates())
+        places[compat.cell_dofs(space)] = shares @ corners
+        return places
 
     def _sheet_nodes(
         self, sheets: SheetMesh, solid: np.ndarray

@@ -26,10 +26,12 @@ converge/test_converge optimise/test_optimise analytic/test_viscoelastic loads/t
 analytic/test_calculix analytic/test_thick_walls analytic/test_homogeneous analytic/test_fibres
 analytic/test_beams fit/test_calibrate fit/test_every_start system/test_jit
 geometries/test_every_geometry geometries/test_refinement geometries/test_imported
+sensitivities/test_runs sensitivities/test_whole_runs sensitivities/test_closed_forms
 geometry/test_field_files report/test_study_pages_browser report/test_pages_browser
 report/test_report_browser report/test_animation export/test_formats estimate/test_estimate test_api
 starter/test_starter preview/test_preview geometries/test_from_mesh geometries/test_step_slivers
 geometries/test_bending_tube geometries/test_own_parts cli/test_progress
+house/test_tutorials
 """.split()
 
 

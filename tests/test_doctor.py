@@ -2,14 +2,17 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 
 import pytest
+import scipy.optimize
 from click.testing import CliRunner
 
 from softact import doctor
 from softact.cli.doctor import doctor as command
+from softact.doctor import looks, solvers, supply, trial
 
 
 def by_name(findings):
@@ -65,13 +68,13 @@ MAPS = """\
 
 @pytest.mark.parametrize("system", ["blas/libblas.so.3.11.0", "openblas-pthread/libopenblas.so.0"])
 def test_the_blas_of_a_wheel_is_not_taken_for_the_solvers(system):
-    found = doctor.blas_among(MAPS.format(system=system).splitlines())
+    found = solvers.blas_among(MAPS.format(system=system).splitlines())
     assert found == [f"/usr/lib/x86_64-linux-gnu/{system}"]
 
 
 def test_the_reference_blas_is_called_slow(monkeypatch):
-    monkeypatch.setattr(doctor, "blas_among", lambda maps: ["/usr/lib/blas/libblas.so.3"])
-    (finding,) = doctor.look_at_blas()
+    monkeypatch.setattr(solvers, "blas_among", lambda maps: ["/usr/lib/blas/libblas.so.3"])
+    (finding,) = solvers.look_at_blas()
     assert finding.state == "slow"
     assert "/usr/lib/blas/libblas.so.3" in finding.detail
     assert "update-alternatives --auto libblas.so.3-" in finding.mend
@@ -125,7 +128,7 @@ def test_more_threads_than_cores_are_slow_but_usable():
 
 def test_what_only_a_part_needs_does_not_stop_a_run(tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
-    findings = by_name(doctor.look_at_programs())
+    findings = by_name(looks.look_at_programs())
     assert {finding.state for finding in findings.values()} == {"absent"}
     assert "calculix-ccx" in findings["ccx"].mend
     assert doctor.usable(findings.values())
@@ -140,3 +143,82 @@ def test_the_table_shows_the_command_under_the_fault(monkeypatch):
     assert lines[0].split() == ["broken", "gmsh", "gone"]
     assert lines[1].strip() == "mend it with: apt-get install python3-gmsh"
     assert lines[-1] == "softact cannot run: 1 broken"
+
+
+def test_a_block_is_solved_by_one_process_and_by_two(here):
+    for name in ("a block", "two processes"):
+        assert here[name].state == "ok", here[name].detail
+        assert re.fullmatch(r"solved, \de-\d\d off the exact answer, in .* s", here[name].detail)
+
+
+def test_the_pull_on_the_block_is_that_of_the_closed_form():
+    # Incompressible: 2 C10 (λ - λ⁻²) = 0.2111 MPa; with K = 10 C10 the block is softer. Seen from
+    # the energy: the work of the pull at the least energy over the stretch across.
+    def energy(stretch, across):
+        volume = stretch * across**2
+        mean = (stretch**2 + 2 * across**2) / volume ** (2 / 3)
+        return trial.C10 * (mean - 3) + trial.BULK / 2 * (volume - 1) ** 2
+
+    def least(stretch):
+        return scipy.optimize.minimize_scalar(
+            lambda across: energy(stretch, across), bounds=(0.5, 1.0), options={"xatol": 1e-10}
+        ).fun
+
+    step = 1e-4
+    slope = (least(trial.STRETCH + step) - least(trial.STRETCH - step)) / (2 * step)
+    assert trial.pull() == pytest.approx(slope, rel=1e-6)
+    assert 0.18 < trial.pull() < 2 * trial.C10 * (1.5 - 1.5**-2)
+
+
+@pytest.mark.parametrize(
+    ("answer", "state", "words"),
+    [
+        ({"processes": 1, "stretch": 1.5 + 1e-9}, "ok", "7e-10 off"),
+        ({"processes": 1, "stretch": 1.49}, "broken", "stretched to 1.49 where 1.5 is exact"),
+        ({"processes": 1, "stretch": float("nan")}, "broken", "stretched to nan"),
+        ({"processes": 3, "stretch": 1.5}, "broken", "nothing of each other"),
+    ],
+)
+def test_what_a_block_is_measured_with(monkeypatch, answer, state, words):
+    monkeypatch.setattr(trial, "_answer", lambda processes: answer)
+    first, *_ = trial.look_at_a_block()
+    assert first.state == state
+    assert words in first.detail
+
+
+def test_a_solver_that_crashes_is_told_and_one_without_mpirun_is_slow(monkeypatch, tmp_path):
+    monkeypatch.setattr(trial.launch, "command", lambda *_: ["sh", "-c", "echo 'E: gone' >&2"])
+    (found,) = trial.look_at_a_block()
+    assert (found.state, found.detail) == ("broken", "not solved: E: gone")
+
+    def command(processes, *arguments):
+        return ["sh", "-c", 'echo \'{"processes": 1, "stretch": 1.5}\'']
+
+    monkeypatch.setattr(trial.launch, "command", command)
+    alone, both = trial.look_at_a_block()
+    assert alone.state == "ok"
+    assert (both.state, doctor.usable([alone, both])) == ("slow", True)
+    assert "softact run -n 1" in both.mend
+
+
+def test_conda_and_containers_are_known(monkeypatch, tmp_path):
+    (tmp_path / "conda-meta").mkdir()
+    monkeypatch.setattr(sys, "base_prefix", str(tmp_path))
+    monkeypatch.setenv("container", "lxc")
+    (found,) = looks.look_at_python()
+    assert found.state == "ok"
+    assert f"of conda in {tmp_path}" in found.detail and "container" in found.detail
+    command = supply.packages("python3-dolfinx", "openmpi-bin")
+    assert command == "conda install -c conda-forge fenics-dolfinx openmpi"
+    assert supply.packages("chromium") == ""
+    assert supply.own_packages().endswith("-m pip install -e .")
+
+
+def test_another_python_is_taken_where_it_has_dolfinx(monkeypatch, tmp_path):
+    monkeypatch.setattr(sys, "base_prefix", str(tmp_path))
+    (found,) = looks.look_at_python()
+    assert found.state == "ok"
+    assert "Debian calls g++" in supply.packages("g++")
+    monkeypatch.setattr(looks.importlib.util, "find_spec", lambda name: None)
+    (found,) = looks.look_at_python()
+    assert (found.state, "make setup" in found.mend) == ("broken", True)

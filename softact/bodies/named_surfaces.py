@@ -46,6 +46,8 @@ class Surfaces:
         self._mesh, self._unknowns, self._nodes = mesh, unknowns, nodes
         self._cell_nodes, self._degree = cell_nodes, degree
         self._sheets, self.curves = sheets, curves
+        self._points: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+        self._named: dict[str, np.ndarray] = {}
         self._marks = Marks(
             nodes, [*mesh.layout.symmetry.values()], cell_nodes, compat.reference_nodes(degree)
         )
@@ -86,6 +88,11 @@ class Surfaces:
     def points(self, name: str) -> tuple[np.ndarray, np.ndarray]:
         """Nodes (k,) of this process's facets, sheets or edges of that name, and their shares of
         its area (mm²) or length (mm), of a point 1; a node counts once for each element."""
+        if name not in self._points:
+            self._points[name] = self._points_of(name)
+        return self._points[name]
+
+    def _points_of(self, name: str) -> tuple[np.ndarray, np.ndarray]:
         if name in self._marked:
             return self._marked[name]
         if name in self.curves:
@@ -103,7 +110,12 @@ class Surfaces:
 
     def nodes(self, name: str) -> np.ndarray:
         """Displacement nodes on a surface, curve, line or point that this process holds, also where
-        the facet itself belongs to another process."""
+        the facet itself belongs to another process. Collective."""
+        if name not in self._named:
+            self._named[name] = self._nodes_of(name)
+        return self._named[name]
+
+    def _nodes_of(self, name: str) -> np.ndarray:
         if name in self._marked:
             return self._held(self._marked[name][0])
         if name in self.curves:

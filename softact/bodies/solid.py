@@ -7,7 +7,7 @@ import functools
 import hashlib
 import operator
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,6 +38,21 @@ from softact.system.term import (
 
 # States whose stresses are kept: those of a quadratic extrapolation, and the one it leads to.
 KEPT = 4
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """A state beside which a solid is linearised: C (n, 3, 3), and there the stress S (n, 6) and
+    the moduli D (n, 6, 6)."""
+
+    c: np.ndarray
+    stress: np.ndarray
+    moduli: np.ndarray
+
+    def stress_at(self, c: np.ndarray) -> np.ndarray:
+        """S (n, 6) at C (n, 3, 3) beside it."""
+        change = (c - self.c)[:, ROWS, COLUMNS] * [0.5, 0.5, 0.5, 1, 1, 1]
+        return self.stress + np.einsum("nij,nj->ni", self.moduli, change)
 
 
 class Solid:
@@ -71,6 +86,7 @@ class Solid:
         self._residual, self._tangent = (Kernel(assembler, k, self.cells) for k in kernels)
         self.volumes = self._reference_volumes()
         self._kept: dict[bytes, tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
+        self._anchor: Anchor | None = None
         self._began: tuple[TimeStep, np.ndarray, np.ndarray] | None = None  # see ``_viscous``
         self.fibres = None if fibres is None else fibres(self.places(points).reshape(-1, 3))
 
@@ -166,6 +182,8 @@ class Solid:
         if not (jacobian > 0).all():  # also true of NaN
             raise InvertedElementError
         c = np.matmul(f.transpose(0, 2, 1), f)
+        if self._anchor is not None:
+            return self._anchor.stress_at(c), self._anchor.moduli, jacobian
         stress, moduli = self._isochoric(c, state)
         if state.motion is not None and state.motion.resistance:
             more_stress, more_moduli = self._viscous(c, state.motion)
@@ -284,6 +302,31 @@ class Solid:
         if state.motion is not None and state.motion.resistance:
             key += state.motion.key
         return key
+
+    def stand_beside(self, other: Solid, state: State) -> None:
+        """Linearise the stress beside a state of another solid of the same cells, of which this one
+        differs a little in the places of its points or in its material."""
+        self.forget()
+        stress, moduli, jacobian = other._evaluate(state)
+        f = other.deformation_gradient(state.x).reshape(-1, 3, 3)
+        c = np.matmul(f.transpose(0, 2, 1), f)
+        if not self._is_made_of(other):
+            own, _ = self.material.stress_tangent(c, self.fibres)
+            stress, _ = self._add_volumetric(own, np.zeros_like(moduli), c, jacobian)
+        self._anchor = Anchor(c, stress, moduli)
+
+    def _is_made_of(self, other: Solid) -> bool:
+        """Whether the material, and the direction of its fibres, is another solid's."""
+        if self.material.law != other.material.law:
+            return False
+        if self.fibres is None or other.fibres is None:
+            return self.fibres is other.fibres
+        return bool(np.array_equal(self.fibres, other.fibres))
+
+    def forget(self) -> None:
+        """Let go what is kept of states: it is large."""
+        self._anchor = None
+        self._kept.clear()
 
     def cauchy(self, state: State) -> np.ndarray:
         """Cauchy stress (cells, points, 3, 3) MPa at the quadrature points: F S Fᵀ/J + p I."""

@@ -12,7 +12,7 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
@@ -273,6 +273,22 @@ def make_mesh(geometry: Geometry, path: Path, timeout: float = 300.0) -> list[st
     return _write(geometry, Path(path), timeout, ".msh")
 
 
+def move_mesh(
+    geometry: Geometry,
+    pairs: Sequence[tuple[Geometry, Geometry, float]],
+    path: Path,
+    curved: bool,
+    timeout: float = 300.0,
+) -> None:
+    """Writes how the mesh of a solid moves with parameters, see ``softact.geometry.motion.Moved``.
+
+    pairs: the geometry with a smaller and with a larger parameter, and the difference of the two.
+    curved: whether edges may be. Raises MeshError as ``make_mesh`` does.
+    """
+    dumped = [(low.model_dump(), high.model_dump(), width) for low, high, width in pairs]
+    _run_gmsh(geometry, path, timeout, "solid", [], {"pairs": dumped, "curved": curved})
+
+
 def export(
     geometry: Geometry, path: Path, timeout: float = 300.0, part: Part = "solid"
 ) -> list[str]:
@@ -333,6 +349,7 @@ def _run_gmsh(
     timeout: float,
     part: Part | Look,
     said: list[str],
+    more: Mapping[str, Any] | None = None,
 ) -> None:
     kind = type(geometry)
     job = {
@@ -344,6 +361,7 @@ def _run_gmsh(
         "part": part,
         "timeout": timeout,
         "parent": os.getpid(),
+        **(more or {}),
     }
     process = subprocess.Popen(
         bound(python("-m", "softact.geometry.gmsh_process")),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from types import ModuleType
 
 import numpy as np
@@ -14,9 +16,27 @@ EXACT = ("Discrete", "Plane", "Line")
 ROUNDS = 60  # of the averages in a wall: a few elements from side to side
 
 
+_STRAIGHT: ContextVar[bool] = ContextVar("straight", default=False)
+
+
+@contextmanager
+def straight_walls() -> Iterator[None]:
+    """Meanwhile all edges of meshes are straight."""
+    token = _STRAIGHT.set(True)
+    try:
+        yield
+    finally:
+        _STRAIGHT.reset(token)
+
+
+def are_straight() -> bool:
+    """Whether all edges are to be straight now."""
+    return _STRAIGHT.get()
+
+
 def is_curved(gmsh: ModuleType, dimension: int) -> bool:
-    """Whether a curve or surface below a dimension is not straight."""
-    return any(
+    """Whether a curve or surface below a dimension is not straight, and edges may be curved."""
+    return not are_straight() and any(
         not gmsh.model.getType(d, tag).startswith(EXACT)
         for d in range(1, dimension)
         for _, tag in gmsh.model.getEntities(d)

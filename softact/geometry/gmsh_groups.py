@@ -1,10 +1,14 @@
 """A mesh made by softact itself, put into gmsh with its named groups."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from types import ModuleType
 
 import numpy as np
 
 from softact.geometry.base import tell
+from softact.geometry.curved import are_straight
 from softact.mesh.cells import upright
 from softact.mesh.curves import GMSH_EDGES, SIDES, Curves, edges_of
 
@@ -37,6 +41,22 @@ def _sound(curves: Curves, cells: np.ndarray, points: np.ndarray) -> Curves:
     return kept
 
 
+#: Points (n, 3) mm and tetrahedra (m, 4) of a mesh, and its edges that are not straight.
+Cells = tuple[np.ndarray, np.ndarray, Curves]
+_TAKEN: ContextVar[list[Cells] | None] = ContextVar("taken", default=None)
+
+
+@contextmanager
+def meshes_taken() -> Iterator[list[Cells]]:
+    """A list of the meshes that ``add_mesh`` is given meanwhile, which do not get into gmsh."""
+    taken: list[Cells] = []
+    token = _TAKEN.set(taken)
+    try:
+        yield taken
+    finally:
+        _TAKEN.reset(token)
+
+
 def add_mesh(
     gmsh: ModuleType,
     points: np.ndarray,
@@ -51,13 +71,18 @@ def add_mesh(
     surface groups that they are in; each triangle occurs once. curves: edges that are not straight;
     those that would fold a tetrahedron are made straight, and that is said.
     """
+    curves = Curves() if curves is None or are_straight() else curves
+    taken = _TAKEN.get()
+    if taken is not None:
+        taken.append((points, np.concatenate(list(regions.values())), curves))
+        return
     model = gmsh.model
     model.add("discrete")
     cells = np.vstack(list(regions.values()))
     used = np.unique(cells)
     tag = np.zeros(len(points), dtype=np.int64)
     tag[used] = np.arange(1, len(used) + 1)
-    kept = _sound(curves or Curves(), upright(points, cells), points)
+    kept = _sound(curves, upright(points, cells), points)
     middles = _Middles(kept, cells, points, len(used) + 1) if len(kept) else None
     volumes = [model.addDiscreteEntity(3) for _ in regions]
     model.mesh.addNodes(3, volumes[0], tag[used], points[used].ravel())

@@ -23,6 +23,7 @@ from softact.errors import MeshError
 from softact.files.streams import make_safe
 from softact.geometry.base import FAULT, Geometry, tell
 from softact.geometry.gmsh_groups import TETRAHEDRA, TRIANGLES
+from softact.geometry.motion import moved
 from softact.geometry.walls import one_element_thick, remark
 from softact.mesh import leaks
 from softact.mesh.boundary import face_keys
@@ -64,6 +65,10 @@ def main() -> int:
     # A gmsh that hangs is stopped by its parent, or here.
     signal.alarm(math.ceil(job["timeout"]) + 5)
     geometry = load(job)
+    pairs = [
+        (load({**job, "parameters": low}), load({**job, "parameters": high}), width)
+        for low, high, width in job.get("pairs", ())
+    ]
     gmsh.initialize(readConfigFiles=False)
     gmsh.option.setNumber("General.Terminal", 1)
     # Threads would make the mesh differ from run to run.
@@ -71,7 +76,11 @@ def main() -> int:
     gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)
     gmsh.model.add("softact")
     try:
-        faults = write(geometry, Path(job["path"]), job.get("part", "solid"))
+        if pairs:
+            moved(gmsh, geometry, pairs, job["curved"]).store(job["path"])
+            faults = []
+        else:
+            faults = write(geometry, Path(job["path"]), job.get("part", "solid"))
     except MeshError as error:
         faults = error.lines
     except MemoryError:

@@ -16,9 +16,10 @@ from typing import Any
 import numpy as np
 
 from softact.geometry.boxes import OUTSIDE, SAME_PLANE, Plane
+from softact.geometry.carrying import CarriedMesh
 from softact.geometry.curved import curves_of
 from softact.geometry.gmsh_groups import add_mesh, prism_sides, prism_tetrahedra
-from softact.geometry.steps import steps
+from softact.geometry.steps import repeatable, steps
 from softact.geometry.subdivide import Pieces
 from softact.mesh.cells import check_number
 from softact.mesh.curves import Curves, bent, edges_of
@@ -118,10 +119,14 @@ class Prisms:
         remaining = iter(origins)
         for name, tags in shapes.items():
             faces[name] = {tag for _ in tags for _, tag in next(remaining)}
-        _divide_curves(gmsh, least * size, self.circle_edges)
-        gmsh.option.setNumber("Mesh.MeshSizeMax", least * size)
-        gmsh.option.setNumber("Mesh.Algorithm", 6)
-        gmsh.model.mesh.generate(2)
+
+        def make() -> None:
+            _divide_curves(gmsh, least * size, self.circle_edges)
+            gmsh.option.setNumber("Mesh.MeshSizeMax", least * size)
+            gmsh.option.setNumber("Mesh.Algorithm", 6)
+            gmsh.model.mesh.generate(2)
+
+        repeatable(make, lambda: CarriedMesh(gmsh), lambda kept: kept.put(gmsh))
         section = _read_section(gmsh, faces, least)
         gmsh.model.remove()
         return section

@@ -38,6 +38,7 @@ class Mesh:
     comm: the MPI communicator.
     middles: (cells, 6, 3) places of the middles of each local cell's edges, in the order of
         quadratic elements; None where all edges are straight.
+    moved: (n, 3) places of the domain's points, mm, where they are others than the domain's own.
     """
 
     domain: Any
@@ -48,6 +49,17 @@ class Mesh:
     comm: MPI.Comm
     sheets: SheetMesh | None = None
     middles: np.ndarray | None = None
+    moved: np.ndarray | None = None
+
+    @property
+    def points(self) -> np.ndarray:
+        """Places (n, 3) of the domain's points, mm."""
+        return self.domain.geometry.x if self.moved is None else self.moved
+
+    @property
+    def original_points(self) -> np.ndarray:
+        """Numbers (n,) of the domain's points in the mesh that was spread over the processes."""
+        return np.asarray(self.domain.geometry.input_global_indices)
 
 
 def _facet_keys(triangles: np.ndarray, points: int) -> np.ndarray:

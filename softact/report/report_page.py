@@ -17,6 +17,7 @@ from softact.report import (
     mesh_error,
     origin,
     pictures,
+    slopes,
 )
 from softact.report.base import Plot, Section
 from softact.report.view import states
@@ -49,10 +50,13 @@ def html(
     errors = mesh_error.read(results)
     faults = [*faults, errors.fault] if errors.fault else faults
     bars = {column: mesh_error.text(column, bar) for column, bar in errors.bars.items()}
+    hanging, fault = slopes.section(results)
+    faults = [*faults, fault] if fault else faults
     count, state = _count(results), headline.title(results)
     sections = [
         Section("figures", "Key figures", nav="Figures"),
         *mesh_error.section(results, errors),
+        *hanging,
         *more,
         *([Section("view", "3-D view")] if view else []),
         Section("states", count, nav="States"),

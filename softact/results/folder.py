@@ -41,8 +41,9 @@ SPEC, CURVE, SUMMARY = "spec.yaml", "curve.csv", "summary.csv"
 FIELDS, XDMF = "fields.h5", "fields.xdmf"
 MESH_ERROR = "mesh_error.json"
 MEASURED = "measured.json"
+SENSITIVITIES = "sensitivities.csv"
 #: Files whose checksums run.json holds at the end of a run.
-SIGNED = (SPEC, CURVE, SUMMARY, MESH_ERROR)
+SIGNED = (SPEC, CURVE, SUMMARY, MESH_ERROR, SENSITIVITIES)
 #: Columns of curve.csv that hold words.
 TEXTS = ("step", "control")
 #: Columns that say where a row stands or where a largest value lies; not results themselves.
@@ -64,6 +65,7 @@ OWN_FILES = (
     SPEC,
     CURVE,
     SUMMARY,
+    SENSITIVITIES,
     XDMF,
     FIELDS,
     "report.html",

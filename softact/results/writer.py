@@ -26,6 +26,7 @@ from softact.results.folder import (
     FIELDS,
     MESH_ERROR,
     OWN_FILES,
+    SENSITIVITIES,
     SPEC,
     SUMMARY,
     XDMF,
@@ -124,6 +125,18 @@ class ResultsWriter:
     def checkpoint(self, data: bytes) -> None:
         """Store what a run needs to go on from here."""
         write_atomic(self.directory / RESTART, data)
+
+    def sensitivities(self, text: str) -> None:
+        """Store the table of derivatives as it is now."""
+        write_atomic(self.directory / SENSITIVITIES, text)
+
+    @property
+    def sensitivities_so_far(self) -> str:
+        """The table of derivatives that is there; empty where there is none that can be read."""
+        try:
+            return (self.directory / SENSITIVITIES).read_text(encoding="utf-8")
+        except (OSError, ValueError):
+            return ""
 
     def _open_folder(self) -> None:
         """Make the folder such that it says "incomplete" from its first moment."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,9 +17,10 @@ from softact.geometry.flat_sheets import SheetGeometry
 from softact.loads import LOADS
 from softact.loads.load_step import LoadStep
 from softact.loads.support import Spring, Support, Turn
+from softact.mesh.curves import Curves
 from softact.mesh.layout import Layout
 from softact.mesh.msh_file import Tetrahedra, read_msh
-from softact.mesh.tetrahedra import distribute, of_sheets
+from softact.mesh.tetrahedra import Mesh, distribute, of_sheets
 from softact.model import Model
 from softact.run.held import refuse_loose
 from softact.spec import Spec
@@ -42,6 +44,11 @@ def build_model(comm: MPI.Comm, spec: Spec, mesh_file: Path) -> Model:
         mesh = of_sheets(comm, spec.geometry.checked_mesh(), layout)
     else:
         mesh = distribute(comm, lambda: _read(mesh_file, layout, spec), layout)
+    return model_on(mesh, spec)
+
+
+def model_on(mesh: Mesh, spec: Spec, like: Model | None = None) -> Model:
+    """The ``Model`` of a spec on a mesh that is spread over the processes. like: see ``Model``."""
     return Model(
         mesh,
         {name: law.material() for name, law in spec.materials.items()},
@@ -52,6 +59,7 @@ def build_model(comm: MPI.Comm, spec: Spec, mesh_file: Path) -> Model:
         _touching(spec),
         {name: _sheet(sheet) for name, sheet in spec.sheets.items()},
         {"springs": _springs(spec), **_more(spec)},
+        like,
     )
 
 
@@ -63,6 +71,8 @@ def _more(spec: Spec) -> dict[str, Any]:
 
 def _read(mesh_file: Path, layout: Layout, spec: Spec) -> Tetrahedra:
     tets = read_msh(mesh_file, layout)
+    if not spec.solver.curved:
+        tets = replace(tets, curves=Curves())
     refuse_loose(tets, layout, spec)
     return tets
 

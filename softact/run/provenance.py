@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 import subprocess
+from contextlib import suppress
 from importlib import metadata
 from pathlib import Path
 
@@ -36,18 +37,16 @@ def versions() -> dict[str, str]:
 
 
 def gmsh_version() -> str | None:
-    """Version of Debian's gmsh, None where it is not known."""
+    """Version of Debian's gmsh, or of another's package; None where it is not known."""
     # Importing gmsh loads its library and all of OpenCASCADE; the package knows its version.
-    try:
-        found = subprocess.run(
-            ["dpkg-query", "-W", "-f", "${Version}", "python3-gmsh"],
-            capture_output=True,
-            **UTF8,
-            check=False,
-        ).stdout
-    except OSError:
-        return None
-    return found.split("+")[0] or None
+    with suppress(OSError):
+        query = ["dpkg-query", "-W", "-f", "${Version}", "python3-gmsh"]
+        found = subprocess.run(query, capture_output=True, **UTF8, check=False).stdout
+        if found:
+            return found.split("+")[0]
+    with suppress(metadata.PackageNotFoundError):
+        return metadata.version("gmsh")
+    return None
 
 
 def commit() -> str | None:

@@ -20,7 +20,9 @@ from softact.results.folder import NO_EQUILIBRIUM, read
 from softact.run.films import compressed_layers
 from softact.run.from_spec import load_steps, parameters, supports_of
 from softact.run.resuming import identity
+from softact.run.slopewise import Slopewise
 from softact.run.unstable import unstable_text
+from softact.sensitivities.following import Following
 from softact.solve.checkpoint import Checkpoint, pack
 from softact.solve.progress import Attempt, Trying
 from softact.solve.settings import Settings
@@ -32,6 +34,7 @@ from softact.verdict.judge import AMBER, RED, Reason, Verdict, judge
 if TYPE_CHECKING:
     from softact.model import Model
     from softact.results.writer import ResultsWriter
+    from softact.sensitivities.twin import Twin
     from softact.spec import Spec
     from softact.system.term import State
 
@@ -42,7 +45,8 @@ SILENCE = 5.0
 class Recorder:
     """Runs the steps of a spec and writes down each accepted state.
 
-    notes: on the mesh, which stand with those of the run itself.
+    notes: on the mesh, which stand with those of the run itself. twins: of the parameters by which
+    the measures are differentiated. start, begin: see ``Stepper.run``.
     """
 
     def __init__(
@@ -53,6 +57,8 @@ class Recorder:
         tell: Callable[[dict], None],
         start: Checkpoint | None,
         notes: Sequence[str] = (),
+        twins: Sequence[Twin] = (),
+        begin: int | None = 0,
     ):
         self.spec, self.model, self.writer, self._tell = spec, model, writer, tell
         self.notes, self._told_at = notes, time.monotonic()
@@ -60,11 +66,17 @@ class Recorder:
         self.measures = [MEASURES[name] for name in wanted]
         self.probes = locate(model, spec.probes)
         settings = spec.solver.model_dump()
-        settings.pop("element")
+        del settings["element"], settings["curved"]  # the model's
         settings = {name: value for name, value in settings.items() if value is not None}
         self.timed = any(step.timing(spec.geometry.layout()) for step in spec.steps)
         heard = self._accept, self._reject, self._checkpoint, self._try, self._remark
         self.stepper = Stepper(model, Settings(**settings), *heard)
+        self.slopes: Slopewise | None = None
+        if twins:
+            following = Following(self.stepper.walk, twins, self._of_twin)
+            if start is not None:
+                following.resume(start, begin)
+            self.slopes = Slopewise(following, writer, start)
         self.row: dict = model.comm.bcast(writer.last_row if writer is not None else None)
         self.write_time = 0.0
         self.verdict: Verdict | None = None  # on rank 0, at the end
@@ -96,7 +108,8 @@ class Recorder:
         started = time.perf_counter()
         steps, supports = load_steps(self.spec, self.model), supports_of(self.spec.supports or ())
         progress = self.stepper.run(steps, supports, start, begin)
-        times["solve"] = time.perf_counter() - started - self.write_time
+        beside = self.write_time + (self.slopes.time if self.slopes else 0.0)
+        times["solve"] = time.perf_counter() - started - beside
         times |= {"measure_and_write": self.write_time, **self.stepper.walk.newton.times}
         memory = self.model.comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
         status = "no_equilibrium" if progress.stopped else "complete"
@@ -105,13 +118,16 @@ class Recorder:
         messages += plausible.lines(self.spec)
         messages = [message for message in messages if message]
         if self.writer is not None:
+            if self.slopes is not None:
+                times["sensitivities"] = self.slopes.time
             summary = parameters(self.spec) | self.row
             counts = {
                 "increments": len(progress.attempts) - progress.cutbacks - 1,
                 "cutbacks": progress.cutbacks,
                 **asdict(self.stepper.walk.newton.counts),
             }
-            record: dict = {"messages": messages, "notes": [*self.notes, *progress.notes]}
+            notes = [*self.notes, *progress.notes, *self._not_followed]
+            record: dict = {"messages": messages, "notes": notes}
             started = time.perf_counter()
             record["notes"] += self._in_time(self.writer.directory)
             self.verdict = self._judge(self.writer.directory, status, record)
@@ -134,6 +150,11 @@ class Recorder:
         for line in said:
             self.tell({"stage": "note", "text": line})
         return said
+
+    @property
+    def _not_followed(self) -> list[str]:
+        """From where on there are no derivatives, and why."""
+        return self.slopes.notes if self.slopes is not None else []
 
     def _judge(self, directory: Path, status: str, record: dict) -> Verdict:
         """The verdict on what has been written, and on what run.json will say."""
@@ -172,6 +193,18 @@ class Recorder:
                 )
         return said
 
+    def _measured(self, snapshot: Snapshot) -> dict[str, float | str]:
+        """The measures of a state."""
+        row: dict[str, float | str] = {}
+        for measure in self.measures:
+            row |= measure.evaluate(snapshot)
+        return row
+
+    def _of_twin(self, twin: Twin) -> dict[str, float | str]:
+        """Those of a twin, whose probes stay in their elements."""
+        safety = self.spec.safety_factor
+        return self._measured(Snapshot(twin.model, twin.state, twin.row, safety, self.probes))
+
     def _accept(self, state: State, attempt: Attempt, number: int) -> None:
         started = time.perf_counter()
         snapshot = Snapshot(self.model, state, self.row, self.spec.safety_factor, self.probes)
@@ -179,11 +212,10 @@ class Recorder:
             "step": attempt.step,
             "increment": number,
             "step_fraction": attempt.fraction,
+            **self._measured(snapshot),
         }
         if self.timed:
             row["time_s"] = state.clock.now
-        for measure in self.measures:
-            row |= measure.evaluate(snapshot)
         row["unstable_modes"] = attempt.unstable_modes
         row["control"], row["kinetic_ratio"] = attempt.control, attempt.kinetic_ratio
         row["newton_iterations"] = attempt.iterations
@@ -199,12 +231,18 @@ class Recorder:
         if self.writer is not None:
             self.writer.increment(row, fields)
         self.write_time += time.perf_counter() - started
+        if self.slopes is not None:
+            self.slopes.accept(state, attempt, number, row)
         self.tell({"stage": "increment", "steps": len(self.spec.steps), **asdict(attempt), **row})
 
     def _checkpoint(self, checkpoint: Checkpoint) -> None:
         started = time.perf_counter()
         curve = self.writer.curve if self.writer is not None else ""
-        data = pack(self.model, replace(checkpoint, curve=curve, spec=self.identity))
+        kept = replace(checkpoint, curve=curve, spec=self.identity)
+        if self.slopes is not None:
+            beside, vectors = self.slopes.following.kept()
+            kept = replace(kept, beside=beside, vectors=vectors)
+        data = pack(self.model, kept)
         if self.writer is not None and data is not None:
             self.writer.checkpoint(data)
         self.write_time += time.perf_counter() - started

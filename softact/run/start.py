@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from softact.child_processes import bound, environment, python
 from softact.errors import OUT_OF_MEMORY, CannotWriteError, NoEquilibriumError, SoftactError
 from softact.files.lock import held
 from softact.files.streams import UTF8
@@ -24,7 +23,9 @@ from softact.files.text import json_text, write_atomic
 from softact.geometry.base import make_mesh
 from softact.results.folder import COMPLETE, INCOMPLETE, read
 from softact.results.run_log import RunLog
+from softact.run import launch
 from softact.run.resuming import to_resume
+from softact.sensitivities.choosing import Chosen
 from softact.spec import plausible
 from softact.verdict.judge import Verdict
 from softact.verdict.judge import from_data as verdict_of
@@ -68,6 +69,7 @@ def run(
     scratch: Path | None = None,
     measured: Sequence[Measured] = (),
     resume: bool = False,
+    sensitivities: Sequence[str] | None = None,
 ) -> Outcome:
     """Solve ``spec`` and write its result folder.
 
@@ -78,7 +80,8 @@ def run(
     scratch: folder for mesh and job files, by default a new one in the system's temporary folder.
     The solver ends with this process, even where this one is killed. resume: go on with the run in
     ``directory`` from its last accepted increment; the spec may have further steps, and a finished
-    last step other loads.
+    last step other loads. sensitivities: paths of parameters by which all measures are
+    differentiated at each increment; none of them: all usual ones.
 
     Raises MeshError before anything is written, FolderBusyError where another process writes into
     the folder, DamagedResultError where the run there cannot go on, CannotWriteError where the disk
@@ -88,6 +91,7 @@ def run(
     directory = Path(directory)
     progress = _remembering(directory, measured, progress or (lambda event: None))
     notes = [*spec.geometry.notes(), *plausible.lines(spec)]
+    slopes = None if sensitivities is None else Chosen(spec, sensitivities)
     if spec.contact and processes > 1:
         processes = 1
         notes += ["contact between surfaces is computed by one process: the others are left out"]
@@ -107,7 +111,8 @@ def run(
             with _scratch(scratch) as folder:
                 goes_on = old is not None
                 log = RunLog(directory, goes_on)
-                solver = _Solver(spec, directory, folder, progress, log, inherited, goes_on)
+                held_by = (log, inherited, goes_on, slopes)
+                solver = _Solver(spec, directory, folder, progress, *held_by)
                 last = solver.run(notes, processes, threads)
             verdict = verdict_of(last.get("verdict"))
             outcome = Outcome(last["status"], directory, last.get("message"), verdict)
@@ -176,6 +181,7 @@ class _Solver:
     log: RunLog
     inherited: tuple[int, ...]
     resume: bool
+    slopes: Chosen | None = None
 
     def run(self, notes: Sequence[str], processes: int, threads: int | None) -> Mapping:
         """Start the worker, pass its events on and log them; returns its last event.
@@ -191,12 +197,12 @@ class _Solver:
             self._prepare()
         with errors.open("wb") as stderr:
             process = subprocess.Popen(
-                _command(self._job_file, processes),
+                launch.command(processes, "-m", "softact.run.worker", self._job_file),
                 stdout=subprocess.PIPE,
                 stderr=stderr,
                 **UTF8,
                 cwd=self.scratch,
-                env=_environment(processes, threads, self.scratch),
+                env=launch.variables(processes, threads, self.scratch),
                 pass_fds=self.inherited,
                 start_new_session=True,
             )
@@ -230,6 +236,11 @@ class _Solver:
         self.progress({"stage": "mesh"})
         notes = make_mesh(self.spec.geometry, mesh_file)
         self._note(notes)
+        slopes = None
+        if self.slopes:
+            slopes, more = self.slopes.job(self.scratch)
+            notes = [*notes, *more]
+            self._note(more)
         spec_file.write_text(self.spec.to_yaml(), encoding="utf-8")
         job = {
             "spec": str(spec_file),
@@ -238,6 +249,7 @@ class _Solver:
             "times_s": {"mesh": time.perf_counter() - started},
             "resume": self.resume,
             "notes": notes,
+            "sensitivities": slopes,
         }
         write_atomic(self._job_file, json.dumps(job))
 
@@ -304,49 +316,6 @@ def _crash(code: int, errors: Path) -> str:
     if code in (-signal.SIGKILL, 128 + signal.SIGKILL):
         cause += " (out of memory?)"
     return f"the solver {cause}; its last words: {words[-1] if words else 'none'}"
-
-
-def _command(job_file: Path, processes: int) -> list[str]:
-    worker = python("-m", "softact.run.worker", job_file)
-    if processes == 1:
-        return bound([*worker, str(os.getpid())])
-    # Unbound, or two runs side by side would share one core.
-    mpirun = ["mpirun", "-n", str(processes), "--oversubscribe", "--bind-to", "none", *worker]
-    return bound(mpirun)
-
-
-# Variables of the MPI job that this process is part of, as is a Python that has imported MPI:
-# mpirun would take them for its own.
-_OF_A_JOB = (
-    "PMIX_", "PMI_", "PRTE_", "ORTE_", "OMPI_COMM_WORLD_", "OMPI_APP_CTX_", "OMPI_UNIVERSE_",
-    "OMPI_FIRST_RANKS", "OMPI_FILE_LOCATION", "OMPI_MCA_orte_", "OMPI_MCA_ess", "OMPI_MCA_pmix",
-)  # fmt: skip
-
-
-def _environment(processes: int, threads: int | None, scratch: Path) -> dict[str, str]:
-    """Threads: all cores for one process, one for each of several (MUMPS uses them in BLAS).
-
-    scratch: folder of what one process leaves when it is stopped; mpirun clears up after several.
-    """
-    usual = str(len(os.sched_getaffinity(0)) if processes == 1 else 1)
-    variables = {"OPENBLAS_NUM_THREADS": usual, **environment(_OF_A_JOB), "OMP_NUM_THREADS": "1"}
-    if threads:
-        variables["OPENBLAS_NUM_THREADS"] = str(threads)
-    # All processes are on this machine and talk by shared memory: looking for networks takes each
-    # of them 0.2 s, and leaving them at the end 1 s; without one, Open MPI 5 complains of TCP.
-    # Python looks for a folder that can be written; Open MPI would end where TMPDIR is none.
-    variables["TMPDIR"] = tempfile.gettempdir()
-    variables |= {"OMPI_MCA_pml": "ob1", "OMPI_MCA_btl": "self,vader"}
-    if processes > 1:
-        variables["OPENBLAS_NUM_THREADS"] = "1"
-        # Waiting processes give their core away: another program may need it.
-        variables["OMPI_MCA_mpi_yield_when_idle"] = "1"
-    else:
-        variables["OMPI_MCA_ess_singleton_isolated"] = "1"  # no daemon beside it
-        variables["TMPDIR"] = str(scratch)
-    if os.geteuid() == 0:
-        variables |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
-    return variables
 
 
 #: What is being tried under each control of an attempt.

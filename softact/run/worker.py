@@ -13,7 +13,7 @@ import os
 import sys
 import time
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -42,12 +42,14 @@ def solve(
     tell: Callable[[dict], None],
     resume: bool = False,
     notes: Sequence[str] = (),
+    sensitivities: Mapping[str, Any] | None = None,
 ) -> str:
     """Solve ``spec`` on the mesh in ``mesh_file`` and write the result folder.
 
     Returns the status, "complete" or "no_equilibrium". times: seconds of the stages so far.
     tell: receives events, see ``softact.run.start``. resume: go on with the run in the folder.
-    notes: on the mesh, for the user.
+    notes: on the mesh, for the user. sensitivities: what ``softact.run.twins.make_twins`` is to
+    make: {"paths", "motion"}.
     """
     from softact.run.from_spec import build_model
     from softact.run.recorder import Recorder
@@ -73,7 +75,12 @@ def solve(
         known["mesh"]["remarks"] = list(notes)
     known["mesh_hash"] = digest(mesh_file)
     writer = _writer(comm, spec, directory, known, start)
-    recorder = Recorder(spec, model, writer, tell, start, notes)
+    twins = []
+    if sensitivities:
+        from softact.run.twins import make_twins
+
+        twins = make_twins(spec, model, sensitivities["paths"], sensitivities["motion"])
+    recorder = Recorder(spec, model, writer, tell, start, notes, twins, begin)
     times["set_up"] = time.perf_counter() - started
     kind = "tetrahedra" if model.solids else "triangles"
     tell({"stage": "solve", "cells": mesh.cell_count, "kind": kind, "unknowns": unknowns})
@@ -170,7 +177,7 @@ def main(job_file: str, parent: str | None = None) -> int:
     try:
         spec = specs.load(job["spec"])
         directory = Path(job["directory"])
-        times, more = job["times_s"], (job["resume"], job["notes"])
+        times, more = job["times_s"], (job["resume"], job["notes"], job.get("sensitivities"))
         status = solve(comm, spec, Path(job["mesh"]), directory, times, tell, *more)
     except OSError as error:  # a full disk, a folder that has gone
         if error.errno == errno.ENOMEM:

@@ -38,7 +38,8 @@ class Checkpoint:
     size: next increment. traced_at: where volume control was tried. rows: increments written down.
     attempts, remarks, notes, counts: what the run has told so far. curve: text of curve.csv; spec:
     see ``softact.run.resuming.identity``. passed: what ``softact.solve.passed.Passed`` keeps of
-    this process.
+    this process. beside, vectors: what is carried along beside the run, as plain data and as
+    unknowns (local,).
     """
 
     step: int
@@ -55,6 +56,8 @@ class Checkpoint:
     curve: str = ""
     spec: dict = field(default_factory=dict)
     passed: dict[str, np.ndarray] = field(default_factory=dict)
+    beside: dict = field(default_factory=dict)
+    vectors: list[np.ndarray] = field(default_factory=list)
 
     @property
     def step_done(self) -> bool:
@@ -66,7 +69,7 @@ class Checkpoint:
 PLAIN = tuple(
     item.name
     for item in fields(Checkpoint)
-    if item.name not in ("begun", "state", "path", "passed")
+    if item.name not in ("begun", "state", "path", "passed", "beside", "vectors")
 )
 
 
@@ -77,6 +80,7 @@ def pack(model: Model, checkpoint: Checkpoint) -> bytes | None:
     rate = checkpoint.path[-1].rate
     if rate is not None:
         vectors.append(rate)
+    vectors += checkpoint.vectors
     for number, (places, dofs, owned) in enumerate(_groups(model)):
         mine = places[:owned], np.stack([x[dofs[:owned]] for x in vectors])
         found = model.comm.gather(mine)
@@ -94,11 +98,13 @@ def pack(model: Model, checkpoint: Checkpoint) -> bytes | None:
                 arrays[f"memory/{rank}/{when}/{name}"] = np.asarray(value)
     known = {
         **{name: getattr(checkpoint, name) for name in PLAIN},
-        "begun": _loads(checkpoint.begun),
-        "state": _loads(checkpoint.state),
+        "begun": plain_loads(checkpoint.begun),
+        "state": plain_loads(checkpoint.state),
         "path": [{"s": p.s, "q": p.q.tolist()} for p in checkpoint.path],
         "times": [checkpoint.begun.clock.now, checkpoint.state.clock.now],
         "has_rate": rate is not None,
+        "beside": checkpoint.beside,
+        "vectors": len(checkpoint.vectors),
         "processes": len(memories),
         "parts": shares,
     }
@@ -122,8 +128,8 @@ def read(model: Model, directory: Path) -> Checkpoint | None:
 
 
 def _unpacked(model: Model, path: Path, known: Mapping, file: NpzFile) -> Checkpoint:
-    count = 1 + len(known["path"])
-    vectors = np.zeros((count + known["has_rate"], model.unknowns.local))
+    count, more = 1 + len(known["path"]), known.get("vectors", 0)
+    vectors = np.zeros((count + known["has_rate"] + more, model.unknowns.local))
     for number, (places, dofs, _) in enumerate(_groups(model)):
         known_places = file.get(f"places_{number}", np.empty((0, 3)))
         order = _find(known_places, places) if len(known_places) else None
@@ -140,17 +146,19 @@ def _unpacked(model: Model, path: Path, known: Mapping, file: NpzFile) -> Checkp
         if set(loads) != {field for field, load in BY_FIELD.items() if not load.holds_volume}:
             raise KeyError("loads")
         memory = _memory(file, known["processes"], same_parts, when, model.comm)
-        named = {f: _values(written) for f, written in loads.items()}
+        named = loads_of(loads)
         states.append(State(x.copy(), named, memory, clock=Clock(time, time)))
     points = [
         Point(p["s"], x, np.array(p["q"], dtype=float))
         for p, x in zip(known["path"], vectors[1:count], strict=True)
     ]
     if known["has_rate"]:
-        points[-1] = replace(points[-1], rate=vectors[-1])
+        points[-1] = replace(points[-1], rate=vectors[count])
+    begun, now = states
     plain = {name: known[name] for name in PLAIN}
     passed = _passed(file, known["processes"], same_parts, model.comm)
-    return Checkpoint(begun=states[0], state=states[1], path=points, passed=passed, **plain)
+    beside = {"beside": known.get("beside", {}), "vectors": list(vectors[len(vectors) - more :])}
+    return Checkpoint(begun=begun, state=now, path=points, passed=passed, **beside, **plain)
 
 
 def _share(model: Model) -> list[list[float]]:
@@ -234,12 +242,17 @@ def _find(stored: np.ndarray, wanted: np.ndarray) -> np.ndarray | None:
     return order if not len(distance) or distance.max() < SAME_PLACE * size else None
 
 
-def _loads(state: State) -> dict[str, dict]:
+def plain_loads(state: State) -> dict[str, dict]:
     """The loads of a state by field, as plain data."""
     return {
         field: {name: np.asarray(value, dtype=float).tolist() for name, value in values.items()}
         for field, values in state.loads.items()
     }
+
+
+def loads_of(plain: Mapping[str, dict]) -> dict[str, dict[str, Value]]:
+    """The loads of a state of which ``plain_loads`` has made plain data."""
+    return {field: _values(written) for field, written in plain.items()}
 
 
 def _values(written: dict[str, float | list]) -> dict[str, Value]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
 from petsc4py import PETSc
 
 from softact.model import Model
@@ -35,7 +36,8 @@ SPACE = WorkingSpace()
 class Factor:
     """The factors of a model's tangent.
 
-    fresh: whether there are factors, and ``unstable_modes`` can be asked of them.
+    fresh: whether there are factors, and ``unstable_modes`` can be asked of them. layouts: how
+    often the matrix had been laid out when they were set up.
     """
 
     def __init__(self, model: Model, snes: PETSc.SNES, pressures: int):
@@ -52,7 +54,7 @@ class Factor:
     def _prepared(self) -> PETSc.Mat:
         """The factors of the matrix as it is laid out now, before the first factorisation."""
         model, ksp = self._model, self._snes.getKSP()
-        self._layouts = model.assembler.layouts
+        self.layouts = model.assembler.layouts
         pc = ksp.getPC()
         pc.reset()
         ksp.setOperators(model.assembler.matrix)
@@ -69,7 +71,7 @@ class Factor:
 
     def follow_layout(self) -> None:
         """Set up anew where the matrix has been laid out anew."""
-        if self._model.assembler.layouts != self._layouts:
+        if self._model.assembler.layouts != self.layouts:
             self.set_up()
 
     def more_space(self) -> bool:
@@ -103,6 +105,25 @@ class Factor:
     def remember(self, unstable_modes: int) -> None:
         """What the last tangent of an interrupted run said."""
         self._modes = unstable_modes
+
+    def again(self) -> None:
+        """Factorise the matrix as it is now."""
+        pc = self._snes.getKSP().getPC()
+        pc.setOperators(self._model.assembler.matrix)
+        pc.setUp()
+
+    def solve_all(self, rights: np.ndarray) -> np.ndarray:
+        """What the last factors give for several right-hand sides (k, owned), at once."""
+        comm, (k, owned) = self._model.comm, rights.shape
+        size = (owned, None), (None, k)
+        right = PETSc.Mat().createDense(size, array=np.asfortranarray(rights.T), comm=comm)
+        answer = PETSc.Mat().createDense(size, comm=comm)
+        answer.setUp()
+        self._matrix.matSolve(right, answer)
+        found = np.array(answer.getDenseArray()).T
+        right.destroy()
+        answer.destroy()
+        return np.ascontiguousarray(found)
 
     def solve(self, right: PETSc.Vec, answer: PETSc.Vec) -> None:
         """What the last factors give for a right-hand side."""

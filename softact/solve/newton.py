@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from petsc4py import PETSc
 
+from softact import compat
 from softact.loads.support import Held, Support
 from softact.model import Model
 from softact.solve.border import Border, Control
@@ -150,7 +151,7 @@ class Newton:
         self._max_iterations = max_iterations
         self._snes = self._create_snes(max_iterations)
         pressures = model.sum(int((~self._is_force).sum()))
-        self._factor = Factor(model, self._snes, pressures)
+        self.factor = Factor(model, self._snes, pressures)
         # The present solve, or the last one; before the first, one that has factorised nothing.
         rest, nowhere = model.initial_state(), np.empty(0)
         self._now = _Solve(rest, None, nowhere, None, self.options, model.force_floor, allowed=0)
@@ -178,10 +179,15 @@ class Newton:
         """That of a solve that asks for nothing else."""
         return self.options.tolerance
 
+    @property
+    def has_factors(self) -> bool:
+        """Whether the last solve left factors of a tangent on its way."""
+        return self._now.factored_at is not None
+
     def resume(self, counts: Counts, unstable_modes: int) -> None:
         """Go on with what was counted, and with what the last factorised tangent said."""
         self.counts = counts
-        self._factor.remember(unstable_modes)
+        self.factor.remember(unstable_modes)
 
     def set_supports(self, supports: Sequence[Support], state: State) -> None:
         """Change what is held from here on."""
@@ -228,7 +234,7 @@ class Newton:
                 self._snes.solve(None, self._x)
 
         begin()
-        while self._factor.more_space():
+        while self.factor.more_space():
             state.put("pressure", pressures)
             begin()
         now = self._now
@@ -237,7 +243,7 @@ class Newton:
         iterations = self._snes.getIterationNumber()
         self.counts.newton_iterations += iterations
         reason = "" if converged else now.reason or self._explain()
-        unstable = self._factor.unstable_modes() if converged else 0
+        unstable = self.factor.unstable_modes() if converged else 0
         softening = now.border.softening if now.border else 0
         return NewtonOutcome(converged, iterations, now.residuals, reason, unstable, softening)
 
@@ -264,7 +270,7 @@ class Newton:
         """Unknowns (local,) that the last factors give for another right-hand side (owned,)."""
         vector, answer = self._work
         vector.setArray(right)
-        self._factor.solve(vector, answer)
+        self.factor.solve(vector, answer)
         return self.model.unknowns.to_local(answer)
 
     def imbalance(self, guess: Loaded) -> float:
@@ -297,11 +303,11 @@ class Newton:
             return  # PETSc factorises again only when the matrix has changed
         started = time.perf_counter()
         self.counts.factorisations += 1
-        self._factor.fresh = False
+        self.factor.fresh = False
         self.model.tangent(now.state, now.origin)
         now.handed_over = time.perf_counter()
         self.times["assembly"] += now.handed_over - started
-        self._factor.follow_layout()
+        self.factor.follow_layout()
         now.origin = Origin((now.state.x.copy(),), linearised=True)
         now.factored_at = len(now.residuals) - 1
 
@@ -323,7 +329,7 @@ class Newton:
         """Complete Newton's step (x becomes x − step) by the prescribed volumes, and shorten it."""
         now = self._now
         self.times["linear_solves"] += time.perf_counter() - now.handed_over
-        self._factor.fresh = True
+        self.factor.fresh = True
         change = None
         if now.border:
             array = step.getArray().copy()
@@ -425,12 +431,12 @@ class Newton:
     def _explain(self) -> str:
         reason = self._snes.getConvergedReason()
         linear = reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE
-        if linear and self._factor.did_not_fit:
+        if linear and self.factor.did_not_fit:
             raise MemoryError("the factors of the tangent do not fit")
         names = {
             PETSc.SNES.ConvergedReason.DIVERGED_MAX_IT: "too many Newton iterations",
             PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE: "the factorisation failed",
-            PETSc.SNES.ConvergedReason.DIVERGED_FNORM_NAN: "an element turned inside out",
+            compat.diverged_to_nan(): "an element turned inside out",
         }
         return names.get(reason, f"SNES reason {reason}")
 

@@ -219,6 +219,11 @@ class Solver(Part):
         description="displacement and pressure; P2/P0 holds the volume under stresses of many "
         "times the shear modulus; P2 alone locks near incompressibility",
     )
+    curved: bool = Field(
+        True,
+        description="walls that are round are curved in the mesh; false: between its nodes they are "
+        "flat, as with 'sensitivities' to the geometry, which follow flat ones",
+    )
     initial_increment: Dimensionless = Field(
         USUAL.initial_increment, gt=0, le=1, description="first increment"
     )

@@ -20,6 +20,7 @@ WITHOUT_EFFECT = (
     "check",
     "cli",
     "converge",
+    "doctor",
     "estimate",
     "export",
     "fit",

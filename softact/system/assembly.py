@@ -84,8 +84,9 @@ class BlockTable:
 class Assembler:
     """Sparsity pattern and matrix of a set of unknowns.
 
-    mesh: of the cells; without a ``domain`` there are none. tables: further elements. curved:
-    places (n, 3) mm of the displacement's nodes where the cells are curved.
+    mesh: of the cells; without a ``domain`` there are none. tables: further elements. like: one of
+    the same unknowns and elements, with which it shares the pattern and the room of the values.
+    curved: places (n, 3) mm of the displacement's nodes where the cells are curved.
     """
 
     def __init__(
@@ -93,6 +94,7 @@ class Assembler:
         mesh: Mesh,
         unknowns: Unknowns,
         tables: Sequence[BlockTable] = (),
+        like: Assembler | None = None,
         curved: np.ndarray | None = None,
     ):
         self.unknowns = unknowns
@@ -109,10 +111,13 @@ class Assembler:
             self.geometry_nodes = np.ascontiguousarray(
                 compat.geometry_dofs(mesh.domain), dtype=np.int32
             )
-            self.points = np.ascontiguousarray(mesh.domain.geometry.x)
+            self.points = np.ascontiguousarray(mesh.points)
         self.fixed = np.zeros(unknowns.local, dtype=np.uint8)
         self.symmetric = True
-        self._build_pattern([table.blocks for table in tables])
+        if like is None:
+            self._build_pattern([table.blocks for table in tables])
+        else:
+            self._share_pattern(like)
         for table in tables:
             table.place_in(self, self._place, self._block_row_length)
         self._extra: list[tuple[np.ndarray, np.ndarray]] = []
@@ -147,6 +152,12 @@ class Assembler:
         for c in range(int(u.width.max())):
             has = u.width > c
             self._diagonal[u.first[has] + c] = diagonal[has] + c * row_length[has] + c
+
+    def _share_pattern(self, like: Assembler) -> None:
+        for name in (
+            "_graph", "_place", "_block_row_length", "_base", "_row_length", "values", "_diagonal",
+        ):  # fmt: skip
+            setattr(self, name, getattr(like, name))
 
     def find_pairs(self, blocks: np.ndarray) -> np.ndarray:
         """Numbers (k, n, n) of the graph's entries between the blocks (k, n) of each element."""

@@ -217,7 +217,7 @@ def test_no_folder_for_temporary_files_is_told_with_the_remedy(tmp_path, monkeyp
 
 def test_a_user_without_a_home_is_told_with_the_remedy(monkeypatch):
     """As in a container whose user is a number: Python knows no home then."""
-    from softact import doctor
+    from softact.doctor.looks import look_at_cache
     from softact.report.base.layout import plotly
     from softact.system import jit
 
@@ -228,7 +228,7 @@ def test_a_user_without_a_home_is_told_with_the_remedy(monkeypatch):
     monkeypatch.setattr(Path, "home", homeless)
     with pytest.raises(SoftactError, match=r"home directory.*export HOME=\$\(mktemp -d\)"):
         jit.cache_folder()
-    (finding,) = doctor.look_at_cache()
+    (finding,) = look_at_cache()
     assert (finding.state, finding.mend) == ("broken", "export XDG_CACHE_HOME=$(mktemp -d)")
     plotly.cache_clear()
     assert len(plotly()) > 1_000_000

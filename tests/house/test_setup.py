@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from softact.doctor.supply import CONDA
+
 TREE = Path(__file__).resolve().parents[2]
 PACKAGES = [
     line.split("#")[0].strip()
@@ -36,7 +38,7 @@ def test_a_second_set_up_does_nothing_without_a_network():
     assert (done.returncode, done.stdout) == (0, ""), "run `make setup` first"
 
 
-@pytest.mark.parametrize("target", ["run", "test", "lint", "docs", "benchmark"])
+@pytest.mark.parametrize("target", ["run", "test", "lint", "docs", "docs-site", "benchmark"])
 def test_each_target_sets_up_before_it_works(target):
     first, *rest = make("--dry-run", target).splitlines()
     assert first.strip() == ".ci/setup"
@@ -63,10 +65,12 @@ def test_the_packages_are_there_and_named_once():
 
 
 def test_the_doctor_sends_nobody_to_a_package_that_the_set_up_does_not_know():
-    calls = re.findall(r"\bapt\((\"[^)]*\")\)", (TREE / "softact/doctor.py").read_text())
-    named = {name.strip().strip('"') for call in calls for name in call.split(",")}
+    assert set(CONDA) <= {name.removesuffix("?") for name in PACKAGES}
+    source = "".join(path.read_text() for path in (TREE / "softact/doctor").glob("*.py"))
+    calls = re.findall(r"\bpackages\(([\"'][^)]*[\"'])\)", source)
+    named = {name.strip().strip("\"'") for call in calls for name in call.split(",")}
     assert "python3-dolfinx" in named
-    assert named <= {name.removesuffix("?") for name in PACKAGES}
+    assert named <= set(CONDA)
 
 
 def test_numpy_suits_the_dolfinx_of_this_release():
@@ -99,47 +103,56 @@ def test_an_installed_softact_has_every_package_and_data_file():
 ROOT_NEEDED = pytest.mark.skipif(os.geteuid() != 0, reason="debootstrap needs root")
 
 
-def build_debian13(tmp_path, debootstrap):
-    """`.ci/debian13 build` into tmp_path/root with a stand-in for debootstrap."""
+def build_root(tmp_path, debootstrap, release="13"):
+    """`.ci/debian RELEASE build` into tmp_path with a stand-in for debootstrap."""
     tools = tmp_path / "tools"
     tools.mkdir()
     (tools / "debootstrap").write_text(f"#!/bin/sh\n{debootstrap}\n")
     (tools / "debootstrap").chmod(0o755)
     environment = {
         **os.environ,
-        "SOFTACT_DEBIAN13": str(tmp_path / "root"),
+        "SOFTACT_ROOTS": str(tmp_path),
         "PATH": f"{tools}:{os.environ['PATH']}",
     }
     return subprocess.run(
-        [TREE / ".ci/debian13", "build"], env=environment, capture_output=True, text=True
+        [TREE / ".ci/debian", release, "build"], env=environment, capture_output=True, text=True
     )
 
 
 @ROOT_NEEDED
-def test_a_half_made_debian13_root_is_built_anew(tmp_path):
-    (tmp_path / "root").mkdir()
-    (tmp_path / "root/half-made").touch()
+@pytest.mark.parametrize(
+    ("release", "name", "suite"), [("13", "debian13", "trixie"), ("sid", "sid", "sid")]
+)
+def test_a_half_made_root_is_built_anew(tmp_path, release, name, suite):
+    root = tmp_path / name
+    root.mkdir()
+    (root / "half-made").touch()
     # Options come first, then the suite, the folder and, if there is one, the mirror.
-    done = build_debian13(
-        tmp_path, 'while [ "${1#--}" != "$1" ]; do shift; done; mkdir "$2"; echo "$1" > "$2/suite"'
-    )
+    code = 'while [ "${1#--}" != "$1" ]; do shift; done; mkdir "$2"; echo "$1" > "$2/suite"'
+    done = build_root(tmp_path, code, release)
     assert done.returncode == 0, done.stderr
     assert "half made" in done.stderr
-    assert (tmp_path / "root/suite").read_text() == "trixie\n"
-    assert not (tmp_path / "root/half-made").exists()
+    assert (root / "suite").read_text() == f"{suite}\n"
+    assert not (root / "half-made").exists()
 
 
 @ROOT_NEEDED
 def test_a_failed_debootstrap_leaves_no_root_and_says_why(tmp_path):
-    done = build_debian13(tmp_path, "echo 'E: no such mirror'; exit 1")
+    done = build_root(tmp_path, "echo 'E: no such mirror'; exit 1")
     assert done.returncode == 1
     assert "E: no such mirror" in done.stderr
-    assert not (tmp_path / "root").exists()
+    assert not (tmp_path / "debian13").exists()
+
+
+def test_a_release_that_is_not_known_is_refused():
+    done = subprocess.run([TREE / ".ci/debian", "11", "build"], capture_output=True, text=True)
+    assert done.returncode == 2
+    assert "RELEASE is 12, 13 or sid" in done.stderr
 
 
 def test_the_scripts_pass_shellcheck():
     if shutil.which("shellcheck") is None:
         pytest.skip("shellcheck is not installed")
-    scripts = [TREE / ".ci" / name for name in ("run", "setup", "debian13")]
+    scripts = [TREE / ".ci" / name for name in ("run", "setup", "debian")]
     done = subprocess.run(["shellcheck", *scripts], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout

@@ -39,7 +39,7 @@ def fallen(slack: int, monkeypatch):
     solver = Newton(model, 1e-8, 15)
     solver.set_supports([Support("held", {0: 0.0, 1: 0.0, 2: 0.0})], state)
     assert solver.solve(state, solver.held(state).end).converged
-    return state.x[model.nodes.dofs], solver._factor._space
+    return state.x[model.nodes.dofs], solver.factor._space
 
 
 def test_too_little_space_is_made_more(monkeypatch):

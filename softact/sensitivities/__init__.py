@@ -1,0 +1,1 @@
+"""How every measure depends on the numbers of a spec."""
