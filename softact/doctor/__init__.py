@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable
 
-from softact.doctor import looks, solvers, trial
+from softact.doctor import looks, solvers
 from softact.doctor.finding import Finding, as_records, as_text, usable
 
 __all__ = ["Finding", "as_records", "as_text", "examine", "usable"]
@@ -30,5 +30,7 @@ def examine() -> list[Finding]:
     """
     findings = [finding for look in LOOKS for finding in look()]
     if usable(findings):
+        from softact.doctor import trial  # it loads numpy, for which the help shall not wait
+
         findings += trial.look_at_a_block()
     return findings

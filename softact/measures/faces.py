@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scipy.spatial.transform import Rotation
-
-from softact.bodies.constraints import ConstrainedFace
 from softact.measures.base import Measure, vector_columns
-from softact.measures.snapshot import best_rotation
 
 if TYPE_CHECKING:
     from softact.measures.snapshot import Snapshot
 
 
 def _evaluate(snapshot: Snapshot) -> dict[str, float]:
+    # Imported here: listing the measures shall not wait for dolfinx.
+    from scipy.spatial.transform import Rotation
+
+    from softact.bodies.constraints import ConstrainedFace
+    from softact.measures.snapshot import best_rotation
+
     model = snapshot.model
     names = [b.made_of.surface for b in model.bodies if isinstance(b, ConstrainedFace)]
     names += [surface for field, surface in model.load_terms if field == "torque"]

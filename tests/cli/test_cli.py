@@ -71,7 +71,7 @@ def test_softact_alone_prints_the_help(capsys):
     alone = capsys.readouterr().out
     assert leave("--help") == 0
     assert capsys.readouterr().out == alone
-    assert "softact run configs/pneunet_glove.yaml" in alone
+    assert "softact run finger.yaml" in alone
     assert alone.index("  run ") < alone.index("  doctor ")
 
 
@@ -206,6 +206,8 @@ def test_validate_applies_overrides(folder, capsys):
                 "gravity",
                 "pressure",
                 "inject",
+                "supply",
+                "sealed",
                 "traction",
                 "payload",
                 "torque",
