@@ -15,6 +15,7 @@ import numpy as np
 from pydantic import Field
 
 from softact.geometry.base import THINNEST, Geometry, Layout, ThroughWall, main
+from softact.geometry.curved import are_curved
 from softact.geometry.prisms import Prism, PrismMesh, Prisms
 from softact.geometry.rounds import SYMMETRY, Part, RoundSection, ends_and_planes
 from softact.geometry.steps import steps
@@ -98,7 +99,7 @@ class BraidedMuscle(Geometry):
         }
 
     def volume_tolerance(self, name: str) -> float:
-        return self._section.lacking(self.mesh_size)
+        return self._section.lacking(self.mesh_size) if are_curved() else 1e-9
 
     def walls(self) -> tuple[Wall, ...]:
         parts = self.walls_between_planes(wall=self.wall, braid=self.braid)

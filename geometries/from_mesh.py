@@ -16,6 +16,7 @@ from pydantic import Field
 
 from softact.errors import MeshError
 from softact.geometry.base import main, tell
+from softact.geometry.curved import are_curved
 from softact.geometry.imported import Imported
 from softact.geometry.mesh_files import SURFACES, VOLUMES, fill_shells, read, shells
 from softact.geometry.mesh_names import automatic, chosen
@@ -107,7 +108,7 @@ class FromMesh(Imported):
                 tell("gmsh cannot mesh the surfaces anew: their triangles stay")
         for number, (_, tag) in enumerate(gmsh.model.getEntities(3), start=1):
             gmsh.model.setPhysicalName(3, gmsh.model.addPhysicalGroup(3, [tag]), f"solid_{number}")
-        return of_model(gmsh, 1.0, tell)
+        return of_model(gmsh, 1.0, tell, are_curved())
 
     def _named(self, found: FileMesh) -> FileMesh:
         """With the names that the file does not give."""

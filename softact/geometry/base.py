@@ -259,18 +259,21 @@ def draw_faces(geometry: Geometry, path: Path, timeout: float = 300.0) -> list[s
     return said
 
 
-def make_mesh(geometry: Geometry, path: Path, timeout: float = 300.0) -> list[str]:
+def make_mesh(
+    geometry: Geometry, path: Path, timeout: float = 300.0, curved: bool = False
+) -> list[str]:
     """Writes the mesh of a geometry to ``path`` (.msh 4.1, mm), meshed in a process of its own.
 
     Returns what the user should know of it.
 
-    timeout: seconds after which gmsh is killed. The file appears whole or not at all, and the
+    timeout: seconds after which gmsh is killed. curved: whether edges along curved walls are. The
+    file appears whole or not at all, and the
     same parameters give the same mesh. Returns remarks on the mesh, such as which walls are too
     thin for it. Raises MeshError where gmsh fails, crashes or runs out of
     time, or where the mesh does not have the parts and volumes that the geometry promises; OSError
     where the folder cannot be written or the disk is full.
     """
-    return _write(geometry, Path(path), timeout, ".msh")
+    return _write(geometry, Path(path), timeout, ".msh", curved=curved)
 
 
 def move_mesh(
@@ -317,7 +320,12 @@ def export(
 
 
 def _write(
-    geometry: Geometry, path: Path, timeout: float, suffix: str, part: Part = "solid"
+    geometry: Geometry,
+    path: Path,
+    timeout: float,
+    suffix: str,
+    part: Part = "solid",
+    curved: bool = False,
 ) -> list[str]:
     notes: list[str] = []
     if not path.parent.is_dir():
@@ -329,7 +337,8 @@ def _write(
         elif not geometry.layout().regions:
             geometry.export_sheets(temporary, suffix)
         else:
-            _run_gmsh(geometry, temporary.resolve(), timeout, part, notes)
+            more = {"curved": curved}
+            _run_gmsh(geometry, temporary.resolve(), timeout, part, notes, more)
             _check_whole(temporary)
     return notes
 

@@ -16,27 +16,27 @@ EXACT = ("Discrete", "Plane", "Line")
 ROUNDS = 60  # of the averages in a wall: a few elements from side to side
 
 
-_STRAIGHT: ContextVar[bool] = ContextVar("straight", default=False)
+_CURVED: ContextVar[bool] = ContextVar("curved", default=False)
 
 
 @contextmanager
-def straight_walls() -> Iterator[None]:
-    """Meanwhile all edges of meshes are straight."""
-    token = _STRAIGHT.set(True)
+def curving(curved: bool) -> Iterator[None]:
+    """Whether meshes follow curved walls with curved edges meanwhile; else all are straight."""
+    token = _CURVED.set(curved)
     try:
         yield
     finally:
-        _STRAIGHT.reset(token)
+        _CURVED.reset(token)
 
 
-def are_straight() -> bool:
-    """Whether all edges are to be straight now."""
-    return _STRAIGHT.get()
+def are_curved() -> bool:
+    """Whether meshes follow curved walls with curved edges now."""
+    return _CURVED.get()
 
 
 def is_curved(gmsh: ModuleType, dimension: int) -> bool:
     """Whether a curve or surface below a dimension is not straight, and edges may be curved."""
-    return not are_straight() and any(
+    return are_curved() and any(
         not gmsh.model.getType(d, tag).startswith(EXACT)
         for d in range(1, dimension)
         for _, tag in gmsh.model.getEntities(d)

@@ -8,7 +8,7 @@ from types import ModuleType
 import numpy as np
 
 from softact.geometry.base import tell
-from softact.geometry.curved import are_straight
+from softact.geometry.curved import are_curved
 from softact.mesh.cells import upright
 from softact.mesh.curves import GMSH_EDGES, SIDES, Curves, edges_of
 
@@ -71,7 +71,7 @@ def add_mesh(
     surface groups that they are in; each triangle occurs once. curves: edges that are not straight;
     those that would fold a tetrahedron are made straight, and that is said.
     """
-    curves = Curves() if curves is None or are_straight() else curves
+    curves = curves if curves is not None and are_curved() else Curves()
     taken = _TAKEN.get()
     if taken is not None:
         taken.append((points, np.concatenate(list(regions.values())), curves))

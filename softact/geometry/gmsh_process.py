@@ -22,6 +22,7 @@ from softact.child_processes import end_with
 from softact.errors import MeshError
 from softact.files.streams import make_safe
 from softact.geometry.base import FAULT, Geometry, tell
+from softact.geometry.curved import curving
 from softact.geometry.gmsh_groups import TETRAHEDRA, TRIANGLES
 from softact.geometry.motion import moved
 from softact.geometry.walls import one_element_thick, remark
@@ -80,7 +81,8 @@ def main() -> int:
             moved(gmsh, geometry, pairs, job["curved"]).store(job["path"])
             faults = []
         else:
-            faults = write(geometry, Path(job["path"]), job.get("part", "solid"))
+            with curving(job.get("curved", False)):
+                faults = write(geometry, Path(job["path"]), job.get("part", "solid"))
     except MeshError as error:
         faults = error.lines
     except MemoryError:

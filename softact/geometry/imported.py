@@ -13,6 +13,7 @@ from pydantic import Field
 from softact.errors import NOT_UTF8, MeshError
 from softact.files.text import NAMES_A_FILE, digest
 from softact.geometry.base import Geometry, ThroughWall, make_mesh, tell
+from softact.geometry.curved import are_curved
 from softact.geometry.gmsh_groups import add_mesh
 from softact.geometry.part_names import PartName, PartNameOrNone
 from softact.geometry.part_size import Drawn
@@ -129,7 +130,7 @@ class Imported(Geometry):
         if drawn.doubt:
             tell(drawn.doubt)
         cut_mesh(gmsh, self.least_steps)
-        found = of_model(gmsh, self.scale, tell)
+        found = of_model(gmsh, self.scale, tell, are_curved())
         self._put_back(gmsh, only_named(found, self.layout(), _tetrahedra(gmsh)))
 
     def look(self, gmsh: ModuleType) -> None:

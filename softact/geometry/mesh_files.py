@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from softact.errors import MeshError
+from softact.geometry.curved import are_curved
 from softact.mesh.cells import upright
 from softact.mesh.components import Skin, connected, place
 from softact.mesh.curves import VTK_EDGES, Curves, of_quadratic
@@ -61,7 +62,9 @@ def read(path: Path, scale: float) -> FileMesh:
         if d == 2
     }
     curved = [np.asarray(block.data, np.int64) for block in raw.cells if block.type == "tetra10"]
-    curves = of_quadratic(points, np.vstack(curved), VTK_EDGES) if curved else Curves()
+    curves = (
+        of_quadratic(points, np.vstack(curved), VTK_EDGES) if curved and are_curved() else Curves()
+    )
     return FileMesh(points, regions, surfaces, curves)
 
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softact.geometry.carrying import OTHER_CELLS, CarriedMesh, NotMovedError
-from softact.geometry.curved import straight_walls
+from softact.geometry.curved import curving
 from softact.geometry.gmsh_groups import Cells, meshes_taken
 from softact.geometry.steps import OtherCountsError, Tape, recorded, repeated
 
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 REPEATED, CARRIED = "repeated", "carried"
 PARTS = "planes of the mesh that coincide would part, so that no mesh of the same cells follows"
 CURVED = (
-    "the walls are curved in the mesh, and how curved ones move is not followed yet; write "
-    "solver: {curved: false}"
+    "the walls are curved in the mesh, and how curved ones move is not followed yet; leave "
+    "out curved: true under solver"
 )
 FINER = "a mesh from CAD entities is carried along with through_wall 1 only"
 
@@ -62,10 +62,8 @@ Pair = tuple["Geometry", "Geometry", float]
 
 def moved(gmsh: ModuleType, geometry: Geometry, pairs: Sequence[Pair], curved: bool) -> Moved:
     """How the mesh of a solid moves. curved: whether its edges may be."""
-    if not curved:
-        with straight_walls():
-            return _moved(gmsh, geometry, pairs)
-    return _moved(gmsh, geometry, pairs)
+    with curving(curved):
+        return _moved(gmsh, geometry, pairs)
 
 
 def _moved(gmsh: ModuleType, geometry: Geometry, pairs: Sequence[Pair]) -> Moved:

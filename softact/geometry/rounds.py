@@ -2,17 +2,20 @@
 
 Tubes and bellows have thin walls all around. Here every circle of the section has the same number
 of edges, so the triangles of a wall are halves of the rectangles between two circles, and walls may
-be as thin as a sleeve. The edges of a circle are curved: their middles lie on it.
+be as thin as a sleeve. Curved edges have their middles on the circle; where they are straight, corners
+lie a little outside of it, so that each polygon has the circle's area: volumes, and with them the
+thrust of a pressure on the ends, are exact.
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from math import pi
+from math import pi, sin, sqrt
 from typing import Any, Literal
 
 import numpy as np
 
 from softact.geometry.boxes import Plane
+from softact.geometry.curved import are_curved
 from softact.geometry.prisms import EDGES_OF_A_CIRCLE, PrismMesh, Prisms, Section, Shapes
 from softact.geometry.steps import steps
 from softact.mesh.curves import SIDES, Curves, bent
@@ -66,6 +69,12 @@ class RoundSection:
         most = self.widest or max(self.discs.values())
         return steps(pi / 2 * most, size, EDGES_OF_A_CIRCLE // 4)
 
+    def widening(self, size: float) -> float:
+        """Ratio of the radius of a polygon's corners to that of the circle with the same area; 1
+        where edges are curved."""
+        angle = pi / 2 / self.edges_of_a_quarter(size)
+        return 1.0 if are_curved() else sqrt(angle / sin(angle))
+
     def lacking(self, size: float) -> float:
         """Share of each circle's area that its quadratic edges lack at most."""
         return 1.1 * LACKING * (pi / 2 / self.edges_of_a_quarter(size)) ** 4
@@ -85,10 +94,11 @@ class RoundSection:
         circle of ``discs`` to the next."""
         n, quarters = self.edges_of_a_quarter(size), QUARTERS[self.part]
         radii, names = self._circles(size, least)
+        wider = self.widening(size)
         rings = [_Ring(min(k, n), quarters) for k in range(len(radii))]
         start = -pi / 2 if self.part == "half" else 0.0
         rows = zip(radii, rings, strict=True)
-        points = np.vstack([radius * ring.directions(start) for radius, ring in rows])
+        points = np.vstack([radius * wider * ring.directions(start) for radius, ring in rows])
         first = np.cumsum([0, *(ring.count for ring in rings)])
         pieces = [
             rings[k - 1].triangles_to(rings[k], int(first[k - 1]), int(first[k]))
@@ -186,7 +196,7 @@ class Bent(PrismMesh):
     """A straight round solid whose points are taken to other places along the axis and the radius.
 
     bend: function of x and the radius (n,) of the straight solid's points, mm, to those that they
-    have.
+    have; wider: see ``RoundSection.widening``.
     """
 
     def __init__(
@@ -194,10 +204,11 @@ class Bent(PrismMesh):
         solid: Prisms,
         section: Section,
         lines: np.ndarray,
+        wider: float,
         bend: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]],
     ):
         super().__init__(solid, section, lines)
-        self._bend = bend
+        self._wider, self._bend = wider, bend
 
     def points(self) -> np.ndarray:
         """See ``PrismMesh``."""
@@ -209,6 +220,6 @@ class Bent(PrismMesh):
 
     def _bent(self, points: np.ndarray) -> np.ndarray:
         radius = np.linalg.norm(points[:, 1:], axis=1)
-        x, there = self._bend(points[:, 0], radius)
-        factor = there / np.where(radius > 0.0, radius, 1.0)
+        x, there = self._bend(points[:, 0], radius / self._wider)
+        factor = self._wider * there / np.where(radius > 0.0, radius, 1.0)
         return np.column_stack([x, points[:, 1:] * factor[:, None]])

@@ -66,9 +66,11 @@ class FileMesh:
         ]
 
 
-def of_model(gmsh: ModuleType, scale: float, tell: Callable[[str], None]) -> FileMesh:
-    """The named groups of gmsh's current model, of elements of the first or second order, and of
-    higher ones by their corners alone.
+def of_model(
+    gmsh: ModuleType, scale: float, tell: Callable[[str], None], curved_edges: bool
+) -> FileMesh:
+    """The named groups of gmsh's current model, of elements of any order by their corners, and by
+    the middles of their edges where edges may be curved and the order is the second.
 
     scale: mm of the model's unit. tell: receives a line where nodes on edges are left out that
     are not in their middle. Raises MeshError where elements are no tetrahedra or triangles.
@@ -83,7 +85,7 @@ def of_model(gmsh: ModuleType, scale: float, tell: Callable[[str], None]) -> Fil
     for dimension, name, members, local in _elements(gmsh):
         elements, corners = number[members], CORNERS[dimension][1]
         groups.setdefault((dimension, name), []).append(elements[:, :corners])
-        if dimension == 3 and elements.shape[1] == QUADRATIC:
+        if dimension == 3 and curved_edges and elements.shape[1] == QUADRATIC:
             quadratic.append(elements)
         elif dimension == 3 and elements.shape[1] > corners:
             count, distance = _bent(points, elements, local)
@@ -91,8 +93,8 @@ def of_model(gmsh: ModuleType, scale: float, tell: Callable[[str], None]) -> Fil
     if curved:
         tell(
             f"{curved} tetrahedra have curved edges, whose nodes are up to {off:.2g} mm off the "
-            "straight ones, and more nodes than softact follows: it takes the corners alone; write "
-            "a mesh of the second order"
+            "straight ones: softact takes the corners alone; a finer mesh follows curved walls "
+            "better, or one of the second order with curved: true under solver"
         )
     named = {key: np.vstack(pieces) for key, pieces in groups.items()}
     return FileMesh(

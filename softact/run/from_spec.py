@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +16,6 @@ from softact.geometry.flat_sheets import SheetGeometry
 from softact.loads import LOADS
 from softact.loads.load_step import LoadStep
 from softact.loads.support import Spring, Support, Turn
-from softact.mesh.curves import Curves
 from softact.mesh.layout import Layout
 from softact.mesh.msh_file import Tetrahedra, read_msh
 from softact.mesh.tetrahedra import Mesh, distribute, of_sheets
@@ -71,8 +69,6 @@ def _more(spec: Spec) -> dict[str, Any]:
 
 def _read(mesh_file: Path, layout: Layout, spec: Spec) -> Tetrahedra:
     tets = read_msh(mesh_file, layout)
-    if not spec.solver.curved:
-        tets = replace(tets, curves=Curves())
     refuse_loose(tets, layout, spec)
     return tets
 

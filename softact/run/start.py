@@ -234,7 +234,7 @@ class _Solver:
         started = time.perf_counter()
         mesh_file, spec_file = self.scratch / "mesh.msh", self.scratch / "spec.yaml"
         self.progress({"stage": "mesh"})
-        notes = make_mesh(self.spec.geometry, mesh_file)
+        notes = make_mesh(self.spec.geometry, mesh_file, curved=self.spec.solver.curved)
         self._note(notes)
         slopes = None
         if self.slopes:

@@ -220,9 +220,9 @@ class Solver(Part):
         "times the shear modulus; P2 alone locks near incompressibility",
     )
     curved: bool = Field(
-        True,
-        description="walls that are round are curved in the mesh; false: between its nodes they are "
-        "flat, as with 'sensitivities' to the geometry, which follow flat ones",
+        False,
+        description="round walls are curved in the mesh, too; false: they are flat between the "
+        "corners of its elements",
     )
     initial_increment: Dimensionless = Field(
         USUAL.initial_increment, gt=0, le=1, description="first increment"

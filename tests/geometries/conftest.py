@@ -10,28 +10,24 @@ import numpy as np
 import pytest
 
 from softact.geometry.base import Geometry, make_mesh
-from softact.mesh.curves import VTK_EDGES, Curves, of_quadratic
-from softact.mesh.curves import volumes as curved_volumes
 from softact.mesh.layout import Layout
-from softact.mesh.triangles import VOLUME_RULE, shape_functions, tangents
 
 
 @dataclass
 class Solid:
-    """A meshed geometry: points (n, 3), tetrahedra (m, 4), sorted triangles (k, 3) by surface,
-    edges that are not straight."""
+    """A meshed geometry: points (n, 3), tetrahedra (m, 4), sorted triangles (k, 3) by surface."""
 
     geometry: Geometry
     layout: Layout
     points: np.ndarray
     cells: np.ndarray
     surfaces: dict[str, np.ndarray]
-    curves: Curves
 
     @property
     def volumes(self) -> np.ndarray:
         """Signed volume of each tetrahedron."""
-        return curved_volumes(self.curves.nodes(self.cells, self.points))
+        a, b, c, d = (self.points[self.cells[:, i]] for i in range(4))
+        return np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6
 
     @cached_property
     def faces(self) -> dict[tuple[int, ...], list[tuple[int, int]]]:
@@ -53,33 +49,19 @@ class Solid:
         areas[inward] *= -1
         return (a + b + c) / 3, areas
 
-    def outward_elements(self, name: str) -> tuple[np.ndarray, np.ndarray]:
-        """Places and area vectors, turned out of the solid, at the quadrature points of a surface's
-        triangles as they are curved."""
-        corners, (rule, weights) = self.surfaces[name], VOLUME_RULE
-        nodes = self.curves.triangles(corners, self.points)
-        one, other = np.moveaxis(tangents(nodes, rule), -1, 0)
-        areas = np.cross(one, other) * weights[:, None] / 2
-        inward = np.einsum("ki,ki->k", areas.sum(axis=1), self.outward_areas(name)[1]) < 0
-        areas[inward] *= -1
-        places = shape_functions(rule, nodes.shape[1]) @ nodes
-        return places.reshape(-1, 3), areas.reshape(-1, 3)
-
 
 def read(geometry: Geometry, path: Path) -> Solid:
     raw = meshio.read(path)
-    cells = np.vstack([block.data[:, :4] for block in raw.cells if block.type.startswith("tetra")])
-    curved = [block.data for block in raw.cells if block.type == "tetra10"]
-    curves = of_quadratic(raw.points, np.vstack(curved), VTK_EDGES) if curved else Curves()
+    cells = np.vstack([block.data for block in raw.cells if block.type == "tetra"])
     surfaces = {}
     for name in geometry.layout().surfaces:
         parts = [
-            block.data[members][:, :3]
+            block.data[members]
             for block, members in zip(raw.cells, raw.cell_sets[name], strict=True)
-            if block.type.startswith("triangle") and len(members)
+            if block.type == "triangle" and len(members)
         ]
         surfaces[name] = np.sort(np.vstack(parts), axis=1)
-    return Solid(geometry, geometry.layout(), raw.points, cells, surfaces, curves)
+    return Solid(geometry, geometry.layout(), raw.points, cells, surfaces)
 
 
 @pytest.fixture(scope="session")

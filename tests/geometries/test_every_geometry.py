@@ -140,7 +140,7 @@ def test_surfaces_are_the_skin_and_the_layers(geometry, meshed):
 def test_surfaces_have_the_closed_form_areas(geometry, meshed):
     solid = meshed(geometry)
     for name in set(solid.surfaces) & set(geometry.volumes()) - set(solid.layout.cavities):
-        area = np.linalg.norm(solid.outward_elements(name)[1], axis=1).sum()
+        area = np.linalg.norm(solid.outward_areas(name)[1], axis=1).sum()
         tolerance = geometry.volume_tolerance(name)
         assert area == pytest.approx(geometry.volumes()[name], rel=tolerance)
 
@@ -150,7 +150,7 @@ def test_cavities_close_and_hold_the_closed_form_volumes(geometry, meshed):
         pytest.skip("this geometry is solid")
     solid = meshed(geometry)
     for cavity, walls in solid.layout.cavities.items():
-        parts = [solid.outward_elements(wall) for wall in walls]
+        parts = [solid.outward_areas(wall) for wall in walls]
         middles, areas = (np.vstack(part) for part in zip(*parts, strict=True))
         open_axes = list(solid.layout.symmetry.values())
         leak = np.delete(areas.sum(axis=0), open_axes)
