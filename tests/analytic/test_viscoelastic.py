@@ -11,7 +11,8 @@ from softact.geometry.base import make_mesh
 from softact.loads.load_step import LoadStep
 from softact.loads.timing import Hold, Sine, Smooth, Steady, Timing
 from softact.materials import LAWS
-from softact.mesh.tetrahedra import distribute, read_msh
+from softact.mesh.msh_file import read_msh
+from softact.mesh.tetrahedra import distribute
 from softact.model import Model, Support, Turn
 from softact.system.term import Clock
 from tests.analytic import maxwell

@@ -12,7 +12,8 @@ from softact.geometries.thick_sphere import ThickSphere
 from softact.geometry.base import make_mesh
 from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
-from softact.mesh.tetrahedra import distribute, read_msh
+from softact.mesh.msh_file import read_msh
+from softact.mesh.tetrahedra import distribute
 from softact.model import Model
 from softact.solve.diagnosis import causes
 from tests.analytic.meshes import block
