@@ -9,7 +9,6 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +20,6 @@ from softact.loads.load_step import LoadStep
 from softact.loads.support import Support
 from softact.materials import LAWS
 from softact.measures.snapshot import Snapshot
-from softact.mesh.curves import Curves
 from softact.mesh.msh_file import read_msh
 from softact.mesh.tetrahedra import distribute
 from softact.model import Model
@@ -45,10 +43,8 @@ def bellows(size: float, curved: bool, folder: Path) -> Figures:
     """Movement of the tip, mm, the cavity's volume, mm³, and the largest stress, MPa."""
     geometry = Bellows.model_validate({**BELLOWS, "mesh_size": f"{size} mm"})
     path, layout = folder / "bellows.msh", geometry.layout()
-    make_mesh(geometry, path)
-    tets = read_msh(path, layout)
-    tets = tets if curved else replace(tets, curves=Curves())
-    mesh = distribute(MPI.COMM_SELF, lambda: tets, layout)
+    make_mesh(geometry, path, curved=curved)
+    mesh = distribute(MPI.COMM_SELF, lambda: read_msh(path, layout), layout)
     law = LAWS["neo_hookean"].of(c10=0.1, bulk_modulus=100.0)
     model = Model(mesh, {"body": law.material()}, wall_normal=geometry.wall_normal)
     held = [Support("clamp", {0: 0.0, 1: 0.0, 2: 0.0})]

@@ -61,10 +61,9 @@ def read(path: Path, scale: float) -> FileMesh:
         for (d, n), c in groups.items()
         if d == 2
     }
-    curved = [np.asarray(block.data, np.int64) for block in raw.cells if block.type == "tetra10"]
-    curves = (
-        of_quadratic(points, np.vstack(curved), VTK_EDGES) if curved and are_curved() else Curves()
-    )
+    curves, kinds = Curves(), ("tetra10",) if are_curved() else ()
+    if curved := [np.asarray(b.data, np.int64) for b in raw.cells if b.type in kinds]:
+        curves = of_quadratic(points, np.vstack(curved), VTK_EDGES)
     return FileMesh(points, regions, surfaces, curves)
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from softact.geometry.boxes import OUTSIDE, SAME_PLANE, Plane
 from softact.geometry.carrying import CarriedMesh
-from softact.geometry.curved import curves_of
+from softact.geometry.curved import are_curved, curves_of
 from softact.geometry.gmsh_groups import add_mesh, prism_sides, prism_tetrahedra
 from softact.geometry.steps import repeatable, steps
 from softact.geometry.subdivide import Pieces
@@ -183,7 +183,7 @@ def _divide_curves(gmsh: ModuleType, size: float, circle_edges: int) -> None:
 def _read_section(gmsh: ModuleType, faces: Mapping[str, set[int]], least: int) -> Section:
     cut = Pieces(gmsh, 2, least)
     found = {tag: part for (dimension, tag), part in cut.of.items() if dimension == 2}
-    curves = curves_of(gmsh, cut.points, cut.of, 2)
+    curves = curves_of(gmsh, cut.points, cut.of, 2) if are_curved() else Curves()
     face = np.concatenate([np.full(len(part), tag) for tag, part in found.items()])
     inside = {name: np.isin(face, list(tags)) for name, tags in faces.items()}
     flat = Curves(curves.edges, curves.places[:, :2])

@@ -2,9 +2,9 @@
 
 Tubes and bellows have thin walls all around. Here every circle of the section has the same number
 of edges, so the triangles of a wall are halves of the rectangles between two circles, and walls may
-be as thin as a sleeve. Curved edges have their middles on the circle; where they are straight, corners
-lie a little outside of it, so that each polygon has the circle's area: volumes, and with them the
-thrust of a pressure on the ends, are exact.
+be as thin as a sleeve. Curved edges have their middles on the circle. Where edges are straight,
+corners lie a little outside of it, so that each polygon has the circle's area: volumes, and with
+them the thrust of a pressure on the ends, are exact.
 """
 
 from collections.abc import Callable, Mapping
