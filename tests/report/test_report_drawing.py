@@ -152,7 +152,7 @@ def test_pictures_are_drawn_to_scale(reported_beam):
     scene = frames.make_scene(results)
     group = scene.group([8], ghost=False, pixels=600)
     with frames.renderer() as renderer:
-        renderer.draw(scene, group)
+        renderer.draw(scene.job(group))
         ((image,),) = renderer.drawn()
     opaque = (image < 250).any(axis=-1)
     columns, rows = np.flatnonzero(opaque.any(axis=0)), np.flatnonzero(opaque.any(axis=1))
