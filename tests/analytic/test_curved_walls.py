@@ -190,7 +190,7 @@ supports: [{surface: clamp, fix: [x]}, {surface: tip, fix: [x]}]
 solver: {curved: true, max_increment: 0.5}
 contact: none
 steps: [{name: inflate, surface_pressure: {bore: 20 kPa}}]
-probes: {inside: {point: [2 mm, -5 mm, 0 mm]}}
+probes: {inside: [2 mm, -5 mm, 0 mm]}
 """
 
 
