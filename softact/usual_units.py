@@ -20,6 +20,7 @@ _SIZES: dict[str, dict[str, int | str | Fraction]] = {
     "mm^3": {"mm^3": 1, "mm³": 1, "cm^3": 1000, "ml": 1000, "mL": 1000, "l": 1000000},
     "N*mm": {"N*mm": 1, "N*m": 1000},
     "N/mm": {"N/mm": 1, "N/m": Fraction(1, 1000)},
+    "mm^3/(s*MPa)": {"mm^3/(s*MPa)": 1, "l/(min*bar)": "500000/3"},
     "1/MPa": {"1/MPa": 1, "1/kPa": 1000, "1/Pa": 1000000},
 }  # fmt: skip
 

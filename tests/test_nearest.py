@@ -24,7 +24,7 @@ def test_a_word_that_is_really_near_is_suggested(word):
     assert nearest(word, Step.model_fields) == f"did you mean '{MEANT[word]}'?"
 
 
-@pytest.mark.parametrize("word", ["duration", "time", "x", "", "stepp", "sure", "load"])
+@pytest.mark.parametrize("word", ["pause", "time", "x", "", "stepp", "sure", "load"])
 def test_of_a_word_that_is_near_to_none_all_are_told(word):
     """'duration' and 'traction' have a ratio of difflib of 0.75."""
     assert nearest(word, Step.model_fields) == f"known: {', '.join(Step.model_fields)}"

@@ -12,7 +12,6 @@ from typing import Self
 
 import numpy as np
 from pydantic import Field, model_validator
-from scipy.special import erf
 
 from softact.fields import Part, fault
 from softact.units import Dimensionless, Pressure
@@ -41,6 +40,8 @@ class Mullins(Part, title="Mullins"):
         width = self._width(peak)
         below = np.maximum(peak - energy, 0.0) / width
         slope = 2 / (_ROOT_PI * self.r) * np.exp(-(below**2)) / width
+        from scipy.special import erf  # not before it is needed: it takes long to load
+
         return 1 - erf(below) / self.r, np.where(energy < peak, slope, 0.0)
 
     def recoverable(self, energy: np.ndarray, peak: np.ndarray) -> np.ndarray:
@@ -56,4 +57,6 @@ class Mullins(Part, title="Mullins"):
 
 def _integral(z: np.ndarray) -> np.ndarray:
     """∫ erf dz from 0."""
+    from scipy.special import erf
+
     return z * erf(z) + (np.exp(-(z**2)) - 1) / _ROOT_PI

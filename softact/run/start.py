@@ -25,13 +25,13 @@ from softact.results.folder import COMPLETE, INCOMPLETE, read
 from softact.results.run_log import RunLog
 from softact.run import launch
 from softact.run.resuming import to_resume
-from softact.sensitivities.choosing import Chosen
 from softact.spec import plausible
 from softact.verdict.judge import Verdict
 from softact.verdict.judge import from_data as verdict_of
 
 if TYPE_CHECKING:
     from softact.measured.curve import Measured
+    from softact.sensitivities.choosing import Chosen
     from softact.spec import Spec
 
 # Events that ``progress`` receives: {"stage": "mesh"}; {"stage": "solve", "cells", "unknowns"};
@@ -91,7 +91,7 @@ def run(
     directory = Path(directory)
     progress = _remembering(directory, measured, progress or (lambda event: None))
     notes = [*spec.geometry.notes(), *plausible.lines(spec)]
-    slopes = None if sensitivities is None else Chosen(spec, sensitivities)
+    slopes = None if sensitivities is None else _chosen(spec, sensitivities)
     if spec.contact and processes > 1:
         processes = 1
         notes += ["contact between surfaces is computed by one process: the others are left out"]
@@ -164,6 +164,13 @@ def _scratch(parent: Path | None) -> Iterator[Path]:
         yield folder
     finally:
         shutil.rmtree(folder, ignore_errors=True)
+
+
+def _chosen(spec: Spec, paths: Sequence[str]) -> Chosen:
+    # Imported here: it loads scipy, and sweeps and their tables shall not wait for it.
+    from softact.sensitivities.choosing import Chosen
+
+    return Chosen(spec, paths)
 
 
 @dataclass(frozen=True)

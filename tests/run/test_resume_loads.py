@@ -58,6 +58,12 @@ CASES = {
     ),
     "pressure": (SPHERE, "pressure: 4 kPa", FURTHER),
     "inject": (SPHERE, "inject: 20 mm^3", FURTHER),
+    "supply": (
+        SPHERE,
+        "duration: 20 ms, supply: {pressure: 5 kPa, diameter: 0.5 mm}",
+        "{name: later, duration: 20 ms, supply: {pressure: 8 kPa, diameter: 0.5 mm}}",
+    ),
+    "sealed": (SPHERE, "sealed: {heated: 1.01}", "{name: later, sealed: {heated: 1.01}}"),
 }
 
 
