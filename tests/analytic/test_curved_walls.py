@@ -201,7 +201,7 @@ def test_a_run_on_two_processes_goes_on_as_on_one(tmp_path):
     for processes in (1, 2):
         outcome = run(loads(RUN), tmp_path / str(processes), processes=processes, report=False)
         assert outcome.status == "complete", outcome.message
-        curves.append(read(tmp_path / str(processes)).curve["probe_inside_y_mm"].to_numpy())
+        curves.append(read(tmp_path / str(processes)).curve["probe_inside_y_mm"])
     assert curves[1] == pytest.approx(curves[0], rel=1e-9)
     inner, outer = 25.0, 49.0  # squares of the radii
     squared = curves[0][-1] ** 2
