@@ -34,22 +34,19 @@ def watched(spec: Spec, told=lambda watch: None) -> Watch:
 
     from softact.geometry.base import make_mesh
     from softact.run.from_spec import build_model, load_steps, supports_of
-    from softact.solve.settings import Settings
     from softact.solve.stepping import Stepper
 
     with tempfile.TemporaryDirectory() as folder:
         mesh = Path(folder) / "mesh.msh"
         make_mesh(spec.geometry, mesh)
         model = build_model(MPI.COMM_SELF, spec, mesh)
-    settings = spec.solver.model_dump()
-    settings.pop("element")
     watch = Watch(model)
 
     def see(state, attempt, number) -> None:
         watch(state, attempt, number)
         told(watch)
 
-    Stepper(model, Settings(**settings), see).run(
+    Stepper(model, spec.solver.settings, see).run(
         load_steps(spec, model), supports_of(spec.supports)
     )
     watch.end()

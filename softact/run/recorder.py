@@ -25,7 +25,6 @@ from softact.run.unstable import unstable_text
 from softact.sensitivities.following import Following
 from softact.solve.checkpoint import Checkpoint, pack
 from softact.solve.progress import Attempt, Trying
-from softact.solve.settings import Settings
 from softact.solve.stepping import Stepper
 from softact.spec import plausible
 from softact.verdict import in_time
@@ -65,12 +64,9 @@ class Recorder:
         wanted = MEASURES if spec.measures == "all" else dict.fromkeys(spec.measures)
         self.measures = [MEASURES[name] for name in wanted]
         self.probes = locate(model, spec.probes)
-        settings = spec.solver.model_dump()
-        del settings["element"], settings["curved"]  # the model's
-        settings = {name: value for name, value in settings.items() if value is not None}
         self.timed = any(step.timing(spec.geometry.layout()) for step in spec.steps)
         heard = self._accept, self._reject, self._checkpoint, self._try, self._remark
-        self.stepper = Stepper(model, Settings(**settings), *heard)
+        self.stepper = Stepper(model, spec.solver.settings, *heard)
         self.slopes: Slopewise | None = None
         if twins:
             following = Following(self.stepper.walk, twins, self._of_twin)

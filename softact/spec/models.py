@@ -267,6 +267,12 @@ class Solver(Part):
             )
         return self
 
+    @property
+    def settings(self) -> Settings:
+        """What of it is the stepper's; ``element`` and ``curved`` are the model's."""
+        given = self.model_dump(exclude={"element", "curved"}, exclude_none=True)
+        return Settings(**given)
+
 
 class SpecBase(Part):
     """A soft actuator, its loads, and what to compute."""

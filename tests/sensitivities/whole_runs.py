@@ -20,7 +20,6 @@ from softact.run.twins import _move, make_twins
 from softact.sensitivities.choosing import Chosen
 from softact.sensitivities.following import Following
 from softact.sensitivities.parameters import Parameter, changed
-from softact.solve.settings import Settings
 from softact.solve.stepping import Stepper
 from softact.spec import Spec
 
@@ -70,9 +69,7 @@ def rows(spec: Spec, model: Model, beside: Beside | None = None) -> list[Any]:
         last.update(row)
         found.append((row, slopes.of if slopes else None))
 
-    settings = spec.solver.model_dump()
-    settings.pop("element")
-    stepper = Stepper(model, Settings(**settings), accept)
+    stepper = Stepper(model, spec.solver.settings, accept)
     following = None
     if beside:
         twins = make_twins(spec, model, beside.paths, beside.motion)
