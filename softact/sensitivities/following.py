@@ -106,7 +106,7 @@ class Following:
     ) -> Slopes | None:
         """The derivatives at an accepted state of this number, whose measures are ``row``; None
         where there are none. Collective."""
-        self.ended = self.ended or self._end(state, attempt)
+        self.ended = self.ended or self._end(state, attempt, number)
         if self.ended or attempt.control == "motion":
             return None
         if number:  # at rest nothing moves
@@ -116,8 +116,9 @@ class Following:
                 return None
         return self._measured(row)
 
-    def _end(self, state: State, attempt: Attempt) -> str | None:
-        model, loads = self.walk.model, self.walk.step.loads
+    def _end(self, state: State, attempt: Attempt, number: int) -> str | None:
+        model = self.walk.model
+        loads = self.walk.step.loads if number else {}  # at rest no step has begun
         contacts = model.contacts
         if attempt.control == "dynamics":
             return JUMPED
