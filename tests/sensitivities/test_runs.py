@@ -129,6 +129,31 @@ def test_with_friction_they_end_where_something_touches(tmp_path):
     assert "not available from 50.00% of step 'up' on: something with friction touches" in text
 
 
+REMEMBERING = """
+geometry: {type: thick_sphere, mesh_size: 8 mm}
+materials:
+  body:
+    law: neo_hookean
+    c10: 0.1 MPa
+    viscoelastic: {constants: long_time, g: [0.2], tau: [1 s]}
+steps: [{name: up, duration: 1 s, pressure: 5 kPa}]
+"""
+FILLED = """
+geometry: {type: thick_sphere, mesh_size: 8 mm}
+materials: {body: {law: neo_hookean, c10: 0.1 MPa}}
+steps: [{name: up, duration: 10 ms, supply: {pressure: 5 kPa, diameter: 0.5 mm}}]
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [(REMEMBERING, "a material remembers where it has been"), (FILLED, "air flows into a cavity")],
+)
+def test_none_are_given_of_memory_or_of_air(text, why, tmp_path):
+    run(text, tmp_path / "run", ("materials.body.c10",))
+    assert why in (tmp_path / "run/run.json").read_text(encoding="utf-8")
+
+
 FAULTS = {
     "geometry.lenght": "geometry has no value 'lenght'; did you mean 'length'?",
     "geometry.mesh_size": "how fine the mesh is",
