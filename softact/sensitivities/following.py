@@ -122,7 +122,7 @@ class Following:
         contacts = model.contacts
         if attempt.control == "dynamics":
             return JUMPED
-        if any(solid.material.law.remembers for solid in model.solids.values()):
+        if number and any(solid.material.law.remembers for solid in model.solids.values()):
             return REMEMBERED
         if loads.get("supply") or loads.get("sealed"):
             return FILLED
