@@ -15,12 +15,13 @@ import numpy as np
 from pydantic import Field
 
 from softact.errors import MeshError
-from softact.geometry.base import main, tell
+from softact.geometry.base import main
 from softact.geometry.curved import are_curved
 from softact.geometry.imported import Imported
 from softact.geometry.mesh_files import SURFACES, VOLUMES, fill_shells, read, shells
 from softact.geometry.mesh_names import automatic, chosen
 from softact.geometry.part_size import Drawn
+from softact.geometry.saying import tell
 from softact.geometry.step_faces import AnySelection, Selection
 from softact.geometry.step_names import UNITS
 from softact.geometry.subdivide import cut_mesh, fill

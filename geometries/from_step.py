@@ -13,8 +13,9 @@ from pydantic import Field
 
 from softact.errors import MeshError
 from softact.geometry import step_drawing
-from softact.geometry.base import main, tell
+from softact.geometry.base import main
 from softact.geometry.imported import Imported
+from softact.geometry.saying import tell
 from softact.geometry.step_faces import AnySelection, Face, Selection
 from softact.geometry.step_part import StepPart, numbers_of
 from softact.units import Length, show

@@ -34,16 +34,16 @@ from softact.errors import GmshKilledError, MeshError, SoftactError, SpecError
 from softact.files.streams import UTF8
 from softact.files.text import replacing
 from softact.geometry.cutting_pattern import Pattern
+from softact.geometry.saying import FAULT, NOTE
 from softact.geometry.scripts import as_code
 from softact.geometry.steps import steps
 from softact.geometry.walls import Wall
 from softact.mesh.cells import MOST_TETRAHEDRA
 from softact.mesh.layout import Layout
-from softact.units import LENGTH, dimension_of, one_line
+from softact.units import LENGTH, dimension_of
 
 # A child started by a process that runs under mpirun would join its MPI job and hang.
 MPI_PREFIXES = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "HYDRA_", "MPI_")
-FAULT, NOTE = "softact-fault: ", "softact-note: "
 THINNEST, LONGEST = 1e-4, 1e5  # mm
 SUFFIXES = (".msh", ".vtu", ".stl", ".step")
 PATTERNS = (".dxf", ".svg")  # of sheets
@@ -234,11 +234,6 @@ def _line_error(geometry: Geometry, name: str, fault: str) -> InitErrorDetails:
     # The text goes in as context: braces in it are no template.
     error = PydanticCustomError("geometry", "{fault}", {"fault": fault})
     return InitErrorDetails(type=error, loc=(name,), input=getattr(geometry, name, None))
-
-
-def tell(text: str) -> None:
-    """Says something that the user should know, out of the process in which gmsh runs."""
-    print(NOTE + one_line(text), flush=True)
 
 
 def look(geometry: Geometry, said: list[str], timeout: float = 60.0) -> None:

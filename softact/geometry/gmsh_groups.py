@@ -7,8 +7,8 @@ from types import ModuleType
 
 import numpy as np
 
-from softact.geometry.base import tell
 from softact.geometry.curved import are_curved
+from softact.geometry.saying import tell
 from softact.mesh.cells import upright
 from softact.mesh.curves import GMSH_EDGES, SIDES, Curves, edges_of
 

@@ -21,10 +21,11 @@ import numpy as np
 from softact.child_processes import end_with
 from softact.errors import MeshError
 from softact.files.streams import make_safe
-from softact.geometry.base import FAULT, Geometry, tell
+from softact.geometry.base import Geometry
 from softact.geometry.curved import curving
 from softact.geometry.gmsh_groups import TETRAHEDRA, TRIANGLES
 from softact.geometry.motion import moved
+from softact.geometry.saying import FAULT, tell
 from softact.geometry.walls import one_element_thick, remark
 from softact.mesh import leaks
 from softact.mesh.boundary import face_keys

@@ -12,11 +12,12 @@ from pydantic import Field
 
 from softact.errors import NOT_UTF8, MeshError
 from softact.files.text import NAMES_A_FILE, digest
-from softact.geometry.base import Geometry, ThroughWall, make_mesh, tell
+from softact.geometry.base import Geometry, ThroughWall, make_mesh
 from softact.geometry.curved import are_curved
 from softact.geometry.gmsh_groups import add_mesh
 from softact.geometry.part_names import PartName, PartNameOrNone
 from softact.geometry.part_size import Drawn
+from softact.geometry.saying import tell
 from softact.geometry.subdivide import cut_mesh, fill
 from softact.mesh.components import components, gap, part_names
 from softact.mesh.file_mesh import FileMesh, of_model, only_named, without_inner_walls
