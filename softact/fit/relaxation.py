@@ -18,6 +18,9 @@ from softact.errors import SpecError
 from softact.loads.pressure_file import columns_of
 from softact.units import TIME, show
 
+# Median of the second differences of noise with a standard deviation of 1 (0.6745 √6), and how many
+# standard deviations the largest of many points is above the truth.
+BEND_OF_NOISE, NOISY = 1.652, 4.0
 # Elements at most; points that a test needs; standard deviations of 95 %.
 MOST, FEWEST, TWO_SIDED = 6, 12, 1.96
 # A number of elements is better where its criterion is lower by this (Kass and Raftery 1995).
@@ -68,7 +71,7 @@ def relaxation_of(times: np.ndarray, stress: np.ndarray, name: str = "test") -> 
             f"{name}: time runs back from {times[back[0]]:g} s to {times[back[0] + 1]:g} s; each "
             "point is later than the one before"
         )
-    top = int(np.argmax(stress))
+    top = _reached(stress)
     if len(times) - top < FEWEST:
         raise SpecError(
             f"{name}: {len(times) - top} points from the largest stress on; a relaxation needs "
@@ -77,6 +80,15 @@ def relaxation_of(times: np.ndarray, stress: np.ndarray, name: str = "test") -> 
     if stress[top] <= 0 or stress[-1] <= 0:
         raise SpecError(f"{name}: the stress is not above zero at both ends of the relaxation")
     return Relaxation(times[top:] - times[top], stress[top:], float(times[top] - times[0]))
+
+
+def _reached(stress: np.ndarray) -> int:
+    """Where the stretch is reached: the first stress (n,) that is the largest but for noise. The
+    largest itself would be a point that noise has raised, and those before it would be lost."""
+    largest = int(np.argmax(stress))
+    bends = np.abs(np.diff(stress[largest:], 2))
+    noise = float(np.median(bends)) / BEND_OF_NOISE if len(bends) else 0.0
+    return int(np.argmax(stress >= stress[largest] - NOISY * noise))
 
 
 def fit_series(test: Relaxation) -> list[Series]:

@@ -39,15 +39,18 @@ def eval_yaml(text):
     return Viscoelastic.model_validate(yaml.safe_load(text)["viscoelastic"])
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_noise_finds_two_elements_within_their_intervals(seed):
-    """0.3 % of noise: two elements by BIC, the truth in their 95 % intervals."""
-    found = fitted(3e-3, seed)
-    assert len(found.g) == 2
-    assert (np.abs(found.g - G) <= found.g_error).all()
-    assert (np.abs(np.log(found.tau / TAU)) <= np.log(found.tau_error)).all()
-    assert (found.g_error < 0.003).all()
-    assert (found.tau_error < 1.06).all()
+def test_the_truth_is_in_the_intervals_as_often_as_they_say():
+    """0.3 % of noise, 30 records: two elements by BIC; each of the four constants in its 95 %
+    interval, less three standard deviations of a count of 30 (0.95 in 100 records). Where the
+    largest point counts as the beginning of the hold, the first one is in 0.63 of them."""
+    inside = []
+    for seed in range(30):
+        found = fitted(3e-3, seed)
+        assert len(found.g) == 2
+        assert (found.g_error < 0.003).all() and (found.tau_error < 1.06).all()
+        times = np.abs(np.log(found.tau / TAU)) <= np.log(found.tau_error)
+        inside.append([*(np.abs(found.g - G) <= found.g_error), *times])
+    assert np.mean(inside, axis=0).min() > 0.83
 
 
 def test_nothing_relaxes():
