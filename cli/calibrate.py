@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from softact.cli._force import force_option
+from softact.cli._options import set_option
 
 
 @click.command(short_help="Adjust constants of a spec to a measured curve of the actuator.")
@@ -29,13 +30,7 @@ from softact.cli._force import force_option
     help="Headings of the data in order, where the file has none or others; '-' skips a column.",
 )
 @click.option("--x", metavar="COLUMN", help="Abscissa among the columns; default: the first.")
-@click.option(
-    "--set",
-    "overrides",
-    multiple=True,
-    metavar="PATH=VALUE",
-    help="Replace a value of the spec first. May be repeated.",
-)
+@set_option
 @click.option(
     "--max-runs", type=click.IntRange(2, 1000), default=30, show_default=True, help="Runs at most."
 )

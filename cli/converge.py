@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from softact.cli._force import force_option
+from softact.cli._options import set_option
 from softact.errors import SpecError
 
 if TYPE_CHECKING:
@@ -62,7 +63,7 @@ if TYPE_CHECKING:
 )
 @click.option("--cache", "cache_folder", envvar="SOFTACT_CACHE", metavar="DIR",
               help="Folder of the finished runs.  [default: results/.runs]")  # fmt: skip
-@click.option("--set", "overrides", multiple=True, metavar="PATH=VALUE", help="As 'softact run'.")
+@set_option
 @force_option
 def converge(
     spec: str,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from softact.cli._force import force_file_option
+from softact.cli._options import set_option
 
 if TYPE_CHECKING:
     from softact.estimate import Estimate
@@ -16,13 +17,7 @@ if TYPE_CHECKING:
 
 @click.command(short_help="Estimate what an actuator does, without a run.")
 @click.argument("spec", metavar="SPEC", type=click.Path(path_type=Path))
-@click.option(
-    "--set",
-    "overrides",
-    multiple=True,
-    metavar="PATH=VALUE",
-    help="Replace a value of the spec, such as geometry.chambers=6. May be repeated.",
-)
+@set_option
 @click.option(
     "--beside",
     type=click.Path(path_type=Path),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal
 import click
 
 from softact.cli._force import force_file_option
+from softact.cli._options import set_option, timeout_option
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -22,13 +23,7 @@ if TYPE_CHECKING:
     metavar="FILE",
     help="File to write; its suffix says what.  [default: <name of the spec>.msh]",
 )
-@click.option(
-    "--set",
-    "overrides",
-    multiple=True,
-    metavar="PATH=VALUE",
-    help="Replace a value of the spec, such as geometry.mesh_size='2 mm'. May be repeated.",
-)
+@set_option
 @click.option(
     "--part",
     type=click.Choice(["solid", "core"]),
@@ -42,14 +37,7 @@ if TYPE_CHECKING:
     type=click.Choice(["msh", "vtu", "stl", "step", "inp", "dxf", "svg", "html", "png"]),
     help="Format, where no file is named.  [default: msh]",
 )
-@click.option(
-    "--timeout",
-    type=click.FloatRange(min=0, min_open=True),
-    default=300.0,
-    show_default=True,
-    metavar="SECONDS",
-    help="Stop gmsh after this time.",
-)
+@timeout_option
 @force_file_option
 def mesh(
     spec: str,

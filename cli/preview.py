@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 
 from softact.cli._force import force_file_option
+from softact.cli._options import set_option, timeout_option
 
 
 @click.command(short_help="Draw and count what a spec will solve, or number a STEP file's faces.")
@@ -20,26 +21,13 @@ from softact.cli._force import force_file_option
     metavar="FILE",
     help=".html, .png or .inp.  [default: <name>_preview.html]",
 )
-@click.option(
-    "--set",
-    "overrides",
-    multiple=True,
-    metavar="PATH=VALUE",
-    help="Replace a value of the spec, such as geometry.mesh_size='2 mm'. May be repeated.",
-)
+@set_option
 @click.option(
     "--unit",
     type=click.Choice(["um", "mm", "cm", "in", "ft", "m"]),
     help="In which a STEP file is drawn, where it says it wrong or not at all.",
 )
-@click.option(
-    "--timeout",
-    type=click.FloatRange(min=0, min_open=True),
-    default=300.0,
-    show_default=True,
-    metavar="SECONDS",
-    help="Stop gmsh after this time.",
-)
+@timeout_option
 @force_file_option
 def preview(
     file: Path,

@@ -12,6 +12,7 @@ import click
 
 from softact.cli._force import force_option
 from softact.cli._measured import measured_options, read_all, tell
+from softact.cli._options import set_option
 
 if TYPE_CHECKING:
     from softact.run.start import Outcome
@@ -33,13 +34,7 @@ if TYPE_CHECKING:
     metavar="PROCS",
     help="MPI processes.  [default: the cores, up to two; one with contact of surfaces or sheets]",
 )
-@click.option(
-    "--set",
-    "overrides",
-    multiple=True,
-    metavar="PATH=VALUE",
-    help="Replace a value of the spec, such as steps.1.pressure='30 kPa'. May be repeated.",
-)
+@set_option
 @force_option
 @click.option(
     "--resume",

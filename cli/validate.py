@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import click
 
 from softact.cli._files import tell_file
+from softact.cli._options import set_option
 from softact.errors import SpecError
 
 if TYPE_CHECKING:
@@ -14,13 +15,7 @@ if TYPE_CHECKING:
 
 @click.command(short_help="Check specs and other files; every fault at once, without meshing.")
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
-@click.option(
-    "--set",
-    "overrides",
-    multiple=True,
-    metavar="PATH=VALUE",
-    help="Replace a value of the spec, as 'softact run' does.",
-)
+@set_option
 def validate(files: tuple[str, ...], overrides: tuple[str, ...]) -> None:
     """Check files: every fault in a line of its own, with file, line and path.
 

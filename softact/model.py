@@ -152,7 +152,7 @@ class Model:
                 spaces.append(compat.function_space(mesh.domain, pressure_degree, 1, constant))
         loose, elements = np.empty((0, 3)), np.empty((0, 0), np.int64)
         curves: dict[str, np.ndarray] = {}
-        middles = mesh.middles if self.degree == 2 else None
+        middles = mesh.middles if self.degree == 2 and mesh.moved is None else None
         if spaces and mesh.moved is not None:
             places = self._moved_places(spaces[0])
         else:

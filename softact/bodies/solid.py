@@ -114,18 +114,21 @@ class Solid:
         one where ``gradients`` were taken, mm³; of all the region's cells, or of chosen ones."""
         cells = self.cells if chosen is None else np.ascontiguousarray(self.cells[chosen])
         out = np.empty((len(cells), len(gradients)))
+        shapes = self._shapes(cells, gradients)
+        self.assembler.library.shape_determinant(*shapes, pointer(gradients), pointer(out))
+        return out
+
+    def _shapes(self, cells: np.ndarray, gradients: np.ndarray) -> tuple[object, ...]:
+        """What loops of ``_assembly.c`` over undeformed cells begin with."""
         a = self.assembler
-        a.library.shape_determinant(
+        return (
             ctypes.c_int64(len(cells)),
             pointer(cells),
             pointer(a.geometry_nodes),
             a.geometry_nodes.shape[1],
             pointer(a.points),
             len(gradients),
-            pointer(gradients),
-            pointer(out),
         )
-        return out
 
     def deformation_gradient(
         self, x: np.ndarray, gradients: np.ndarray | None = None, chosen: np.ndarray | None = None
@@ -135,15 +138,9 @@ class Solid:
         gradients = self._gradients if gradients is None else gradients
         cells = self.cells if chosen is None else np.ascontiguousarray(self.cells[chosen])
         out = np.empty((len(cells), len(gradients), 3, 3))
-        a = self.assembler
-        dofs = a.unknowns.cell_dofs
-        a.library.deformation_gradient(
-            ctypes.c_int64(len(cells)),
-            pointer(cells),
-            pointer(a.geometry_nodes),
-            a.geometry_nodes.shape[1],
-            pointer(a.points),
-            len(gradients),
+        dofs = self.assembler.unknowns.cell_dofs
+        self.assembler.library.deformation_gradient(
+            *self._shapes(cells, gradients),
             self._functions,
             pointer(gradients),
             pointer(dofs),
@@ -308,8 +305,7 @@ class Solid:
         differs a little in the places of its points or in its material."""
         self.forget()
         stress, moduli, jacobian = other._evaluate(state)
-        f = other.deformation_gradient(state.x).reshape(-1, 3, 3)
-        c = np.matmul(f.transpose(0, 2, 1), f)
+        c = other._right_cauchy_green(state.x)
         if not self._is_made_of(other):
             own, _ = self.material.stress_tangent(c, self.fibres)
             stress, _ = self._add_volumetric(own, np.zeros_like(moduli), c, jacobian)

@@ -259,14 +259,11 @@ def make_mesh(
 ) -> list[str]:
     """Writes the mesh of a geometry to ``path`` (.msh 4.1, mm), meshed in a process of its own.
 
-    Returns what the user should know of it.
-
     timeout: seconds after which gmsh is killed. curved: whether edges along curved walls are. The
-    file appears whole or not at all, and the
-    same parameters give the same mesh. Returns remarks on the mesh, such as which walls are too
-    thin for it. Raises MeshError where gmsh fails, crashes or runs out of
-    time, or where the mesh does not have the parts and volumes that the geometry promises; OSError
-    where the folder cannot be written or the disk is full.
+    file appears whole or not at all, and the same parameters give the same mesh. Returns remarks on
+    the mesh, such as which walls are too thin for it. Raises MeshError where gmsh fails, crashes or
+    runs out of time, or where the mesh does not have the parts and volumes that the geometry
+    promises; OSError where the folder cannot be written or the disk is full.
     """
     return _write(geometry, Path(path), timeout, ".msh", curved=curved)
 

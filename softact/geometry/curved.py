@@ -9,7 +9,7 @@ from types import ModuleType
 
 import numpy as np
 
-from softact.mesh.curves import Curves, bent
+from softact.mesh.curves import Curves, EdgeNumbers, bent
 
 #: Kinds of entities whose edges are straight, or whose shape is not known.
 EXACT = ("Discrete", "Plane", "Line")
@@ -55,16 +55,17 @@ def curves_of(
     triangles (k, 3) or tetrahedra (k, 4). An edge within a surface or a solid is curved as much as
     those around it are, so that walls thinner than the curve is high are not folded.
     """
-    edges = _Edges([part for (d, _), part in parts.items() if d == dimension])
+    solid = [_pairs(part).reshape(-1, 2) for (d, _), part in parts.items() if d == dimension]
+    edges = EdgeNumbers(np.vstack(solid))
     moved, fixed = np.zeros((len(edges.ends), points.shape[1])), np.zeros(len(edges.ends), bool)
     straight = points[edges.ends].mean(axis=1)
     for d in range(1, dimension + 1):
         for (of, tag), part in parts.items():
             if of == d:
-                own = edges.of(part)
+                own = edges.of(_pairs(part))
                 free = np.unique(own[~fixed[own]])
                 moved[free] = _off(gmsh, (d, tag), straight[free], moved, own, fixed, free)
-        done = [edges.of(part).ravel() for (of, _), part in parts.items() if of == d]
+        done = [edges.of(_pairs(part)).ravel() for (of, _), part in parts.items() if of == d]
         fixed[np.concatenate([*done, np.empty(0, int)]).astype(int)] = True
     return bent(edges.ends, points, straight + moved)
 
@@ -91,11 +92,12 @@ def _off(
         return np.reshape(near, (-1, 3)) - straight
     if dimension == 1 or not moved[np.unique(simplices)].any():
         return np.zeros((len(free), moved.shape[1]))
-    return _averaged(simplices, moved, fixed)[free]
+    return spread(simplices, moved, fixed)[free]
 
 
-def _averaged(simplices: np.ndarray, moved: np.ndarray, fixed: np.ndarray) -> np.ndarray:
-    """Displacements of all edges, those of free ones the mean of their neighbours'."""
+def spread(simplices: np.ndarray, moved: np.ndarray, fixed: np.ndarray) -> np.ndarray:
+    """Displacements (n, 3) of all points or edges, those of free ones the mean of their
+    neighbours'. simplices: (m, s) which of them are one element's."""
     from scipy import sparse  # not before it is needed: it takes long to load
 
     count, width = len(moved), simplices.shape[1]
@@ -109,22 +111,6 @@ def _averaged(simplices: np.ndarray, moved: np.ndarray, fixed: np.ndarray) -> np
     for _ in range(ROUNDS):
         moved[inner] = (rows @ moved) / degree
     return moved
-
-
-class _Edges:
-    """The edges of a mesh: ``ends`` (k, 2), each once."""
-
-    def __init__(self, parts: list[np.ndarray]):
-        pairs = [_pairs(part).reshape(-1, 2) for part in parts]
-        every = np.sort(np.vstack(pairs), axis=1).astype(np.int64)
-        self._size = 1 + int(every.max(initial=0))
-        self._keys = np.unique(every[:, 0] * self._size + every[:, 1])
-        self.ends = np.column_stack(np.divmod(self._keys, self._size))
-
-    def of(self, part: np.ndarray) -> np.ndarray:
-        """Numbers (m, s) of the edges of elements (m, n)."""
-        ends = np.sort(_pairs(part), axis=-1).astype(np.int64)
-        return np.searchsorted(self._keys, ends[..., 0] * self._size + ends[..., 1])
 
 
 def _pairs(part: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ import numpy as np
 from softact.geometry.curved import are_curved
 from softact.geometry.saying import tell
 from softact.mesh.cells import upright
-from softact.mesh.curves import GMSH_EDGES, SIDES, Curves, edges_of
+from softact.mesh.curves import EDGES, GMSH_EDGES, SIDES, Curves, EdgeNumbers
 
 # gmsh's numbers of straight and of quadratic elements.
 TRIANGLES, TETRAHEDRA = (2, 9), (4, 11)
@@ -20,15 +20,14 @@ class _Middles:
     """Nodes in the middles of all edges of a mesh; their tags count from ``first``."""
 
     def __init__(self, curves: Curves, cells: np.ndarray, points: np.ndarray, first: int):
-        self._edges, self._count = edges_of(cells), len(points)
-        self._keys = self._edges[:, 0].astype(np.int64) * self._count + self._edges[:, 1]
-        self.places = curves.middles_of(self._edges, points[self._edges])
-        self.tags = first + np.arange(len(self._edges))
+        self._edges = EdgeNumbers(cells[:, EDGES])
+        ends = self._edges.ends
+        self.places = curves.middles_of(ends, points[ends])
+        self.tags = first + np.arange(len(ends))
 
     def of(self, ends: np.ndarray) -> np.ndarray:
         """Tags (..., ) of the middles of edges (..., 2)."""
-        low, high = np.sort(ends, axis=-1)[..., 0], np.sort(ends, axis=-1)[..., 1]
-        return self.tags[np.searchsorted(self._keys, low.astype(np.int64) * self._count + high)]
+        return self.tags[self._edges.of(ends)]
 
 
 def _sound(curves: Curves, cells: np.ndarray, points: np.ndarray) -> Curves:

@@ -22,7 +22,7 @@ from softact.child_processes import end_with
 from softact.errors import MeshError
 from softact.files.streams import make_safe
 from softact.geometry.base import Geometry
-from softact.geometry.curved import curving
+from softact.geometry.curved import are_curved, curving
 from softact.geometry.gmsh_groups import TETRAHEDRA, TRIANGLES
 from softact.geometry.motion import moved
 from softact.geometry.saying import FAULT, tell
@@ -186,12 +186,6 @@ def read_parts(geometry: Geometry) -> Parts:
     return Parts(points, regions, surfaces, curved)
 
 
-def triangle_vectors(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Area times normal of each triangle (k, 3)."""
-    x = points[triangles]
-    return np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]) / 2
-
-
 def outward(triangles: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Triangles turned outward from a cell that they are a face of, and of how many cells."""
     faces = cells[:, FACES].reshape(-1, 3)
@@ -254,13 +248,16 @@ def remarks(geometry: Geometry, parts: Parts) -> list[str]:
 def _far_off(geometry: Geometry, parts: Parts) -> Iterator[str]:
     """Volumes and areas that the mesh misses by more than REMARKABLE."""
     found, cavities = measure(geometry, parts), geometry.layout().cavities
+    nearer = "a smaller mesh_size comes nearer" + (
+        "" if are_curved() else ", and so do curved walls (solver: {curved: true})"
+    )
     for name, wanted in geometry.volumes().items():
         off = found[name] / wanted - 1
         if abs(off) > REMARKABLE:
             unit = "mm^2" if name in parts.surfaces and name not in cavities else "mm^3"
             yield (
                 f"the mesh gives '{name}' {found[name]:.4g} {unit}, {off:+.1%} of the closed form "
-                f"{wanted:.4g} {unit}; a smaller mesh_size comes nearer"
+                f"{wanted:.4g} {unit}; {nearer}"
             )
 
 

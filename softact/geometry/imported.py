@@ -173,14 +173,15 @@ def tell_parts(mesh: FileMesh) -> None:
 _digests: dict[str, str] = {}
 
 
-def mesh_digest(geometry: Imported) -> str:
-    """Digest of the mesh of a geometry, or why there is none; made once in a process."""
-    name = f"{type(geometry).__name__} {geometry.model_dump_json()}"
+def mesh_digest(geometry: Imported, curved: bool) -> str:
+    """Digest of the mesh of a geometry, or why there is none; made once in a process. curved: see
+    ``make_mesh``."""
+    name = f"{type(geometry).__name__} {geometry.model_dump_json()} {curved}"
     if name not in _digests:
         with tempfile.TemporaryDirectory(prefix="softact-key-") as folder:
             path = Path(folder) / "mesh.msh"
             try:
-                make_mesh(geometry, path)
+                make_mesh(geometry, path, curved=curved)
                 _digests[name] = digest(path)
             except MeshError as error:
                 _digests[name] = "; ".join(error.lines)

@@ -15,7 +15,7 @@ from types import ModuleType
 
 import numpy as np
 
-from softact.geometry.curved import EXACT, curves_of, is_curved
+from softact.geometry.curved import EXACT, curves_of, is_curved, spread
 from softact.geometry.gmsh_groups import add_mesh
 from softact.mesh.cells import check_number
 
@@ -127,23 +127,7 @@ class Pieces:
         moved[self._old] = 0.0  # they lie where they should but for gmsh's rounding
         if np.abs(moved).max(initial=0.0) > _STILL:
             inside = [part for (d, _), part in self.of.items() if d == dimension]
-            self.points = self.points + _spread(np.vstack(inside), moved, fixed)
-
-
-def _spread(cells: np.ndarray, moved: np.ndarray, fixed: np.ndarray) -> np.ndarray:
-    """Displacements (n, 3) of all points, those of free ones the mean of their neighbours'."""
-    from scipy import sparse  # not before it is needed: it takes long to load
-
-    count, width = len(moved), cells.shape[1]
-    pairs = np.vstack([cells[:, [a, b]] for a in range(width) for b in range(width) if a != b])
-    joined = sparse.csr_matrix((np.ones(len(pairs)), pairs.T), shape=(count, count))
-    joined.data[:] = 1.0
-    free = joined[~fixed]
-    degree = np.maximum(np.asarray(free.sum(axis=1)), 1.0)
-    moved = moved.copy()
-    for _ in range(60):  # walls are thin: a few elements from side to side
-        moved[~fixed] = (free @ moved) / degree
-    return moved
+            self.points = self.points + spread(np.vstack(inside), moved, fixed)
 
 
 def fill(gmsh: ModuleType, size: float, k: int) -> None:

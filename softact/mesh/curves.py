@@ -99,8 +99,8 @@ class Curves:
 
 
 def _keys(pairs: np.ndarray, size: int) -> np.ndarray:
-    low, high = np.sort(pairs, axis=-1)[..., 0], np.sort(pairs, axis=-1)[..., 1]
-    return low.astype(np.int64) * size + high
+    low, high = np.moveaxis(np.sort(pairs, axis=-1).astype(np.int64), -1, 0)
+    return low * size + high
 
 
 def of_edges(ends: np.ndarray, places: np.ndarray) -> Curves:
@@ -119,9 +119,22 @@ def bent(ends: np.ndarray, points: np.ndarray, places: np.ndarray) -> Curves:
     return of_edges(ends[curved], places[curved])
 
 
+class EdgeNumbers:
+    """The edges among pairs of points (..., 2), each once. ends: (k, 2), the lower number first."""
+
+    def __init__(self, pairs: np.ndarray):
+        self._size = 1 + int(pairs.max(initial=0))
+        self._known = np.unique(_keys(pairs, self._size))
+        self.ends = np.column_stack(np.divmod(self._known, self._size))
+
+    def of(self, pairs: np.ndarray) -> np.ndarray:
+        """Numbers (...) of edges that are among them, (..., 2)."""
+        return np.searchsorted(self._known, _keys(pairs, self._size))
+
+
 def edges_of(cells: np.ndarray) -> np.ndarray:
     """Edges (k, 2) of tetrahedra (m, 4), each once, the lower number first."""
-    return np.unique(np.sort(cells[:, EDGES].reshape(-1, 2), axis=1), axis=0)
+    return EdgeNumbers(cells[:, EDGES]).ends
 
 
 def of_quadratic(points: np.ndarray, tetrahedra: np.ndarray, edges: np.ndarray) -> Curves:

@@ -94,7 +94,7 @@ def _mesh(spec: Spec, timeout: float) -> tuple[Tetrahedra | SheetMesh, list[str]
         return geometry.checked_mesh(), geometry.notes()
     with tempfile.TemporaryDirectory(prefix="softact-preview-") as folder:
         path = Path(folder) / "mesh.msh"
-        notes = make_mesh(geometry, path, timeout)
+        notes = make_mesh(geometry, path, timeout, spec.solver.curved)
         return read_msh(path, geometry.layout()), [*geometry.notes(), *notes]
 
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from softact.errors import DamagedResultError, SpecError
 from softact.files.restart import RESTART, of_another_version, unseal
-from softact.geometry.base import Geometry
 from softact.geometry.imported import Imported, mesh_digest
 from softact.results.folder import COMPLETE, INCOMPLETE, read_run
 from softact.spec.timing import with_contents
@@ -68,17 +67,18 @@ def to_resume(spec: Spec, directory: Path) -> Interrupted | None:
         run = read_run(directory)
     except (DamagedResultError, FileNotFoundError):
         run = {"status": INCOMPLETE}  # it is written anew
-    _check_mesh(spec.geometry, run, directory)
+    _check_mesh(spec, run, directory)
     return Interrupted(run["status"], old["steps"], from_data(run.get("verdict")))
 
 
-def _check_mesh(geometry: Geometry, run: Mapping, directory: Path) -> None:
+def _check_mesh(spec: Spec, run: Mapping, directory: Path) -> None:
     """Raise SpecError where a script makes another mesh than that of the run: it may read anything,
     and what it has read has changed."""
+    geometry = spec.geometry
     if not isinstance(geometry, Imported) or geometry.self_contained:
         return
     known = run.get("mesh_hash")
-    if known and mesh_digest(geometry) != known:
+    if known and mesh_digest(geometry, spec.solver.curved) != known:
         raise SpecError(
             f"{directory}: holds the run of another mesh: what {Path(geometry.file).name} reads "
             "has changed; start the run anew, without --resume"

@@ -89,7 +89,7 @@ def run_key(
     """
     parts = [spec.hash, version()]
     if isinstance(spec.geometry, Imported) and not spec.geometry.self_contained:
-        parts.append(mesh_digest(spec.geometry) if mesh is None else mesh)
+        parts.append(mesh_digest(spec.geometry, spec.solver.curved) if mesh is None else mesh)
     if (processes, threads) != (1, 1):
         parts.append(f"{processes} processes, {threads or len(os.sched_getaffinity(0))} threads")
     return hashlib.sha256(", ".join(parts).encode()).hexdigest()[:32]
