@@ -49,6 +49,10 @@ class Solid:
         areas[inward] *= -1
         return (a + b + c) / 3, areas
 
+    def area(self, name: str) -> float:
+        """Of a surface, mm²."""
+        return float(np.linalg.norm(self.outward_areas(name)[1], axis=1).sum())
+
 
 def read(geometry: Geometry, path: Path) -> Solid:
     raw = meshio.read(path)

@@ -11,10 +11,11 @@ from pydantic import ValidationError
 
 from softact.errors import MeshError
 from softact.geometries.from_mesh import FromMesh
-from softact.geometry.base import export, look, make_mesh
+from softact.geometry.base import export, make_mesh
 from softact.geometry.mesh_files import shells
 from softact.spec import loads
 from tests import step_files
+from tests.geometries.looking import looked
 from tests.step_files import BLOCK_VOLUME
 
 ROOM_AREA = 2 * (32 * 8 + 32 * 6 + 8 * 6)
@@ -39,16 +40,6 @@ def of(file: str, **given) -> FromMesh:
     return FromMesh.model_validate({"file": file, "mesh_size": "8 mm", **given})
 
 
-def looked(geometry) -> list[str]:
-    said: list[str] = []
-    look(geometry, said)
-    return said
-
-
-def area(solid, name: str) -> float:
-    return float(np.linalg.norm(solid.outward_areas(name)[1], axis=1).sum())
-
-
 @pytest.fixture(scope="module")
 def stl(tmp_path_factory):
     return write(tmp_path_factory.mktemp("stl") / "bladder.stl", dimension=2)
@@ -65,7 +56,7 @@ def test_a_body_without_names_has_its_ends_its_room_and_its_outside(kind, stl, v
     geometry = of(file, surfaces=["outer"], remesh=remesh)
     solid = meshed(geometry)
     assert solid.volumes.sum() == pytest.approx(BLOCK_VOLUME, rel=1e-6)
-    areas = {name: area(solid, name) for name in solid.surfaces}
+    areas = {name: solid.area(name) for name in solid.surfaces}
     assert areas == pytest.approx(
         {"clamp": 14 * 12, "tip": 14 * 12, "cavity": ROOM_AREA, "outer": 2 * 40 * (14 + 12)},
         rel=1e-6,
@@ -109,7 +100,7 @@ def test_names_of_groups_come_along(tmp_path, meshed):
         solid = meshed(geometry)
         assert len(solid.cells) == len(expected.cells)
         for name in ("clamp", "tip", "cavity", "symmetry"):
-            assert area(solid, name) == pytest.approx(area(expected, name)), (suffix, name)
+            assert solid.area(name) == pytest.approx(expected.area(name)), (suffix, name)
 
 
 def test_two_bodies_in_a_file_are_two_solids_and_units_count(tmp_path, meshed):
@@ -122,7 +113,7 @@ def test_two_bodies_in_a_file_are_two_solids_and_units_count(tmp_path, meshed):
                   select={"end": {"plane": {"x": "40 mm"}, "normal": [1, 0, 0]}})  # fmt: skip
     solid = meshed(geometry)
     assert solid.volumes.sum() == pytest.approx(3 * 10**3)
-    assert area(solid, "end") == pytest.approx(10**2)
+    assert solid.area("end") == pytest.approx(10**2)
     said = looked(geometry)
     assert any("part 1 of 2, 'solid_1'" in text for text in said)
 

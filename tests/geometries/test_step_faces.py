@@ -10,6 +10,7 @@ from softact.geometries.from_step import FromStep
 from softact.geometry.base import look, make_mesh
 from softact.spec import loads
 from tests import step_files
+from tests.geometries.looking import looked
 from tests.step_files import BLOCK_VOLUME
 
 
@@ -23,23 +24,13 @@ def step(tmp_path):
     return write
 
 
-def looked(geometry) -> list[str]:
-    said: list[str] = []
-    look(geometry, said)
-    return said
-
-
-def area(solid, name: str) -> float:
-    return float(np.linalg.norm(solid.outward_areas(name)[1], axis=1).sum())
-
-
 def test_ends_and_rooms_of_a_file_without_names(step, meshed):
     """The bladder's ends are 14 x 12 mm, its room 32 x 8 x 6 mm; what is left outside is outer."""
     given = {"file": step(), "surfaces": ["outer"], "mesh_size": "5 mm"}
     geometry = FromStep.model_validate(given)
     solid = meshed(geometry)
     assert solid.volumes.sum() == pytest.approx(BLOCK_VOLUME, rel=1e-9)
-    areas = {name: area(solid, name) for name in solid.surfaces}
+    areas = {name: solid.area(name) for name in solid.surfaces}
     room = 2 * (32 * 8 + 32 * 6 + 8 * 6)
     assert areas == pytest.approx(
         {"clamp": 14 * 12, "tip": 14 * 12, "cavity": room, "outer": 2 * 40 * (14 + 12)}
@@ -64,7 +55,7 @@ def test_each_of_several_rooms_has_its_own_name_from_clamp_to_tip(step, meshed):
     for name, middle in (("cavity_1", 11), ("cavity_2", 29)):
         assert solid.points[solid.surfaces[name], 0].mean() == pytest.approx(middle, abs=1.5)
     both = FromStep.model_validate({"file": step(two_rooms), "mesh_size": "6 mm"})
-    assert area(meshed(both), "cavity") == pytest.approx(2 * 2 * (14 * 6 + 14 * 4 + 6 * 4))
+    assert meshed(both).area("cavity") == pytest.approx(2 * 2 * (14 * 6 + 14 * 4 + 6 * 4))
 
 
 def ball_in_a_rod(occ):
@@ -80,7 +71,7 @@ def test_round_faces_have_names_too(step, meshed):
 
     for names in ({}, {"faces": named}):
         solid = meshed(FromStep.model_validate({"file": step(ball_in_a_rod, **names)}))
-        assert area(solid, "cavity") == pytest.approx(4 * pi * 4**2, rel=0.05)
+        assert solid.area("cavity") == pytest.approx(4 * pi * 4**2, rel=0.05)
         for name, x in (("clamp", 0), ("tip", 30)):
             assert solid.points[solid.surfaces[name], 0] == pytest.approx(x, abs=1e-9)
 
@@ -98,7 +89,7 @@ def test_round_faces_have_names_too(step, meshed):
 )
 def test_faces_are_chosen_by_number_and_by_place(chosen, wanted, step, meshed):
     given = {"file": step(), "surfaces": ["felt"], "select": {"felt": chosen}, "mesh_size": "5 mm"}
-    assert area(meshed(FromStep.model_validate(given)), "felt") == pytest.approx(wanted)
+    assert meshed(FromStep.model_validate(given)).area("felt") == pytest.approx(wanted)
 
 
 def test_chosen_faces_take_the_place_of_named_ones(step, meshed):
@@ -106,7 +97,7 @@ def test_chosen_faces_take_the_place_of_named_ones(step, meshed):
     solid = meshed(
         FromStep.model_validate({"file": file, "select": {"tip": 3}, "mesh_size": "5 mm"})
     )
-    assert area(solid, "tip") == pytest.approx(40 * 14)
+    assert solid.area("tip") == pytest.approx(40 * 14)
 
 
 SPEC = """

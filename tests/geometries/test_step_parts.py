@@ -42,11 +42,6 @@ def parts(solid) -> int:
     return int(components(solid.points, solid.cells).max()) + 1
 
 
-def area(solid, name: str) -> float:
-    x = solid.points[solid.surfaces[name]]
-    return float(np.linalg.norm(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), axis=1).sum() / 2)
-
-
 def built(geometry) -> dict[str, list[tuple[float, tuple[float, ...]]]]:
     """Group of the geometry -> measure and bounding box of each of its entities, in mm."""
     gmsh.initialize(readConfigFiles=False)
@@ -78,8 +73,8 @@ def test_solids_that_touch_are_joined_and_keep_their_names(plate, two, meshed):
     solid = meshed(FromStep.model_validate({"file": two(plate), **TWO}))
     assert parts(solid) == 1
     assert solid.volumes.sum() == pytest.approx(BLOCK_VOLUME + np.prod(plate[3:]), rel=1e-9)
-    assert area(solid, "clamp") == pytest.approx(14 * 12 + plate[4] * 2, rel=1e-9)
-    assert area(solid, "cavity") == pytest.approx(2 * (32 * 8 + 32 * 6 + 8 * 6), rel=1e-9)
+    assert solid.area("clamp") == pytest.approx(14 * 12 + plate[4] * 2, rel=1e-9)
+    assert solid.area("cavity") == pytest.approx(2 * (32 * 8 + 32 * 6 + 8 * 6), rel=1e-9)
 
 
 def test_solids_stay_apart_where_that_is_wanted(two, meshed, tmp_path):
@@ -117,7 +112,7 @@ def test_a_room_between_two_solids_is_closed_by_joining_them(one, meshed, tmp_pa
     geometry = FromStep.model_validate({"file": file, **TWO})
     solid = meshed(geometry)
     # The rim on which the block stands has been named with the plate's face, but walls no room.
-    assert area(solid, "cavity") == pytest.approx(2 * (32 * 8 + 32 * 9 + 8 * 9), rel=1e-9)
+    assert solid.area("cavity") == pytest.approx(2 * (32 * 8 + 32 * 9 + 8 * 9), rel=1e-9)
     middles, vectors = solid.outward_areas("cavity")
     assert -(middles * vectors).sum() / 3 == pytest.approx(32 * 8 * 9, rel=1e-9)
     line = refused(geometry.model_copy(update={"separate": True}), tmp_path)

@@ -5,9 +5,9 @@ import pytest
 
 from softact.errors import MeshError
 from softact.geometries.from_step import FromStep
-from softact.geometry.base import look
 from softact.spec import json_schema
 from tests import step_files
+from tests.geometries.looking import looked
 
 THIN = 0.01  # mm by which a lump stands out of the roof
 
@@ -33,12 +33,6 @@ def bladder(tmp_path_factory):
     return str(
         step_files.write(tmp_path_factory.mktemp("step") / "bladder.step", step_files.bladder)
     )
-
-
-def looked(geometry) -> list[str]:
-    said: list[str] = []
-    look(geometry, said)
-    return said
 
 
 def step(file: str, **given) -> FromStep:
