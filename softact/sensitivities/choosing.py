@@ -46,5 +46,8 @@ class Chosen:
         kept = [v for _, v in pairs if not isinstance(v, str)]
         Moved(moved.points, kept, moved.means).store(file)
         paths = [p.path for p in self.parameters if p.path not in refused]
-        notes = [f"sensitivities: {path} is left out: {why}" for path, why in refused.items()]
+        notes = [
+            f"sensitivities: left out: {', '.join(p for p in refused if refused[p] == why)}: {why}"
+            for why in dict.fromkeys(refused.values())
+        ]
         return {"paths": paths, "motion": str(file)}, notes

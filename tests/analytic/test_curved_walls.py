@@ -4,6 +4,7 @@ The closed forms are those of an incompressible neo-Hookean wall; a mesh with st
 measured beside them, so that what the curved ones give is seen.
 """
 
+import csv
 import functools
 from dataclasses import dataclass
 
@@ -198,8 +199,7 @@ probes: {inside: [2 mm, -5 mm, 0 mm]}
 
 
 def test_a_run_on_two_processes_goes_on_as_on_one(tmp_path):
-    """The curve, of a probe on the curved bore; and parameters of the geometry, whose motion is not
-    followed, are refused by name."""
+    """A probe on the curved bore, beside each other and beside the closed form."""
     curves = []
     for processes in (1, 2):
         outcome = run(loads(RUN), tmp_path / str(processes), processes=processes, report=False)
@@ -216,8 +216,24 @@ def test_a_run_on_two_processes_goes_on_as_on_one(tmp_path):
 
     grown = scipy.optimize.brentq(lambda g: pressure(g) - 0.02, 0.0, 30.0)
     assert squared == pytest.approx(inner + grown, rel=2e-3)
+
+
+def test_derivatives_on_curved_walls(tmp_path):
+    """With respect to the material: that of two runs beside; parameters of the geometry, whose
+    motion is not followed, are refused by name."""
+    run(loads(RUN), tmp_path / "run", sensitivities=["materials.body.c10"], report=False)
+    with (tmp_path / "run" / "sensitivities.csv").open(encoding="utf-8") as file:
+        lines = [line for line in csv.DictReader(file) if line["measure"] == "probe_inside_y_mm"]
+    assert lines[-1]["unit"] == "mm/kPa"
+    places = []
+    for c10 in (0.1399, 0.1401):
+        spec = loads(RUN.replace("c10: 0.14 MPa", f"c10: {c10} MPa"))
+        run(spec, tmp_path / str(c10), report=False)
+        places.append(read(tmp_path / str(c10)).curve["probe_inside_y_mm"][-1])
+    slope = (places[1] - places[0]) / 0.2  # mm/kPa
+    assert float(lines[-1]["derivative"]) == pytest.approx(slope, rel=1e-4)
     with pytest.raises(SpecError, match=r"-p geometry.inner_radius: the walls are curved"):
-        run(loads(RUN), tmp_path / "3", sensitivities=["geometry.inner_radius"], report=False)
+        run(loads(RUN), tmp_path / "no", sensitivities=["geometry.inner_radius"], report=False)
 
 
 def test_a_tetrahedron_that_would_fold_keeps_straight_edges():
