@@ -246,19 +246,21 @@ def remarks(geometry: Geometry, parts: Parts) -> list[str]:
 
 
 def _far_off(geometry: Geometry, parts: Parts) -> Iterator[str]:
-    """Volumes and areas that the mesh misses by more than REMARKABLE."""
-    found, cavities = measure(geometry, parts), geometry.layout().cavities
-    nearer = "a smaller mesh_size comes nearer" + (
-        "" if are_curved() else ", and so do curved walls (solver: {curved: true})"
-    )
-    for name, wanted in geometry.volumes().items():
-        off = found[name] / wanted - 1
-        if abs(off) > REMARKABLE:
-            unit = "mm^2" if name in parts.surfaces and name not in cavities else "mm^3"
-            yield (
-                f"the mesh gives '{name}' {found[name]:.4g} {unit}, {off:+.1%} of the closed form "
-                f"{wanted:.4g} {unit}; {nearer}"
-            )
+    """The volume that the mesh misses most, and the others, where that is by more than
+    REMARKABLE."""
+    found, layout = measure(geometry, parts), geometry.layout()
+    wanted = geometry.volumes()
+    solid = [name for name in (*layout.regions, *layout.cavities) if name in wanted]
+    off = {name: found[name] / wanted[name] - 1 for name in solid}
+    far = sorted((name for name in off if abs(off[name]) > REMARKABLE), key=lambda n: -abs(off[n]))
+    if far:
+        worst, others = far[0], ", ".join(f"'{name}' {off[name]:+.1%}" for name in far[1:])
+        yield (
+            f"the mesh gives '{worst}' {found[worst]:.4g} mm^3, {off[worst]:+.1%} of the closed "
+            f"form {wanted[worst]:.4g} mm^3{f' ({others})' if others else ''}; a smaller mesh_size "
+            "comes nearer"
+            + ("" if are_curved() else ", and so do curved walls (solver: {curved: true})")
+        )
 
 
 def _thin(geometry: Geometry, parts: Parts) -> list[str]:
