@@ -6,8 +6,9 @@ under the columns that it would have, with results up to a limit point, or with 
 
 from __future__ import annotations
 
+import inspect
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from unittest import mock
@@ -48,11 +49,21 @@ def stand_ins(restart: Path, sound: str) -> Iterator[None]:
             (frames, "_COMMAND", ["/bin/sh", "-c", f"echo {NOT_DRAWN} >&2; exit 3"]),
             (doctor, "examine", lambda: [Finding("Python", "ok", "as it should be")]),
         ):
+            if callable(other):
+                _called_alike(getattr(place, name), other)
             stack.enter_context(mock.patch.object(place, name, other))
         yield
 
 
-def _meshed(geometry, path: Path, timeout: float, part: str, said: list[str]) -> None:
+def _called_alike(there: Callable, other: Callable) -> None:
+    """What stands in takes what the thing itself takes; else it would be a fault of the fuzzer."""
+    names, others = (list(inspect.signature(each).parameters) for each in (there, other))
+    assert names == others, f"{there.__qualname__} takes {names}, its stand-in {others}"
+
+
+def _meshed(
+    geometry, path: Path, timeout: float, part: str, said: list[str], more: Mapping | None = None
+) -> None:
     if part != "look":
         path.write_bytes(base.ENDS.get(path.suffix, b"mesh"))
 
