@@ -152,9 +152,9 @@ class Model:
                 spaces.append(compat.function_space(mesh.domain, pressure_degree, 1, constant))
         loose, elements = np.empty((0, 3)), np.empty((0, 0), np.int64)
         curves: dict[str, np.ndarray] = {}
-        middles = mesh.middles if self.degree == 2 and mesh.moved is None else None
+        middles = mesh.middles if self.degree == 2 else None
         if spaces and mesh.moved is not None:
-            places = self._moved_places(spaces[0])
+            places = self._moved_places(spaces[0], middles)
         else:
             places = solid_places(spaces, middles)
         if mesh.sheets:
@@ -176,13 +176,21 @@ class Model:
             mesh, self.unknowns, self.nodes, self.cell_nodes, self.degree, self.sheets, curves
         )
 
-    def _moved_places(self, space: dolfinx.fem.FunctionSpace) -> np.ndarray:
-        """Places (n, 3) of a space's nodes where the points of the mesh have been moved, mm."""
-        reference = compat.reference_nodes(self.degree)
-        shares = np.column_stack([1 - reference.sum(axis=1), reference])
+    def _moved_places(
+        self, space: dolfinx.fem.FunctionSpace, middles: np.ndarray | None
+    ) -> np.ndarray:
+        """Places (n, 3) of a space's nodes where the points of the mesh have been moved, mm.
+
+        middles: (cells, 6, 3) of its edges; None where all are straight.
+        """
         corners = self.mesh.points[compat.geometry_dofs(self.mesh.domain)]
+        if middles is None:
+            reference = compat.reference_nodes(self.degree)
+            nodes = np.column_stack([1 - reference.sum(axis=1), reference]) @ corners
+        else:
+            nodes = np.concatenate([corners, middles], axis=1)
         places = np.array(space.tabulate_dof_coordinates())
-        places[compat.cell_dofs(space)] = shares @ corners
+        places[compat.cell_dofs(space)] = nodes
         return places
 
     def _sheet_nodes(

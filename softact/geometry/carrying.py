@@ -14,7 +14,7 @@ from types import ModuleType
 
 import numpy as np
 
-TRIANGLE, TETRAHEDRON = 2, 4  # gmsh's numbers
+EDGE, TRIANGLE, TETRAHEDRON = 1, 2, 4  # gmsh's numbers
 OTHER_CELLS = "the mesh of the changed geometry has other cells"
 
 
@@ -45,9 +45,18 @@ class CarriedMesh:
         self.tags, self.points = tags[order], coordinates.reshape(-1, 3)[order]
         self._number = np.zeros(int(tags.max(initial=0)) + 1, dtype=np.int64)
         self._number[self.tags] = np.arange(len(tags))
+        #: (dimension, tag) -> corners of its edges (k, 2), triangles (k, 3), tetrahedra (k, 4)
+        self.parts = dict(self._parts(gmsh))
         self._entities = list(self._read(gmsh))
-        corners = gmsh.model.mesh.getElementsByType(TETRAHEDRON)[1].astype(np.int64)
-        self._inside = Extension(self.points, self._number[corners].reshape(-1, 4))
+        cells = [part for (d, _), part in self.parts.items() if d == 3]
+        self._inside = Extension(self.points, np.vstack([*cells, np.empty((0, 4), np.int64)]))
+
+    def _parts(self, gmsh: ModuleType) -> Iterator[tuple[tuple[int, int], np.ndarray]]:
+        for d, kind in enumerate((EDGE, TRIANGLE, TETRAHEDRON), start=1):
+            for _, tag in gmsh.model.getEntities(d):
+                corners = gmsh.model.mesh.getElementsByType(kind, tag)[1].astype(np.int64)
+                if len(corners):
+                    yield (d, tag), self._number[corners].reshape(-1, d + 1)
 
     def _read(self, gmsh: ModuleType) -> Iterator[_Entity]:
         for dimension, tag in gmsh.model.getEntities():
@@ -60,8 +69,7 @@ class CarriedMesh:
                 bounds = gmsh.model.getParametrizationBounds(dimension, tag)
             triangles = np.empty((0, 3), dtype=np.int64)
             if dimension == 2:
-                corners = gmsh.model.mesh.getElementsByType(TRIANGLE, tag)[1]
-                triangles = self._number[corners.astype(np.int64)].reshape(-1, 3)
+                triangles = self.parts.get((2, tag), triangles)
             elements = gmsh.model.mesh.getElements(dimension, tag)
             places = np.asarray(parameters), np.asarray(bounds)
             yield _Entity(dimension, tag, own, *places, elements, triangles)

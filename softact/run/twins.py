@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial import cKDTree
 
+from softact import compat
 from softact.errors import MeshError
 from softact.geometry.motion import Moved
+from softact.mesh.curves import EDGES, Curves
 from softact.mesh.sheets import SheetMesh
 from softact.mesh.tetrahedra import Mesh
 from softact.run.from_spec import load_steps, model_on, supports_of
@@ -49,22 +51,42 @@ def _twin(
     other = changed(spec, parameter.place, parameter.value + parameter.step)
     mesh = replace(model.mesh, layout=other.layout())
     if moved is not None and isinstance(velocity, np.ndarray):
-        mesh = _move(mesh, moved.points, parameter.step * velocity)
+        mesh = _move(mesh, moved, parameter.step * velocity)
     there = model_on(mesh, other, model)
     case = Case(there, supports_of(other.supports or ()), load_steps(other, there))
     return Twin(parameter, case)
 
 
-def _move(mesh: Mesh, points: np.ndarray, way: np.ndarray) -> Mesh:
-    """A mesh with its points moved; points (n, 3), way (n, 3) of the mesh as it was made."""
+def _move(mesh: Mesh, moved: Moved, way: np.ndarray) -> Mesh:
+    """A mesh with its points and the middles of its edges moved; way (n + k, 3) of these."""
+    of_points = moved.of_points(way)
     if mesh.domain is not None:
-        number = _numbers(points, mesh.points, mesh.original_points)
-        mesh = replace(mesh, moved=mesh.points + way[number])
+        number = _numbers(moved.points, mesh.points, mesh.original_points)
+        places = mesh.points + of_points[number]
+        mesh = replace(mesh, moved=places, middles=_middles(mesh, moved, way, number))
     if mesh.sheets is not None:
         sheets: SheetMesh = mesh.sheets
-        number = _numbers(points, sheets.points, np.arange(len(sheets.points)))
-        mesh = replace(mesh, sheets=replace(sheets, points=sheets.points + way[number]))
+        number = _numbers(moved.points, sheets.points, np.arange(len(sheets.points)))
+        places = sheets.points + of_points[number]
+        bent = sheets.bent
+        middles = bent.places + moved.of_middles(way, number[bent.edges])
+        bent = Curves(bent.edges, middles)
+        mesh = replace(mesh, sheets=replace(sheets, points=places, bent=bent))
     return mesh
+
+
+def _middles(mesh: Mesh, moved: Moved, way: np.ndarray, number: np.ndarray) -> np.ndarray | None:
+    """Places (cells, 6, 3) of the middles of a solid's edges; straight ones stay straight.
+
+    number: of each point among those that were moved.
+    """
+    if mesh.middles is None:
+        return None
+    ends = compat.geometry_dofs(mesh.domain)[:, EDGES]
+    straight = moved.of_points(way)[number[ends]].mean(axis=-2)
+    off = mesh.middles - mesh.points[ends].mean(axis=-2)
+    are_straight = np.linalg.norm(off, axis=-1, keepdims=True) < SAME_PLACE * np.ptp(mesh.points)
+    return mesh.middles + np.where(are_straight, straight, moved.of_middles(way, number[ends]))
 
 
 def _numbers(points: np.ndarray, places: np.ndarray, order: np.ndarray) -> np.ndarray:

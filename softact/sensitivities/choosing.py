@@ -44,7 +44,7 @@ class Chosen:
         if refused and self._named:
             raise SpecError(*(f"-p {path}: {why}" for path, why in refused.items()))
         kept = [v for _, v in pairs if not isinstance(v, str)]
-        Moved(moved.points, kept, moved.means).store(file)
+        Moved(moved.points, moved.edges, kept, moved.means).store(file)
         paths = [p.path for p in self.parameters if p.path not in refused]
         notes = [
             f"sensitivities: left out: {', '.join(p for p in refused if refused[p] == why)}: {why}"

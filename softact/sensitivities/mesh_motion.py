@@ -18,11 +18,12 @@ from softact.sensitivities.parameters import Parameter, changed
 #: Part of a parameter by which it is made smaller and larger, to see how the mesh moves. Lengths
 #: that are nearer than 1e-7 mm are one, so it is no smaller.
 WIDTH = 1e-4
+STRAIGHT = np.empty((0, 2), np.int64)  # no edge is curved
 IMPORTED = "a mesh that softact does not make itself cannot be moved"
 
 
 def mesh_motion(
-    geometry: Geometry, parameters: Sequence[Parameter], path: Path, curved: bool = True
+    geometry: Geometry, parameters: Sequence[Parameter], path: Path, curved: bool
 ) -> Moved:
     """How the points of the mesh move with each parameter, which are those of the geometry; or why
     they do not. path: of a file for the answer of gmsh's process. curved: whether edges may be.
@@ -30,7 +31,7 @@ def mesh_motion(
     Raises MeshError where there is no mesh at all.
     """
     if isinstance(geometry, Imported):
-        return Moved(np.empty((0, 3)), [IMPORTED] * len(parameters), REPEATED)
+        return Moved(np.empty((0, 3)), STRAIGHT, [IMPORTED] * len(parameters), REPEATED)
     pairs = [_pair(geometry, parameter) for parameter in parameters]
     found = [pair for pair in pairs if not isinstance(pair, str)]
     if isinstance(geometry, SheetGeometry):
@@ -39,10 +40,10 @@ def mesh_motion(
         move_mesh(geometry, found, path, curved)
         moved = Moved.stored(path)
     else:
-        moved = Moved(np.empty((0, 3)), [], REPEATED)
+        moved = Moved(np.empty((0, 3)), STRAIGHT, [], REPEATED)
     velocities = iter(moved.velocities)
     every = [pair if isinstance(pair, str) else next(velocities) for pair in pairs]
-    return Moved(moved.points, every, moved.means)
+    return Moved(moved.points, moved.edges, every, moved.means)
 
 
 def _pair(geometry: Geometry, parameter: Parameter) -> tuple[Geometry, Geometry, float] | str:
@@ -87,4 +88,4 @@ def _of_sheets(geometry: SheetGeometry, pairs: Sequence[tuple[Geometry, Geometry
             velocities.append((points(high) - points(low)) / width)
         except NotMovedError as error:
             velocities.append(str(error))
-    return Moved(base.points, velocities, REPEATED)
+    return Moved(base.points, STRAIGHT, velocities, REPEATED)

@@ -220,7 +220,7 @@ class Solver(Part):
         "times the shear modulus; P2 alone locks near incompressibility",
     )
     curved: bool = Field(
-        False,
+        True,
         description="round walls are curved in the mesh, too; false: they are flat between the "
         "corners of its elements",
     )
