@@ -43,7 +43,7 @@ def prepare(spec: Spec, folder: Path, paths: Sequence[str] = ()) -> Beside:
     """The model of a spec, and its parameters."""
     mesh = folder / "mesh.msh"
     if spec.geometry.layout().regions:
-        make_mesh(spec.geometry, mesh)
+        make_mesh(spec.geometry, mesh, curved=spec.solver.curved)
     job, _ = (slopes := Chosen(spec, paths)).job(folder)
     kept = [p for p in slopes.parameters if p.path in job["paths"]]
     motion = Path(job["motion"]) if job["motion"] else None
@@ -91,7 +91,7 @@ def run_at(beside: Beside, parameter: Parameter, value: float) -> list[Any]:
         index = [p.path for p in beside.parameters if p.of_geometry].index(parameter.path)
         velocity = moved.velocities[index]
         assert isinstance(velocity, np.ndarray)
-        mesh = _move(mesh, moved.points, (value - parameter.value) * velocity)
+        mesh = _move(mesh, moved, (value - parameter.value) * velocity)
     return rows(spec, model_on(mesh, spec))
 
 
