@@ -255,7 +255,7 @@ def draw_faces(geometry: Geometry, path: Path, timeout: float = 300.0) -> list[s
 
 
 def make_mesh(
-    geometry: Geometry, path: Path, timeout: float = 300.0, curved: bool = True
+    geometry: Geometry, path: Path, timeout: float = 300.0, curved: bool = False
 ) -> list[str]:
     """Writes the mesh of a geometry to ``path`` (.msh 4.1, mm), meshed in a process of its own.
 

@@ -7,6 +7,7 @@ from itertools import permutations
 
 import numpy as np
 
+from softact.mesh.curves import Curves, bent, edges_of
 from softact.mesh.msh_file import Tetrahedra
 from softact.mesh.tetrahedra import FACET_VERTICES
 
@@ -18,12 +19,14 @@ def block(
     size: tuple[float, float, float] = (1.0, 1.0, 1.0),
     mapping: Callable[[np.ndarray], np.ndarray] | None = None,
     keep: Callable[[np.ndarray], np.ndarray] | None = None,
+    curved: bool = False,
 ) -> Tetrahedra:
     """A block from the origin to ``size`` of hexahedra cut into 6 tetrahedra each (Kuhn).
 
     mapping: (n, 3) points of the block -> (n, 3) points of the mesh. keep: (m, 3) centres of the
     hexahedra in the block -> (m,) which to keep; the walls of what is left out are the surface
-    ``inside``. The sides of the block are the surfaces ``x_min`` to ``z_max``.
+    ``inside``. The sides of the block are the surfaces ``x_min`` to ``z_max``. curved: whether the
+    middles of the edges are mapped, too; else these are straight.
     """
     counts = np.array(cells) + 1
     grid = np.stack(np.meshgrid(*(np.arange(n) for n in counts), indexing="ij"), -1).reshape(-1, 3)
@@ -41,14 +44,18 @@ def block(
     used, tets = np.unique(tets, return_inverse=True)
     number = np.full(len(points), -1)
     number[used] = np.arange(len(used))
-    points = points[used]
+    points, curves = points[used], Curves()
     if mapping is not None:
-        points = mapping(points)
+        flat, points = points, mapping(points)
+        ends = edges_of(tets.reshape(-1, 4))
+        if curved:
+            curves = bent(ends, points, mapping(flat[ends].mean(axis=1)))
     return Tetrahedra(
         np.ascontiguousarray(points),
         tets.reshape(-1, 4),
         np.zeros(len(tets.reshape(-1, 4)), dtype=np.int32),
         {name: number[triangles] for name, triangles in surfaces.items()},
+        curves,
     )
 
 
