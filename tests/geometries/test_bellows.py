@@ -14,7 +14,7 @@ from softact.spec import loads
 BELLOWS = """
 geometry:
   {{type: bellows, convolutions: 1, pitch: 8 mm, inner_radius: {inner} mm, outer_radius: {outer} mm,
-    wall: {wall} mm, mesh_size: {size} mm}}
+    wall: {wall} mm, through_wall: 2, mesh_size: {size} mm}}
 materials: {{body: {{law: neo_hookean, c10: 0.1 MPa, density: 1000 kg/m^3}}}}
 solver: {{initial_increment: 1, max_increment: 1}}
 contact: none
@@ -89,21 +89,15 @@ def shell(pulled, pressure):
 def test_they_are_as_stiff_as_a_thin_shell_and_push_with_its_area(curve):
     """The force of the shell and of the mesh that pull one convolution longer, and the thrust under
     pressure of one that is held: p times the area inside the crest, less what the wall carries
-    there. The stiffness falls to the shell's with the square of the mesh size, where a shell leaves
-    out parts as small as the wall beside its folds. The area is nearly that of the mean diameter
-    (Expansion Joint Manufacturers Association), but not quite: 0.6 % less."""
+    there. The wall is curved in the mesh: as coarse as that is, it is as stiff as the shell to 1 %,
+    where a shell leaves out parts as small as the wall beside its folds. The area is nearly that of
+    the mean diameter (Expansion Joint Manufacturers Association), but not quite: 0.6 % less."""
     stiffness = shell(PULLED, 0.0) / PULLED
     area = np.pi * CREST**2 - shell(0.0, PRESSURE) / PRESSURE
-    found = {}
-    for size in (6, 3):
-        row = curve(written(size))
-        force = dict(zip(row["step"], row["tip_force_x_N"], strict=True))
-        found[size] = -force["pulled"] / PULLED
-        thrust = (force["blown"] - force["pulled"]) / PRESSURE
-    error = {size: found[size] / stiffness - 1 for size in found}
-    assert 0 < error[3] < 0.04
-    assert 3.5 < error[6] / error[3] < 5.5
-    assert (4 * error[3] - error[6]) / 3 == pytest.approx(0.0, abs=0.01)
+    row = curve(written(3))
+    force = dict(zip(row["step"], row["tip_force_x_N"], strict=True))
+    assert -force["pulled"] / PULLED == pytest.approx(stiffness, rel=0.01)
+    thrust = (force["blown"] - force["pulled"]) / PRESSURE
     assert thrust == pytest.approx(area, rel=2e-3)
     assert area == pytest.approx(np.pi / 4 * (ROOT + CREST) ** 2, rel=0.01)
 
