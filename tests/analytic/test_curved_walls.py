@@ -231,6 +231,28 @@ def test_meshes_have_the_volumes_of_the_round_bodies(geometry, tmp_path):
             assert volume == pytest.approx(geometry.volumes()[name], rel=2e-4), name
 
 
+BALL = """
+geometry: {type: thick_sphere, inner_radius: 10 mm, outer_radius: 11 mm, mesh_size: 6 mm}
+materials: {body: {law: neo_hookean, c10: 0.14 MPa}}
+solver: {initial_increment: 1, max_increment: 1}
+steps: [{pressure: 1 kPa}]
+"""
+
+
+def test_walls_are_curved_unless_a_spec_says_otherwise(tmp_path):
+    """The air at rest and the mesh's remark, of a ball with three edges to a quarter."""
+    exact = 4 / 3 * np.pi * 10**3
+    volume = {}
+    for name, changes in (("curved", {}), ("flat", {"solver.curved": False})):
+        outcome = run(loads(BALL).with_(changes), tmp_path / name, report=False)
+        assert outcome.status == "complete", outcome.message
+        volume[name] = read(tmp_path / name).curve["cavity_volume_mm3"][0]
+        remarks = (tmp_path / name / "log.txt").read_text(encoding="utf-8")
+        assert ("-14.6% of the closed form" in remarks) == (name == "flat")
+    assert volume["curved"] == pytest.approx(exact, rel=4e-3)
+    assert volume["flat"] == pytest.approx(0.854 * exact, rel=1e-3)
+
+
 RUN = """
 geometry: {type: tube, inner_radius: 5 mm, outer_radius: 7 mm, length: 4 mm, mesh_size: 3 mm}
 materials: {body: {law: neo_hookean, c10: 0.14 MPa, density: 1000 kg/m^3}}
