@@ -23,7 +23,7 @@ lint: setup  ## check style, format and types
 	.venv/bin/ruff check .
 	.venv/bin/ruff format --check .
 	.venv/bin/mypy
-	@if command -v shellcheck > /dev/null; then shellcheck .ci/run .ci/setup .ci/debian; fi
+	@if command -v shellcheck > /dev/null; then shellcheck .ci/run .ci/setup .ci/debian .ci/first_actuator; fi
 
 docs: setup  ## write the generated pages in docs/
 	for page in docs/*.py; do .venv/bin/python $$page || exit 1; done
