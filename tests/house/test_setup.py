@@ -153,6 +153,6 @@ def test_a_release_that_is_not_known_is_refused():
 def test_the_scripts_pass_shellcheck():
     if shutil.which("shellcheck") is None:
         pytest.skip("shellcheck is not installed")
-    scripts = [TREE / ".ci" / name for name in ("run", "setup", "debian")]
+    scripts = [TREE / ".ci" / name for name in ("run", "setup", "debian", "first_actuator")]
     done = subprocess.run(["shellcheck", *scripts], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout
