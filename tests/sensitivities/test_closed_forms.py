@@ -59,12 +59,12 @@ def tube_energy(inner: float, outer: float, c10: float, pressure: float) -> floa
 
 CASES = {
     "sphere": (
-        SPHERE, (7.2, 3.6, 1.8), sphere_volume, "cavity_volume_mm3", 1.0,
+        SPHERE, (7.2, 3.6), sphere_volume, "cavity_volume_mm3", 1.0,
         {"geometry.inner_radius": 10.0, "geometry.outer_radius": 14.0,
          "materials.body.c10": 0.1, "steps.0.pressure.cavity": 0.04},
     ),
     "tube": (
-        TUBE, (2.8, 1.4, 0.7), tube_energy, "strain_energy_mJ", 1.0,
+        TUBE, (2.8, 1.4), tube_energy, "strain_energy_mJ", 1.0,
         {"geometry.inner_radius": 5.0, "geometry.outer_radius": 7.0,
          "materials.body.c10": 0.1, "steps.0.surface_pressure.bore": 0.025},
     ),
@@ -72,7 +72,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_the_second_refinement_is_within_one_percent(name, tmp_path):
+def test_one_refinement_is_within_a_thousandth(name, tmp_path):
     text, sizes, exact, measure, length, values = CASES[name]
     errors = []
     for size in sizes:
@@ -90,6 +90,6 @@ def test_the_second_refinement_is_within_one_percent(name, tmp_path):
             wanted = (high - low) / (2 * PARTS * of[k])
             worst = max(worst, abs(slopes[path][measure] / wanted - 1))
         errors.append(worst)
-    assert errors[-1] < 0.01
-    assert errors[0] > errors[-1]
+    assert errors[-1] < 1e-3
+    assert errors[0] > 5 * errors[-1]
     assert errors[-1] > SMALL  # it is the mesh's error, not that of a formula used twice
