@@ -38,7 +38,7 @@ def watched(spec: Spec, told=lambda watch: None) -> Watch:
 
     with tempfile.TemporaryDirectory() as folder:
         mesh = Path(folder) / "mesh.msh"
-        make_mesh(spec.geometry, mesh)
+        make_mesh(spec.geometry, mesh, curved=spec.solver.curved)
         model = build_model(MPI.COMM_SELF, spec, mesh)
     watch = Watch(model)
 

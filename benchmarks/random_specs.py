@@ -237,7 +237,7 @@ def look(folder: Path) -> dict:
     from softact.solve.newton import Loaded, Newton
 
     spec = specs.load(str(folder / "spec.yaml"))
-    make_mesh(spec.geometry, folder / "again.msh")
+    make_mesh(spec.geometry, folder / "again.msh", curved=spec.solver.curved)
     model = build_model(MPI.COMM_SELF, spec, folder / "again.msh")
     found = checkpoint.read(model, folder)
     if found is None:

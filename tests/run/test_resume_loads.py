@@ -80,7 +80,7 @@ def run(tmp_path):
         spec, count = specs.loads(text), 0
         if spec.geometry not in meshes:
             meshes[spec.geometry] = tmp_path / f"{len(meshes)}.msh"
-            make_mesh(spec.geometry, meshes[spec.geometry])
+            make_mesh(spec.geometry, meshes[spec.geometry], curved=spec.solver.curved)
 
         def tell(event):
             nonlocal count

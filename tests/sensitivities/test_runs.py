@@ -47,7 +47,7 @@ def run(text: str, folder: Path, paths=PATHS, after: int | None = None, again: b
     """The lines of the table of a run in this process, which is killed after some increments."""
     spec, count = specs.loads(text), 0
     mesh = folder.parent / "mesh.msh"
-    make_mesh(spec.geometry, mesh)
+    make_mesh(spec.geometry, mesh, curved=spec.solver.curved)
     job, _ = Chosen(spec, paths).job(folder.parent)
 
     def tell(event):
