@@ -1,12 +1,12 @@
 """One module of a long chain of equal ones: two faces that a rigid motion relates.
 
-The right face is where a rigid motion takes the left one: x₊ = c + R (x₋ − c) + t, with c the middle
-of the undeformed left face, R by a rotation vector ω and t a translation. Only ω, t and the left
-face are unknowns; the right face follows exactly, pressures too. The state of a chain then repeats
-from module to module, turned by R each time (the helical Cauchy-Born rule; Kumar, Kumar and Gupta,
+The right face is where a rigid motion takes the left one: x₊ = c + R (x₋ − c) + t, with c the
+middle of the undeformed left face, R by a rotation vector ω and t a translation. Only ω, t and the
+left face are unknowns; the right face follows exactly, pressures too. A chain then repeats
+its state, turned by R each time (the helical Cauchy-Born rule; Kumar, Kumar and Gupta,
 Proc. R. Soc. A 2016). With J the derivative of all unknowns by these, the out-of-balance force is
-Jᵀ r; what it holds at ω and t are the moment and force of a cross-section. The tangent is Jᵀ K J and
-the second derivative of the motion.
+Jᵀ r; what it holds at ω and t are the moment and force of a cross-section. The tangent is Jᵀ K J
+and the second derivative of the motion.
 
 The module as a whole is held by multipliers at the mean displacement and rotation of its left face:
 points that are pinned would be loaded where moments and forces are given.

@@ -1,9 +1,9 @@
 """The air of one module of a chain, whose cavity goes on into its neighbours.
 
-The walls leave the cavity open at both faces. A rigid motion takes the left opening to the right one
-(``softact.bodies.repeat``), so what closes both adds ⅓ v · a to the volume, with a = ½ ∮ x × dx the
-area vector of the left opening and v = Rᵀ (c + t) − c: whatever the shape of what closes them. Its
-derivative by ω and t is the thrust on the cross-section.
+The walls leave the cavity open at both faces. A rigid motion takes the left opening to the right
+one (``softact.bodies.repeat``). What closes both adds ⅓ v · a to the volume, whatever its shape:
+a = ½ ∮ x × dx is the area vector of the left opening, and v = Rᵀ (c + t) − c. The derivative by ω
+and t is the thrust on the cross-section.
 """
 
 from __future__ import annotations

@@ -98,6 +98,9 @@ def run(
     if spec.sheets and processes > 1:
         processes = 1
         notes += ["sheets are computed by one process: the others are left out"]
+    if spec.layout().repeats and processes > 1:
+        processes = 1
+        notes += ["a module is computed by one process: the others are left out"]
     with held(directory, "run", {"run.json": json_text({"status": INCOMPLETE})}) as inherited:
         old = to_resume(spec, directory) if resume else None
         if resume and old is None:
@@ -145,8 +148,9 @@ def _remember(directory: Path, measured: Sequence[Measured]) -> None:
 
 def usual_processes(spec: Spec) -> int:
     """How many MPI processes a run takes where nobody says: the cores, up to two, beyond which
-    little is gained; one where contact between surfaces or sheets leave no choice."""
-    return 1 if spec.contact or spec.sheets else min(2, len(os.sched_getaffinity(0)))
+    little is gained; one where contact between surfaces, sheets or a module leave no choice."""
+    alone = spec.contact or spec.sheets or spec.layout().repeats
+    return 1 if alone else min(2, len(os.sched_getaffinity(0)))
 
 
 @contextlib.contextmanager

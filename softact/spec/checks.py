@@ -63,9 +63,11 @@ def cross_faults(data: Any, geometry: Geometry | None) -> Iterator[Fault]:
     yield from _made_of(data, "sheets", "sheet", tuple(layout.sheets), made_of_sheets)
     for index, layer in _mappings(data.get("layers")):
         yield from surface_fault(layer.get("surface"), ("layers", index, "surface"), layout)
-    if data.get("supports") is not None:
+    if layout.repeats is not None:
+        pass  # the means of a module's left face hold it
+    elif data.get("supports") is not None:
         yield from _supports(data["supports"], ("supports",), layout)
-    elif not layout.clamp and layout.regions and layout.repeats is None:
+    elif not layout.clamp and layout.regions:
         yield from _supports([], ("supports",), layout)
     for key, kind in BODIES.items():
         if kind.annotation is not None and data.get(key) is not None:
