@@ -36,7 +36,8 @@ class Repeat:
     """The two faces of a model. Lengths in mm, forces in N, moments in N·mm.
 
     pitch: (3,) from the left face to the right one, undeformed. centre: (3,) c. free: (6,) which of
-    ``COMPONENTS`` are unknowns or held, not zero by symmetry. dofs: (6,) their unknowns.
+    ``COMPONENTS`` are unknowns or held, not zero by symmetry. dofs: (6,) their unknowns. follows:
+    unknowns that the motion gives.
     """
 
     def __init__(self, model: Model, faces: Repeats):
@@ -191,7 +192,7 @@ class Repeat:
         follows[self.right], follows[self._pressures[1]] = True, True
         self._touched = np.flatnonzero(follows[rows] | follows[columns])
         self._entries = rows[self._touched], columns[self._touched]
-        self._follows = np.flatnonzero(follows)
+        self.follows = np.flatnonzero(follows)
         self._apart_all = self._apart.ravel()
         ones = self._folded(np.ones(len(self._touched)), self._ones())
         keys = set((ones.row.astype(np.int64) * size + ones.col).tolist())
@@ -202,7 +203,7 @@ class Repeat:
                     np.repeat(one, len(other)).astype(np.int64) * size + np.tile(other, len(one))
                 ).tolist()
             )
-        keys |= set((self._follows.astype(np.int64) * (size + 1)).tolist())
+        keys |= set((self.follows.astype(np.int64) * (size + 1)).tolist())
         self._keys = np.array(sorted(keys))
         self._slots = assembler.couple(*np.divmod(self._keys, size))
 
@@ -232,9 +233,9 @@ class Repeat:
         # Fixed unknowns have their 1 from the assembler.
         at = np.searchsorted(self._keys, every)
         out = np.bincount(at, wanted, len(self._keys))
-        idle = fixed[self._follows] == 0
-        pressures = np.isin(self._follows, self._pressures[1])
-        here = np.searchsorted(self._keys, self._follows.astype(np.int64) * (size + 1))
+        idle = fixed[self.follows] == 0
+        pressures = np.isin(self.follows, self._pressures[1])
+        here = np.searchsorted(self._keys, self.follows.astype(np.int64) * (size + 1))
         out[here] = np.where(pressures, -1.0, 1.0) * idle
         fixed_row, fixed_column = (fixed[part] == 1 for part in np.divmod(self._keys, size))
         out[fixed_row | fixed_column] = 0.0

@@ -73,13 +73,6 @@ OneModule = Annotated[
 ]
 
 
-def with_modules() -> str:
-    """The geometries that have a module, in words."""
-    from softact.geometries import GEOMETRIES
-
-    return ", ".join(n for n, kind in GEOMETRIES.items() if "module_alone" in kind.model_fields)
-
-
 class Geometry(BaseModel):
     """Parameters of one kind of actuator, and how gmsh builds it. Base of all geometries.
 
@@ -181,7 +174,10 @@ class Geometry(BaseModel):
         repeat (``Layout.repeats``) and away from its ends. Raises SpecError where it is none.
         """
         kind = type(self).model_fields["type"].default
-        raise SpecError(f"geometry.type: {kind} has no module; {with_modules()} have one")
+        raise SpecError(
+            f"geometry.type: {kind} has no module that repeats, or none yet; "
+            "docs/modules.md says which have one"
+        )
 
     @property
     def pitches(self) -> float:
