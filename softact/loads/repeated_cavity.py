@@ -27,26 +27,43 @@ QUADRATIC = np.array([[0.0, -1.0, 4.0], [1.0, 0.0, -4.0], [-4.0, 4.0, 0.0]]) / 6
 EDGES = {3: [[0, 1], [1, 2], [2, 0]], 6: [[0, 1, 3], [1, 2, 4], [2, 0, 5]]}  # of a facet
 
 
+class Opening:
+    """The rim of the walls of a cavity in a face. dofs: (n, 3) of its nodes. weights: (n, n) w.
+
+    facets: of the walls. face: nodes of the face.
+    """
+
+    def __init__(self, model: Model, facets: np.ndarray, face: np.ndarray):
+        rim = _rim(model.surfaces.facet_nodes(facets), face)
+        nodes, at = np.unique(rim, return_inverse=True)
+        self._places, self.dofs = model.nodes.places[nodes], model.displacement_dofs[nodes]
+        self.weights = np.zeros((len(nodes), len(nodes)))
+        for edge in at.reshape(rim.shape):
+            self.weights[np.ix_(edge, edge)] += STRAIGHT if len(edge) == 2 else QUADRATIC
+
+    def at(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Places (n, 3) of the rim's nodes, and Σ_b w_ab x_b (n, 3)."""
+        places = self._places + x[self.dofs]
+        return places, self.weights @ places
+
+
+def area_vector(places: np.ndarray, partners: np.ndarray) -> np.ndarray:
+    """a (3,), mm², of an ``Opening``."""
+    return np.cross(places, partners).sum(axis=0) / 2
+
+
 class RepeatedCavity:
     """A cavity's volume and pressure; for one process. Offers what ``CavityPressure`` does."""
 
     def __init__(self, model: Model, repeat: Repeat, walls: CavityPressure, facets: np.ndarray):
         self.name, self._walls, self._repeat = walls.name, walls, repeat
         self._assembler = model.assembler
-        rim = _rim(model.surfaces.facet_nodes(facets), model.surfaces.nodes(repeat.faces.left))
-        nodes, at = np.unique(rim, return_inverse=True)
-        self._places, self._dofs = model.nodes.places[nodes], model.displacement_dofs[nodes]
-        self._weights = np.zeros((len(nodes), len(nodes)))
-        for edge in at.reshape(rim.shape):
-            self._weights[np.ix_(edge, edge)] += STRAIGHT if len(edge) == 2 else QUADRATIC
+        left = model.surfaces.nodes(repeat.faces.left)
+        self._opening = Opening(model, facets, left)
+        self._dofs, self._weights = self._opening.dofs, self._opening.weights
         self._all = np.concatenate([self._dofs.ravel(), repeat.dofs])
         size = len(self._all)
         self._slots = model.assembler.couple(np.repeat(self._all, size), np.tile(self._all, size))
-
-    def _opening(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Places (n, 3) of the rim's nodes, and Σ_b w_ab x_b (n, 3)."""
-        places = self._places + x[self._dofs]
-        return places, self._weights @ places
 
     def _across(self, x: np.ndarray) -> tuple[RotationVector, np.ndarray, np.ndarray]:
         """R, c + t and v."""
@@ -56,15 +73,15 @@ class RepeatedCavity:
 
     def volume(self, x: np.ndarray) -> float:
         """Volume of the module's air, mm³."""
-        places, partners = self._opening(x)
-        area = np.cross(places, partners).sum(axis=0) / 2
+        places, partners = self._opening.at(x)
+        area = area_vector(places, partners)
         return self._walls.volume(x) + float(self._across(x)[2] @ area) / 3
 
     def _first(self, x: np.ndarray) -> np.ndarray:
         """Derivative of the closing volume by the rim's nodes, ω and t, flat."""
-        places, partners = self._opening(x)
+        places, partners = self._opening.at(x)
         rotation, end, v = self._across(x)
-        area = np.cross(places, partners).sum(axis=0) / 2
+        area = area_vector(places, partners)
         turns = np.einsum("a,iab,b->i", end, rotation.first, area)
         parts = [np.cross(partners, v).ravel(), turns, rotation.matrix @ area]
         return np.concatenate(parts) / 3 * self._scale
@@ -75,9 +92,9 @@ class RepeatedCavity:
 
     def _second(self, x: np.ndarray) -> np.ndarray:
         """The second derivative."""
-        places, partners = self._opening(x)
+        places, partners = self._opening.at(x)
         rotation, end, v = self._across(x)
-        area = np.cross(places, partners).sum(axis=0) / 2
+        area = area_vector(places, partners)
         n = self._dofs.size
         found = np.zeros((n + 6, n + 6))
         found[:n, :n] = np.einsum("ab,ij->aibj", self._weights, -cross_with(v)).reshape(n, n)

@@ -215,5 +215,5 @@ def test_a_tube_under_pressure_and_torque():
 
 def test_faces_that_do_not_match_are_refused():
     tets = block((2, 2, 2), mapping=lambda x: x + 0.1 * x[:, :1] * (x[:, 1:2] > 0.4) * [0, 1, 0])
-    with pytest.raises(SpecError, match="'x_min' and 'x_max' do not match: .* have no partner"):
+    with pytest.raises(SpecError, match=r"'x_min' and 'x_max' do not match: .* have no partner"):
         build(tets, RUBBER, repeats=ALONG_X)
