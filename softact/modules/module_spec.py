@@ -35,7 +35,11 @@ def module_specs(spec: Spec, hold: Mapping[str, str]) -> ModuleSpecs:
     geometry = spec.geometry if alone else spec.geometry.module()
     repeats = geometry.layout().repeats or spec.layout().repeats
     assert repeats is not None  # a module has them
-    changes = {"supports": [], "module.left": repeats.left, "module.right": repeats.right}
+    changes: dict[str, object] = {
+        "supports": [],
+        "module.left": repeats.left,
+        "module.right": repeats.right,
+    }
     if not alone:
         changes["geometry.module_alone"] = True
     for name, value in hold.items():

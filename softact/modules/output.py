@@ -134,7 +134,7 @@ def lines(study: Study) -> list[str]:
     """What the last state says, in a few lines."""
     last = study.rows()[-1]
     wanted = ("module_angle_", "module_stretch_", "module_cavity_volume", "blocked_", "actuator_")
-    shown = [_shown(n, v) for n, v in last.items() if n.startswith(wanted) and _counts(v)]
+    shown = [_shown(n, float(v)) for n, v in last.items() if n.startswith(wanted) and _counts(v)]
     at = load_text(study.free, len(study.free.curve["step"]) - 1)
     return [f"at {at}:", *(f"  {name}: {value} {unit}".rstrip() for name, value, unit in shown)]
 

@@ -32,7 +32,7 @@ IN_STEPS = {
 }
 
 
-class ModuleSpec(Part):
+class ModuleSpec(Part, title="Module"):
     """One module of a long chain: what is meshed goes on at both faces with its like."""
 
     left: str = Field(description="surface at which the module before ends")
