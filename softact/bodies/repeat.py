@@ -42,6 +42,12 @@ class Repeat:
 
     def __init__(self, model: Model, faces: Repeats):
         self._model, self.faces = model, faces
+        for number, layer in enumerate(model.layers):
+            if layer.bending is not None:
+                raise SpecError(
+                    f"layers.{number}: the bending stiffness on '{layer.surface}' does not go on in "
+                    "the next module; write bending: 0"
+                )
         places, dofs = model.nodes.places, model.displacement_dofs
         left, right = (model.surfaces.nodes(name) for name in (faces.left, faces.right))
         shares = model.surfaces.shares

@@ -20,7 +20,6 @@ BESIDE = {
     "obstacles": "an obstacle touches some modules and not others",
     "contact": "a module does not see what its neighbours touch",
     "sheets": "a sheet does not go on in the next module",
-    "layers": "a layer's bending does not go on in the next module",
     "constraints": "a face of a chain keeps no shape of its own",
 }
 IN_STEPS = {

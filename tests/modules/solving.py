@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -17,27 +16,20 @@ from softact.spec import Spec
 from softact.system.term import State
 
 
-@dataclass
-class Solved:
-    """The model of a spec and its states at the ends of the steps."""
-
-    model: Model
-    ends: list[State] = field(default_factory=list)
-
-
-def solved(data: dict[str, Any], folder: Path) -> Solved:
-    """Carry out the steps of a spec's plain data."""
+def solved(data: dict[str, Any], folder: Path) -> tuple[Model, list[State]]:
+    """Carry out the steps of a spec's plain data; the model, and its states at their ends."""
     spec = Spec.model_validate(data)
-    mesh = folder / "mesh.msh"
+    folder.mkdir()
+    mesh, ends = folder / "mesh.msh", []
     make_mesh(spec.geometry, mesh)
-    found = Solved(build_model(MPI.COMM_SELF, spec, mesh))
+    model = build_model(MPI.COMM_SELF, spec, mesh)
 
     def keep(state: State, attempt: Any, number: int) -> None:
         if attempt.fraction == 1.0:
-            found.ends.append(State(state.x.copy(), dict(state.loads)))
+            ends.append(State(state.x.copy(), dict(state.loads)))
 
     settings = Settings(initial_increment=1.0, max_increment=1.0, tolerance=1e-9)
     supports = supports_of(spec.supports or ())
-    progress = Stepper(found.model, settings, keep).run(load_steps(spec, found.model), supports)
+    progress = Stepper(model, settings, keep).run(load_steps(spec, model), supports)
     assert not progress.stopped, progress.stopped
-    return found
+    return model, ends

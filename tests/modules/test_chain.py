@@ -1,5 +1,8 @@
 """A module beside the inner modules of whole actuators of the same mesh, at three pressures."""
 
+from dataclasses import dataclass, field
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -10,22 +13,85 @@ from softact.system.rotation import RotationVector
 from tests.modules.solving import solved
 
 RUBBER = {"law": "yeoh", "c10": "0.11 MPa", "c20": "0.02 MPa", "bulk_modulus": "22 MPa"}
-FINGER = {
-    "type": "pneunet",
-    "chambers": 6,
-    "chamber_height": "8 mm",
-    "chamber_width": "8 mm",
-    "base": "3 mm",
-    "mesh_size": "4 mm",
-    "cavity_mesh_size": "2 mm",
+PAPER = {
+    "thickness": "0.1 mm",
+    "bending": 0,
+    "material": {"law": "linear", "youngs_modulus": "100 MPa", "poissons_ratio": 0.3},
 }
-PRESSURES = (5.0, 10.0, 15.0)  # kPa
+PRESSURES = (0.25, 0.5, 1.0)  # of the case's
 
 
-def spec(geometry):
-    """Plain data of a spec that goes to the pressures one by one."""
-    steps = [{"name": f"to_{p:g}", "pressure": f"{p} kPa"} for p in PRESSURES]
-    return {"geometry": geometry, "materials": {"body": RUBBER}, "steps": steps}
+@dataclass(frozen=True)
+class Case:
+    """An actuator, its highest pressure (kPa), where one of its inner modules begins (mm), and the
+    cavity that is driven."""
+
+    geometry: dict[str, Any]
+    pressure: float
+    begins: float
+    cavity: str = "cavity"
+    more: dict[str, Any] = field(default_factory=dict)
+    regions: tuple[str, ...] = ("body",)
+
+    def spec(self, alone: bool) -> dict[str, Any]:
+        """Plain data of a spec that goes to the pressures one by one."""
+        geometry = {**self.geometry, "module_alone": True} if alone else self.geometry
+        steps = [
+            {"name": f"to_{p * 100:g}", "pressure": {self.cavity: f"{p * self.pressure} kPa"}}
+            for p in PRESSURES
+        ]
+        materials = dict.fromkeys(self.regions, RUBBER)
+        return {"geometry": geometry, "materials": materials, "steps": steps, **self.more}
+
+
+CASES = {
+    "pneunet": Case(
+        {
+            "type": "pneunet",
+            "chambers": 6,
+            "chamber_height": "8 mm",
+            "chamber_width": "8 mm",
+            "base": "3 mm",
+            "mesh_size": "4 mm",
+            "cavity_mesh_size": "2 mm",
+        },
+        pressure=20.0,
+        begins=4 + 2 + 2 * 9,  # the plug, a third of a chamber, two pitches
+    ),
+    "slow_pneunet": Case(
+        {
+            "type": "slow_pneunet",
+            "chambers": 6,
+            "chamber_height": "6 mm",
+            "chamber_width": "6 mm",
+            "outer_wall": "3 mm",
+            "roof": "4 mm",
+            "mesh_size": "3 mm",
+        },
+        pressure=20.0,
+        begins=7 + 2 + 7 / 3 + 9,
+        regions=("body", "film"),
+    ),
+    "fiber_reinforced": Case(
+        {"type": "fiber_reinforced", "length": "74 mm", "mesh_size": "4 mm"},
+        pressure=10.0,
+        begins=5 + 8 * 4,
+        regions=("body", "sleeve"),
+        more={"layers": [{"surface": "base", **PAPER}]},
+    ),
+    "omnidirectional": Case(
+        {"type": "omnidirectional", "modules": 6, "symmetry": True, "mesh_size": "5 mm"},
+        pressure=10.0,
+        begins=25.0,
+        cavity="cavity_1",
+    ),
+    "shell_reinforced": Case(
+        {"type": "shell_reinforced", "cuts": 7, "length": "76 mm", "mesh_size": "5 mm"},
+        pressure=10.0,
+        begins=5 + 6.5 / 2 + 3 * 8.5,
+        more={"layers": [{"surface": "shell", **PAPER}]},
+    ),
+}
 
 
 def turned_by(angle):
@@ -47,7 +113,7 @@ def on_plane(model, plane):
     return nodes[np.lexsort(np.round(places[nodes, 1:], 6).T)]
 
 
-def inner_module(model, x, planes, weights):
+def inner_module(model, x, planes, weights, cavity):
     """Turn, stretch and air (mm³) of the part of a finger between two planes x = const.
 
     weights: (n,) shares of the section's area of the nodes in a plane.
@@ -60,7 +126,7 @@ def inner_module(model, x, planes, weights):
     shift = frame.T @ (weights @ right - weights @ left)
     mean = RotationVector(np.array([0.0, turn, 0.0]), integral=True).matrix
     stretch = np.linalg.solve(mean, shift)[0] / (planes[1] - planes[0])
-    facets = model.surfaces.facets("cavity")
+    facets = model.surfaces.facets(cavity)
     middles = places[model.surfaces.facet_nodes(facets)].mean(axis=1)[:, 0]
     facets = facets[(planes[0] < middles) & (middles < planes[1])]
     walls = CavityPressure(model.assembler, "part", facets, model.degree).volume(x)
@@ -70,31 +136,23 @@ def inner_module(model, x, planes, weights):
     return turn, stretch, walls + closing
 
 
-@pytest.fixture(scope="module")
-def module(tmp_path_factory):
-    geometry = {**FINGER, "module_alone": True}
-    return solved(spec(geometry), tmp_path_factory.mktemp("module"))
-
-
-@pytest.fixture(scope="module")
-def finger(tmp_path_factory):
-    return solved(spec(FINGER), tmp_path_factory.mktemp("finger"))
-
-
-@pytest.mark.parametrize("number", range(len(PRESSURES)))
-def test_a_module_is_an_inner_one_of_the_finger(module, finger, number):
-    """Turn, stretch and air of the third module of a finger of six chambers."""
-    model, state = module.model, module.ends[number]
+@pytest.mark.parametrize("name", CASES)
+def test_a_module_is_an_inner_one_of_the_whole(name, tmp_path):
+    """Turn, stretch and air at three pressures."""
+    case = CASES[name]
+    model, states = solved(case.spec(alone=True), tmp_path / "module")
+    whole, ends = solved(case.spec(alone=False), tmp_path / "whole")
     nodes, share = model.surfaces.shares("left")
     place = {int(node): part for node, part in zip(nodes, share, strict=True)}
     weights = np.array([place.get(int(node), 0.0) for node in on_plane(model, 0.0)])
-    planes = 4.0 + 2.0 + 9.0 * np.array([2, 3])  # the plug, a third of a chamber, the pitch
-    inside = inner_module(finger.model, finger.ends[number].x, planes, weights)
-    section = CrossSection(model, state)
-    pitch = section.repeat.length
-    found = section.strain[1] * pitch, section.strain[3], model.cavity_volume(state, "cavity")
-    print(PRESSURES[number], np.array(found), np.array(found) / inside - 1)
-    assert found[0] == pytest.approx(inside[0], rel=1e-3)
-    assert found[1] == pytest.approx(inside[1], rel=1e-4)
-    assert found[2] == pytest.approx(inside[2], rel=1e-4)
-    assert found[0] > 0.02 * (number + 1)
+    planes = case.begins, case.begins + model.repeat.length
+    for state, end in zip(states, ends, strict=True):
+        inside = inner_module(whole, end.x, planes, weights, case.cavity)
+        section = CrossSection(model, state)
+        turn = section.strain[1] * section.repeat.length
+        found = turn, section.strain[3], model.cavity_volume(state, case.cavity)
+        print(name, np.array(found), np.array(found) / inside - 1, flush=True)
+        assert found[0] == pytest.approx(inside[0], rel=1e-3)
+        assert found[1] == pytest.approx(inside[1], rel=1e-4)
+        assert found[2] == pytest.approx(inside[2], rel=1e-4)
+    assert abs(turn) > 0.02
