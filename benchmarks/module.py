@@ -2,8 +2,8 @@
 
 The finger of ``pneunet8.yaml`` with chambers of three steps along x, so that both have the same
 mesh (the period is even), and its module go to 20 kPa, in turn, in one process. Timed is the
-processor time of the load steps alone, without meshing, set-up and measures, so the machine may be busy.
-Prints the median of each and their ratio.
+processor time of the load steps alone, without meshing, set-up and measures, so the machine may be
+busy. Prints the median of each and their ratio.
 """
 
 from __future__ import annotations

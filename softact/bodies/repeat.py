@@ -45,8 +45,8 @@ class Repeat:
         for number, layer in enumerate(model.layers):
             if layer.bending is not None:
                 raise SpecError(
-                    f"layers.{number}: the bending stiffness on '{layer.surface}' does not go on in "
-                    "the next module; write bending: 0"
+                    f"layers.{number}: bending on '{layer.surface}' does not go on in the next "
+                    "module; write bending: 0"
                 )
         places, dofs = model.nodes.places, model.displacement_dofs
         left, right = (model.surfaces.nodes(name) for name in (faces.left, faces.right))
@@ -65,6 +65,7 @@ class Repeat:
         self.free = free_components(model.mesh.layout.symmetry).ravel()
         self.scale = np.repeat([1 / self.length, 1.0], 3)  # rad or mm of an unknown
         self._gauge = self._held_means(left)
+        self._turned: tuple[np.ndarray, RotationVector] | None = None
         self._raw: tuple[np.ndarray, np.ndarray] | None = None
         self._lay_out()
 
@@ -115,11 +116,18 @@ class Repeat:
         turn, shift = x[self._apart[:2]]
         return turn / self.length, self.pitch + shift
 
+    def turned(self, x: np.ndarray) -> RotationVector:
+        """R and its derivatives by ω; kept, since it is asked for again and again."""
+        turn = self.motion(x)[0]
+        if self._turned is None or not np.array_equal(self._turned[0], turn):
+            self._turned = turn.copy(), RotationVector(turn)
+        return self._turned[1]
+
     def follow(self, x: np.ndarray) -> np.ndarray:
         """Put the right face where the motion takes the left one, in place."""
-        turn, shift = self.motion(x)
+        _, shift = self.motion(x)
         here = self._places[0] + x[self.left]
-        x[self.right] = here @ RotationVector(turn).matrix.T + shift - self._places[1]
+        x[self.right] = here @ self.turned(x).matrix.T + shift - self._places[1]
         x[self._pressures[1]] = x[self._pressures[0]]
         return x
 
@@ -137,7 +145,7 @@ class Repeat:
     def condense(self, x: np.ndarray, force: np.ndarray) -> np.ndarray:
         """Jᵀ of a force (local,), as a new array."""
         out = force.copy()
-        turn = RotationVector(self.motion(x)[0])
+        turn = self.turned(x)
         push, here = force[self.right], self._places[0] + x[self.left]
         out[self.left] += push @ turn.matrix
         out[self._apart[0]] += np.einsum("na,iab,nb->i", push, turn.first, here) / self.length
@@ -163,7 +171,7 @@ class Repeat:
 
     def _jacobian(self, x: np.ndarray) -> scipy.sparse.csr_matrix:
         """J (local, local), the identity but at the right face. Its entries are always the same."""
-        turn = RotationVector(self.motion(x)[0])
+        turn = self.turned(x)
         n, here = len(self.left), self._places[0] + x[self.left]
         by_turn = np.einsum("iab,nb->nai", turn.first, here) / self.length
         plus, minus = self.right, self.left
@@ -250,7 +258,7 @@ class Repeat:
     def _beyond(self, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Rows, columns and values of the motion's second derivative and of the multipliers."""
         push, x = self._push(state), state.x
-        turn = RotationVector(self.motion(x)[0])
+        turn = self.turned(x)
         here = self._places[0] + x[self.left]
         one = np.einsum("iab,na->inb", turn.first, push) / self.length
         two = np.einsum("na,ijab,nb->ij", push, turn.second, here) / self.length**2

@@ -67,8 +67,8 @@ class RepeatedCavity:
 
     def _across(self, x: np.ndarray) -> tuple[RotationVector, np.ndarray, np.ndarray]:
         """R, c + t and v."""
-        turn, shift = self._repeat.motion(x)
-        rotation, end = RotationVector(turn), self._repeat.centre + shift
+        rotation = self._repeat.turned(x)
+        end = self._repeat.centre + self._repeat.motion(x)[1]
         return rotation, end, end @ rotation.matrix - self._repeat.centre
 
     def volume(self, x: np.ndarray) -> float:

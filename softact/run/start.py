@@ -16,7 +16,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from softact.errors import OUT_OF_MEMORY, CannotWriteError, NoEquilibriumError, SoftactError
+from softact.errors import (
+    OUT_OF_MEMORY,
+    CannotWriteError,
+    NoEquilibriumError,
+    SoftactError,
+    SpecError,
+)
 from softact.files.lock import held
 from softact.files.streams import UTF8
 from softact.files.text import json_text, write_atomic
@@ -174,6 +180,8 @@ def _chosen(spec: Spec, paths: Sequence[str]) -> Chosen:
     # Imported here: it loads scipy, and sweeps and their tables shall not wait for it.
     from softact.sensitivities.choosing import Chosen
 
+    if spec.layout().repeats:
+        raise SpecError("sensitivities: a module has none yet; differentiate the whole actuator")
     return Chosen(spec, paths)
 
 

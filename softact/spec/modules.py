@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
@@ -46,7 +47,7 @@ class ModuleSpec(Part, title="Module"):
     @property
     def repeats(self) -> Repeats:
         """The same for a layout."""
-        held = {f"turn_{c}": value for c, value in self.turn.items()}
+        held = {f"turn_{c}": math.radians(value) for c, value in self.turn.items()}
         return Repeats(
             self.left, self.right, held | {f"shift_{c}": v for c, v in self.shift.items()}
         )

@@ -26,10 +26,9 @@ class RotationVector:
     """
 
     def __init__(self, vector: np.ndarray, integral: bool = False):
-        cross, unit = cross_with(vector), np.array([cross_with(axis) for axis in np.eye(3)])
+        cross, unit = cross_with(vector), UNIT
         s, square = float(vector @ vector), cross @ cross
-        one, other = SERIES[1:] if integral else SERIES[:2]
-        (a, a1, a2), (b, b1, b2) = ([q(s), q.deriv(1)(s), q.deriv(2)(s)] for q in (one, other))
+        (a, a1, a2), (b, b1, b2) = (SERIES @ s ** np.arange(TERMS))[integral : integral + 2]
         mixed = unit @ cross + cross @ unit  # derivatives of K² by ω_i
         pairs = np.einsum("iab,jbc->ijac", unit, unit)
         both = np.einsum("i,jab->ijab", vector, unit), np.einsum("i,jab->ijab", vector, mixed)
@@ -51,9 +50,14 @@ def cross_with(v: np.ndarray) -> np.ndarray:
     return np.moveaxis(np.cross(v[..., None, :], np.eye(3)), -1, -2)
 
 
-def _series(first: int) -> np.polynomial.Polynomial:
-    """Σ (−s)^k / (2k + first)!, exact to rounding up to s = (2π)²."""
-    return np.polynomial.Polynomial([(-1) ** k / math.factorial(2 * k + first) for k in range(30)])
+def _series(first: int) -> list[np.ndarray]:
+    """Coefficients of Σ (−s)^k / (2k + first)! and of its first two derivatives."""
+    terms = [(-1) ** k / math.factorial(2 * k + first) for k in range(TERMS + 2)]
+    series = np.polynomial.Polynomial(terms)
+    return [series.deriv(order).coef[:TERMS] for order in range(3)]
 
 
-SERIES = [_series(first) for first in (1, 2, 3)]  # of sin √s / √s, (1 − cos √s) / s, and the next
+UNIT = cross_with(np.eye(3))
+TERMS = 30  # exact to rounding up to s = (2π)²
+# Of sin √s / √s, (1 − cos √s) / s, and the next one.
+SERIES = np.array([_series(first) for first in (1, 2, 3)])
