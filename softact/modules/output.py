@@ -14,6 +14,7 @@ from softact.report.base import Plot, Section
 from softact.report.frames import DrawingError
 from softact.results.folder import load, load_name, load_text
 from softact.results.own_folder import Output
+from softact.verdict.judge import AMBER, from_data
 
 FILES = ("module.csv", "module.html", "chain.png")
 PLOTS = {  # title -> beginnings of the columns that it shows
@@ -25,6 +26,7 @@ PLOTS = {  # title -> beginnings of the columns that it shows
     "Stiffness against bending and twist": ("module_stiffness_curvature_{0}_curvature_{0}",),
     "Stiffness against stretch and shear": ("module_stiffness_stretch_{0}_stretch_{0}",),
 }
+NO_CONTACT = "A module has no contact: where walls meet, solve the whole actuator with it."
 NOTHING = 1e-9  # a column of less shows rounding
 
 
@@ -58,11 +60,21 @@ def html(study: Study, name: str, table: list[Row], shown: Markup) -> str:
         [Section("chain", "A chain of modules", shown, "Chain"), *sections],
         kicker="One module of a soft actuator",
         kind="module",
-        lead=_cards(study, table[-1]),
+        lead=_verdict(study) + _cards(table[-1]),
     )
 
 
-def _cards(study: Study, last: Row) -> Markup:
+def _verdict(study: Study) -> Markup:
+    """What is to be thought of the free module's run, where that is anything."""
+    verdict = from_data(study.free.run.get("verdict"))
+    if verdict is None or not verdict.reasons:
+        return Markup("")
+    kind = "warn" if verdict.colour == AMBER else "bad"
+    reasons = [reason.text for reason in verdict.reasons]
+    return base.banner(kind, f"The free module: {verdict.words}", NO_CONTACT, reasons)
+
+
+def _cards(last: Row) -> Markup:
     """The figures of the last state."""
     names = [
         name
@@ -136,7 +148,10 @@ def lines(study: Study) -> list[str]:
     wanted = ("module_angle_", "module_stretch_", "module_cavity_volume", "blocked_", "actuator_")
     shown = [_shown(n, float(v)) for n, v in last.items() if n.startswith(wanted) and _counts(v)]
     at = load_text(study.free, len(study.free.curve["step"]) - 1)
-    return [f"at {at}:", *(f"  {name}: {value} {unit}".rstrip() for name, value, unit in shown)]
+    verdict = from_data(study.free.run.get("verdict"))
+    said = [] if verdict is None else [f"free module: {line}" for line in verdict.lines[:2]]
+    figures = [f"  {name}: {value} {unit}".rstrip() for name, value, unit in shown]
+    return [*said, f"at {at}:", *figures]
 
 
 def _counts(value: float | str) -> bool:

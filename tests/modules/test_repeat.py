@@ -217,3 +217,18 @@ def test_faces_that_do_not_match_are_refused():
     tets = block((2, 2, 2), mapping=lambda x: x + 0.1 * x[:, :1] * (x[:, 1:2] > 0.4) * [0, 1, 0])
     with pytest.raises(SpecError, match=r"'x_min' and 'x_max' do not match: .* have no partner"):
         build(tets, RUBBER, repeats=ALONG_X)
+
+
+def test_injected_air_takes_the_pressure_that_gives_its_volume():
+    """With the volume prescribed instead, the tangent of the air's opening is part of a border."""
+    model = channel("P2/P1", half=True)
+    steps = {"pressure": {"cavity": 0.01}, "wrench": {EVERYTHING: np.zeros(6)}}
+    pressed = solve(model, LoadStep("press", **steps), [], 0.5, tolerance=1e-10)
+    volume = model.cavity_volume(pressed.state, "cavity")
+    more = volume - model.cavity_volume(model.initial_state(), "cavity")
+    assert more > 0.05
+    other = channel("P2/P1", half=True)
+    filled = solve(other, LoadStep("fill", inject={"cavity": more}), [], 0.5, tolerance=1e-10)
+    assert filled.state["pressure"]["cavity"] == pytest.approx(0.01, rel=1e-7)
+    strains = (CrossSection(m, s.state).strain for m, s in ((model, pressed), (other, filled)))
+    np.testing.assert_allclose(*strains, atol=1e-8)
