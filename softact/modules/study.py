@@ -33,7 +33,7 @@ class Study:
         """A row for each state of the free module: loads, how it stands, its cross-section, what a
         blocked one exerts, and the angle of so many of them."""
         curve = self.free.curve
-        loads = [name for name in curve if name.startswith("pressure")]
+        loads = [n for n in curve if n.startswith("pressure_") and n.endswith("_kPa")]
         own = [name for name in curve if name.startswith("module_")]
         air = [name for name in curve if name.startswith("cavity_volume")]
         table = {name: curve[name] for name in (*BEFORE, *loads, *own)}

@@ -10,7 +10,7 @@ from softact.errors import SpecError
 from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
 from softact.measures.cross_section import CrossSection
-from softact.mesh.layout import Repeats
+from softact.mesh.layout import COMPONENTS, Repeats
 from softact.model import Support
 from softact.system.rotation import RotationVector
 from softact.system.term import EVERYTHING, State
@@ -22,7 +22,7 @@ RUBBER = LAWS["neo_hookean"].of(c10=0.1, bulk_modulus=10.0)
 LOADS = {"pressure": {"cavity": 0.02}, "wrench": {EVERYTHING: np.array([1, 2, 3, 4, 5, 6]) / 500}}
 
 
-def channel(element, half=False):
+def channel(element, half=False, repeats=ALONG_X):
     """2 × 3 × 3 mm with a channel of 1 × 1 mm from face to face; a half has y >= 0."""
     middle, wide = (0.0, 1.2) if half else (1.5, 0.6)
     tets = block(
@@ -32,7 +32,7 @@ def channel(element, half=False):
     )
     symmetry = {"y_min": 1} if half else {}
     walls = {"cavity": ("inside",)}
-    model = build(tets, RUBBER, element, cavities=walls, symmetry=symmetry, repeats=ALONG_X)
+    model = build(tets, RUBBER, element, cavities=walls, symmetry=symmetry, repeats=repeats)
     model.make_room(LOADS)
     return model
 
@@ -232,3 +232,27 @@ def test_injected_air_takes_the_pressure_that_gives_its_volume():
     assert filled.state["pressure"]["cavity"] == pytest.approx(0.01, rel=1e-7)
     strains = (CrossSection(m, s.state).strain for m, s in ((model, pressed), (other, filled)))
     np.testing.assert_allclose(*strains, atol=1e-8)
+
+
+def held_section(strain):
+    """The cross-section of a channel under 10 kPa whose curvatures and stretches are all given."""
+    turn, length = 2.0 * strain[:3], 2.0
+    shift = length * RotationVector(turn, integral=True).matrix @ strain[3:]
+    held = dict(zip(COMPONENTS, [*turn, *shift], strict=True))
+    model = channel("P2/P1", repeats=Repeats("x_min", "x_max", held))
+    step = LoadStep("hold", pressure={"cavity": 0.01})
+    found = solve(model, step, [], 0.5, tolerance=1e-11)
+    return CrossSection(model, found.state)
+
+
+def test_the_stiffness_is_the_slope_of_moment_and_force():
+    """In a state that is bent, twisted, sheared and stretched, by twist, by bending, by stretch."""
+    here = np.array([0.05, 0.08, -0.03, 1.1, 0.03, -0.02])
+    section = held_section(here)
+    np.testing.assert_allclose(section.strain, here, atol=1e-12)
+    stiffness, step = section.stiffness(), 1e-4
+    np.testing.assert_allclose(stiffness, stiffness.T, atol=1e-9 * np.abs(stiffness).max())
+    for number in (0, 1, 3):
+        way = step * np.eye(6)[number]
+        slope = (held_section(here + way).load - held_section(here - way).load) / (2 * step)
+        np.testing.assert_allclose(stiffness[number], slope, atol=1e-5 * np.abs(slope).max())

@@ -1,0 +1,46 @@
+"""Modules of round actuators: a bellows with one cavity driven, a winding, a slit shell."""
+
+import pytest
+
+from tests.modules.chain import PAPER, RUBBER, WOUND, Case, assert_like_an_inner_one
+
+CASES = {
+    "fiber_reinforced": Case(
+        {
+            "type": "fiber_reinforced",
+            "length": "90 mm",
+            "radius": "6 mm",
+            "wall": "1 mm",
+            "base_wall": "1 mm",
+            "mesh_size": "4 mm",
+        },
+        pressure=20.0,
+        begins=5 + 10 * 4,
+        materials={"body": RUBBER, "sleeve": WOUND},
+        more={"layers": [{"surface": "base", **PAPER}]},
+    ),
+    "omnidirectional": Case(
+        {"type": "omnidirectional", "modules": 6, "symmetry": True, "mesh_size": "4.5 mm"},
+        pressure=10.0,
+        begins=25.0,
+        cavity="cavity_1",
+    ),
+    "shell_reinforced": Case(
+        {
+            "type": "shell_reinforced",
+            "cuts": 9,
+            "length": "93 mm",
+            "radius": "7 mm",
+            "chamber_radius": "5 mm",
+            "mesh_size": "5 mm",
+        },
+        pressure=20.0,
+        begins=5 + 6.5 / 2 + 4 * 8.5,
+        more={"layers": [{"surface": "shell", **PAPER}]},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_module_is_an_inner_one_of_the_whole(name, tmp_path):
+    assert_like_an_inner_one(CASES[name], tmp_path)
