@@ -207,19 +207,17 @@ class Repeat:
         self._touched = np.flatnonzero(follows[rows] | follows[columns])
         self._entries = rows[self._touched], columns[self._touched]
         self.follows = np.flatnonzero(follows)
-        self._apart_all = self._apart.ravel()
         ones = self._folded(np.ones(len(self._touched)), self._ones())
-        keys = set((ones.row.astype(np.int64) * size + ones.col).tolist())
-        face = np.concatenate([self.left.ravel(), self._apart_all])
-        for one, other in ((face, self._apart_all), (self._apart_all, face)):
-            keys |= set(
-                (
-                    np.repeat(one, len(other)).astype(np.int64) * size + np.tile(other, len(one))
-                ).tolist()
-            )
-        keys |= set((self.follows.astype(np.int64) * (size + 1)).tolist())
-        self._keys = np.array(sorted(keys))
+        apart = self._apart.ravel()
+        face = np.concatenate([self.left.ravel(), apart])
+        border = np.repeat(face, len(apart)), np.tile(apart, len(face))
+        keys = [(ones.row, ones.col), border, border[::-1], (self.follows, self.follows)]
+        self._keys = np.unique(np.concatenate([self._key(*pair) for pair in keys]))
         self._slots = assembler.couple(*np.divmod(self._keys, size))
+
+    def _key(self, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """One number for each entry of the matrix."""
+        return rows.astype(np.int64) * self._model.unknowns.local + columns
 
     def _ones(self) -> scipy.sparse.csr_matrix:
         jacobian = self._jacobian(np.zeros(self._model.unknowns.local))
@@ -235,25 +233,19 @@ class Repeat:
 
     def fold_tangent(self, state: State) -> None:
         """Turn the assembler's matrix K, of a free right face, into that of the unknowns."""
-        assembler, size = self._model.assembler, self._model.unknowns.local
+        assembler, fixed = self._model.assembler, self._model.assembler.fixed
         folded = self._folded(assembler.values[self._touched], self._jacobian(state.x))
         assembler.values[self._touched] = 0.0
         rows, columns, values = self._beyond(state)
-        fixed = assembler.fixed
-        free = (fixed[rows] == 0) & (fixed[columns] == 0)
-        every = np.concatenate([folded.row, rows]).astype(np.int64) * size
-        every += np.concatenate([folded.col, columns])
-        wanted = np.concatenate([folded.data, values * free])
+        entries = np.append(self._key(folded.row, folded.col), self._key(rows, columns))
+        at = np.searchsorted(self._keys, entries)
+        out = np.bincount(at, np.append(folded.data, values), len(self._keys))
+        # As many pivots are negative as there are pressures, those that follow among them.
+        diagonal = np.searchsorted(self._keys, self._key(self.follows, self.follows))
+        out[diagonal] = np.where(np.isin(self.follows, self._pressures[1]), -1.0, 1.0)
         # Fixed unknowns have their 1 from the assembler.
-        at = np.searchsorted(self._keys, every)
-        out = np.bincount(at, wanted, len(self._keys))
-        idle = fixed[self.follows] == 0
-        pressures = np.isin(self.follows, self._pressures[1])
-        here = np.searchsorted(self._keys, self.follows.astype(np.int64) * (size + 1))
-        out[here] = np.where(pressures, -1.0, 1.0) * idle
-        fixed_row, fixed_column = (fixed[part] == 1 for part in np.divmod(self._keys, size))
-        out[fixed_row | fixed_column] = 0.0
-        assembler.extra_values[self._slots] += out
+        row, column = np.divmod(self._keys, self._model.unknowns.local)
+        assembler.extra_values[self._slots] += out * (fixed[row] == 0) * (fixed[column] == 0)
 
     def _beyond(self, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Rows, columns and values of the motion's second derivative and of the multipliers."""
