@@ -27,6 +27,7 @@ from softact.errors import SpecError
     metavar="N",
     help="Modules of the whole actuator.  [default: those of the geometry]",
 )
+@click.option("--no-weight", is_flag=True, help="Leave the spec's gravity out.")
 @click.option("-o", "--output", metavar="DIR", help="[default: results/<name>-module]")
 @force_option
 def module(
@@ -34,6 +35,7 @@ def module(
     overrides: tuple[str, ...],
     hold: tuple[str, ...],
     modules: float | None,
+    no_weight: bool,
     output: str | None,
     force: bool,
 ) -> None:
@@ -56,7 +58,7 @@ def module(
     from softact.results.own_folder import Output
 
     loaded = specs.load(spec, overrides)
-    pair = module_specs(loaded, dict(_split(text) for text in hold))
+    pair = module_specs(loaded, dict(_split(text) for text in hold), not no_weight)
     directory = Path(output) if output else Path("results") / f"{loaded.name}-module"
     folder = Output(directory, "module", force, [spec])
     with folder.opened(files.FILES):

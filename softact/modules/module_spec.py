@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from softact.errors import SpecError
+from softact.loads import LOADS
 from softact.mesh.layout import COMPONENTS, free_components
 from softact.nearest import nearest
 from softact.spec import Spec
@@ -25,11 +27,11 @@ class ModuleSpecs:
     pitches: float | None
 
 
-def module_specs(spec: Spec, hold: Mapping[str, str]) -> ModuleSpecs:
+def module_specs(spec: Spec, hold: Mapping[str, str], weight: bool = True) -> ModuleSpecs:
     """The specs of an actuator's module; a clamp is the end of a chain, and no module has one.
 
-    hold: component such as ``turn_y`` -> quantity as text. Raises SpecError with one line for each
-    fault.
+    hold: component such as ``turn_y`` -> quantity as text. weight: False leaves that of the spec
+    out. Raises SpecError with one line for each fault.
     """
     alone = spec.layout().repeats is not None
     geometry = spec.geometry if alone else spec.geometry.module()
@@ -42,6 +44,8 @@ def module_specs(spec: Spec, hold: Mapping[str, str]) -> ModuleSpecs:
     }
     if not alone:
         changes["geometry.module_alone"] = True
+    if not weight:
+        changes["steps"] = _weightless(spec)
     for name, value in hold.items():
         if name not in COMPONENTS:
             raise SpecError(f"--hold {name}: {nearest(name, COMPONENTS)}")
@@ -53,6 +57,13 @@ def module_specs(spec: Spec, hold: Mapping[str, str]) -> ModuleSpecs:
     runs = {"free": free} | ({"straight": free.with_(turns)} if turns else {})
     runs["clamped"] = free.with_(held)
     return ModuleSpecs(runs, None if alone else spec.geometry.pitches)
+
+
+def _weightless(spec: Spec) -> list[dict[str, Any]]:
+    """The steps as plain data without weight, and without those that change nothing else."""
+    steps = spec.model_dump(mode="json", exclude_none=True)["steps"]
+    kept = [{k: v for k, v in step.items() if k != "gravity"} for step in steps]
+    return [step for step in kept if {*LOADS, "supports", "duration"} & step.keys()]
 
 
 def _blocked(spec: Spec) -> dict[str, str]:

@@ -25,7 +25,7 @@ BESIDE = {
 }
 IN_STEPS = {
     "supports": BESIDE["supports"],
-    "gravity": "weight makes the modules of a chain unequal",
+    "gravity": "weight makes the modules of a chain unequal (softact module has --no-weight)",
     "payload": "a payload hangs on one place of a chain",
     "torque": "a torque acts on one place of a chain: wrench acts on its cross-sections",
     "obstacles": BESIDE["obstacles"],
@@ -65,6 +65,9 @@ def with_module(layout: Layout, data: Any) -> Layout:
 def module_faults(data: dict[str, Any], layout: Layout) -> Iterator[Fault]:
     """Yield what is wrong with the plain ``module`` of a spec, and what cannot stand beside it."""
     if layout.repeats is None and data.get("module") is None:
+        return
+    if layout.sheets or layout.covers:
+        yield ("module",), "a sheet does not go on in the next module; a module is a solid"
         return
     yield from _beside(data)
     module = data.get("module")

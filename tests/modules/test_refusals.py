@@ -48,7 +48,10 @@ def test_what_stands_beside_a_module_is_refused(added, line):
             "torque: {surface: right, moment: [0 N*mm, 1 N*mm, 0 N*mm]}",
             "torque: a torque acts on one place",
         ),
-        ("payload: {surface: right, force: 1 N}", "payload: a payload hangs on one place"),
+        (
+            "payload: {surface: right, force: [0 N, 0 N, 1 N]}",
+            "payload: a payload hangs on one place",
+        ),
         ("wrench: {moment: [1 N*mm, 0 N*mm, 0 N*mm]}", "the symmetry planes leave no room for it"),
     ],
 )
@@ -82,6 +85,26 @@ def test_what_has_no_module_is_refused(geometry, line):
     )
     with pytest.raises(SpecError, match=line):
         module_specs(spec, {})
+
+
+def test_sheets_are_refused():
+    spec = """
+geometry: {type: woven_bending}
+module: {left: front, right: back}
+sheets: {}
+steps: [{name: inflate, pressure: 5 kPa}]
+"""
+    with pytest.raises(SpecError, match="module: a sheet does not go on in the next module"):
+        loads(spec)
+
+
+def test_weight_can_be_left_out():
+    step = "[{name: gravity, gravity: [0, 0, -1]}, {name: inflate, pressure: 5 kPa}]"
+    spec = loads(FINGER.replace("[{name: inflate, pressure: 5 kPa}]", step))
+    with pytest.raises(SpecError, match="gravity: weight makes the modules"):
+        module_specs(spec, {})
+    runs = module_specs(spec, {}, weight=False).runs
+    assert [step.name for step in runs["clamped"].steps] == ["inflate"]
 
 
 def test_components_are_held_by_name():
