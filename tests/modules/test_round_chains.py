@@ -1,24 +1,10 @@
-"""Modules of round actuators: a bellows with one cavity driven, a winding, a slit shell."""
+"""Modules of round actuators: a bellows with one cavity driven, a slit shell."""
 
 import pytest
 
-from tests.modules.chain import PAPER, RUBBER, WOUND, Case, assert_like_an_inner_one
+from tests.modules.chain import PAPER, Case, assert_like_an_inner_one
 
 CASES = {
-    "fiber_reinforced": Case(
-        {
-            "type": "fiber_reinforced",
-            "length": "90 mm",
-            "radius": "6 mm",
-            "wall": "1 mm",
-            "base_wall": "1 mm",
-            "mesh_size": "4 mm",
-        },
-        pressure=20.0,
-        begins=5 + 10 * 4,
-        materials={"body": RUBBER, "sleeve": WOUND},
-        more={"layers": [{"surface": "base", **PAPER}]},
-    ),
     "omnidirectional": Case(
         {"type": "omnidirectional", "modules": 6, "symmetry": True, "mesh_size": "4.5 mm"},
         pressure=10.0,
