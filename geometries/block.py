@@ -4,13 +4,14 @@ Run by itself it writes a mesh: ``python geometries/block.py --length "100 mm" -
 """
 
 from types import ModuleType
-from typing import Literal
+from typing import Literal, Self
 
 from pydantic import Field
 
-from softact.geometry.base import Geometry, Layout, ThroughWall, main
+from softact.geometry.base import Geometry, Layout, OneModule, ThroughWall, main
 from softact.geometry.boxes import Box, Boxes, Counts, Plane
 from softact.geometry.walls import Wall
+from softact.mesh.layout import Repeats
 from softact.units import Length
 
 
@@ -23,6 +24,15 @@ class Block(Geometry):
     height: Length = Field(10.0, description="extent along z")
     mesh_size: Length = Field(5.0, description="longest edge along the axes")
     through_wall: ThroughWall = None
+    module_alone: OneModule = None
+
+    def module(self) -> Self:
+        """The whole block: any slice of it is one."""
+        return self.model_copy(update={"module_alone": True})
+
+    @property
+    def pitches(self) -> float:
+        return 1.0
 
     def layout(self) -> Layout:
         names = tuple(f"{axis}_{end}" for axis in "xyz" for end in ("min", "max"))
@@ -33,6 +43,7 @@ class Block(Geometry):
             clamp="x_min",
             tip="x_max",
             length=self.length,
+            repeats=Repeats("x_min", "x_max") if self.module_alone else None,
         )
 
     def walls(self) -> tuple[Wall, ...]:
@@ -56,7 +67,9 @@ class Block(Geometry):
         return Boxes((Box("body", (0.0, 0.0, 0.0), extent),), ("body",), planes=tuple(planes))
 
     def _counts(self, solid: Boxes) -> Counts:
-        return solid.counts(self.mesh_size, self.mesh_size, self.least_steps)
+        (along,), *across = solid.counts(self.mesh_size, self.mesh_size, self.least_steps)
+        # From face to face the split of the cells fits for an even number of steps only.
+        return ((along + along % 2,) if self.module_alone else (along,)), *across
 
     def cells(self) -> int:
         solid = self.solid()

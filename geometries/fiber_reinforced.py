@@ -8,15 +8,16 @@ Polygerinos et al. (2015), IEEE Transactions on Robotics 31:778. Run by itself i
 from collections.abc import Iterator
 from math import acos, pi, sqrt
 from types import ModuleType
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 import numpy as np
 from pydantic import Field
 
-from softact.geometry.base import THINNEST, Geometry, Layout, ThroughWall, main
+from softact.geometry.base import THINNEST, Geometry, Layout, OneModule, ThroughWall, main
 from softact.geometry.boxes import Plane
 from softact.geometry.prisms import Entities, Prism, Prisms, Shapes, lacking
 from softact.geometry.walls import Wall
+from softact.mesh.layout import Repeats
 from softact.units import Length
 
 
@@ -37,6 +38,29 @@ class FiberReinforced(Geometry):
     symmetry: bool = Field(True, description="model the half y >= 0 only")
     mesh_size: Length = Field(4.0, description="longest edge")
     through_wall: ThroughWall = None
+    module_alone: OneModule = None
+
+    def module(self) -> Self:
+        """A slice as long as an element."""
+        return self.model_copy(update={"module_alone": True})
+
+    @property
+    def pitches(self) -> float:
+        return (self.length - 2 * self.end) / self.mesh_size
+
+    @property
+    def _span(self) -> float:
+        """Length of what is meshed."""
+        return self.mesh_size if self.module_alone else self.length
+
+    @property
+    def _chamber(self) -> tuple[float, float]:
+        """Where the chamber begins and ends."""
+        return (0.0, self._span) if self.module_alone else (self.end, self.length - self.end)
+
+    @property
+    def _ends(self) -> tuple[str, str]:
+        return ("left", "right") if self.module_alone else ("clamp", "tip")
 
     def faults(self) -> Iterator[tuple[str, str]]:
         if self.length - 2 * self.end < THINNEST:
@@ -59,14 +83,17 @@ class FiberReinforced(Geometry):
         return self.sleeve + self.base_wall
 
     def layout(self) -> Layout:
-        surfaces = ("clamp", "tip", "cavity", "outer", "base")
+        surfaces = (*self._ends, "cavity", "outer", "base")
         return Layout(
             regions=("body", "sleeve"),
             surfaces=(*surfaces, "symmetry") if self.symmetry else surfaces,
             cavities={"cavity": ("cavity",)},
             bending_axis=(0.0, 1.0, 0.0),
             symmetry={"symmetry": 1} if self.symmetry else {},
-            length=self.length,
+            length=self._span,
+            clamp=self._ends[0],
+            tip=self._ends[1],
+            repeats=Repeats(*self._ends) if self.module_alone else None,
         )
 
     def wall_normal(self, region: str, points: np.ndarray) -> np.ndarray:
@@ -93,14 +120,15 @@ class FiberReinforced(Geometry):
 
         half = 0.5 if self.symmetry else 1.0
         outside, core = above(self.radius, 0.0), above(self.radius - self.sleeve, self.sleeve)
-        cavity = above(self._inside, self._floor) * (self.length - 2 * self.end)
+        opening, (start, end) = above(self._inside, self._floor), self._chamber
+        cavity = opening * (end - start)
+        face = outside - opening if self.module_alone else outside
         return {
-            "body": half * (core * self.length - cavity),
-            "sleeve": half * (outside - core) * self.length,
+            "body": half * (core * self._span - cavity),
+            "sleeve": half * (outside - core) * self._span,
             "cavity": half * cavity,
-            "clamp": half * outside,
-            "tip": half * outside,
-            "base": half * 2 * self.radius * self.length,
+            **dict.fromkeys(self._ends, half * face),
+            "base": half * 2 * self.radius * self._span,
         }
 
     def volume_tolerance(self, name: str) -> float:
@@ -112,13 +140,13 @@ class FiberReinforced(Geometry):
             share = lacking(radius, self.mesh_size)
             return half * pi * radius**2 * share * length
 
-        if name in ("clamp", "tip"):
+        if name in self._ends:
             return lost(self.radius, 1.0) / self.volumes()[name]
-        chamber = lost(self._inside, self.length)
+        chamber = lost(self._inside, self._span)
         if name != "cavity":
-            chamber += lost(self.radius - self.sleeve, self.length)
+            chamber += lost(self.radius - self.sleeve, self._span)
         if name == "sleeve":
-            chamber += lost(self.radius, self.length)
+            chamber += lost(self.radius, self._span)
         return chamber / self.volumes()[name]
 
     def _shapes(self, occ: Any) -> Shapes:
@@ -139,11 +167,12 @@ class FiberReinforced(Geometry):
     def solid(self) -> Prisms:
         """The actuator as prisms painted over each other."""
         prisms = (
-            Prism("sleeve", "outside", 0.0, self.length),
-            Prism("body", "core", 0.0, self.length),
-            Prism("cavity", "chamber", self.end, self.length - self.end),
+            Prism("sleeve", "outside", 0.0, self._span),
+            Prism("body", "core", 0.0, self._span),
+            Prism("cavity", "chamber", *self._chamber),
         )
-        planes = [Plane("clamp", 0, 0.0), Plane("tip", 0, self.length), Plane("base", 2, 0.0, True)]
+        first, last = self._ends
+        planes = [Plane(first, 0, 0.0), Plane(last, 0, self._span), Plane("base", 2, 0.0, True)]
         if self.symmetry:
             planes.append(Plane("symmetry", 1, 0.0))
         regions = self.layout().regions

@@ -6,11 +6,12 @@ Xavier et al. (2021), Sensors and Actuators A 332:113199. Run by itself it write
 
 from collections.abc import Iterator
 from math import asin, cos, pi, sin
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field
 
-from softact.geometry.base import THINNEST, ThroughWall, main
+from softact.errors import SpecError
+from softact.geometry.base import THINNEST, OneModule, ThroughWall, main
 from softact.geometry.boxes import OUTSIDE
 from softact.geometry.corrugated import Corrugated
 from softact.geometry.prisms import Prism, Prisms, Shapes, lacking
@@ -58,9 +59,21 @@ class Omnidirectional(Corrugated):
     )
     mesh_size: Length = Field(3.5, description="longest edge")
     through_wall: ThroughWall = None
+    module_alone: OneModule = None
+
+    def module(self) -> Self:
+        if self.modules == 1:
+            raise SpecError("geometry.modules: one module is no chain; write 2 or more")
+        return self.model_copy(update={"module_alone": True})
+
+    @property
+    def pitches(self) -> float:
+        return self.modules
 
     def faults(self) -> Iterator[tuple[str, str]]:
         yield from super().faults()
+        if self.module_alone and self.modules == 1:
+            yield "module_alone", "one module is no chain; write modules: 2 or more"
         inside = max(
             self._apex, self.core_radius or 0.0, self.channel_radius if self.channels else 0.0
         )
@@ -113,15 +126,25 @@ class Omnidirectional(Corrugated):
         angle = pi / self.cavities - asin(self.inner_wall / 2 / radius)
         return radius**2 * angle - self._apex * radius * sin(angle)
 
-    def _cavity(self) -> float:
-        """Volume of a whole cavity."""
+    @property
+    def _gaps(self) -> int:
+        """Gaps of what is meshed."""
+        return 1 if self.module_alone else self.modules - 1
+
+    @property
+    def _opening(self) -> float:
+        """Area of a whole cavity's section in a chamber."""
         section = self._sector(self.chamber_radius)
         if self.core_radius is not None and self.core_radius > self._apex:
             section -= self._sector(self.core_radius)
-        chambers = self.modules * self.chamber_length * section
+        return section
+
+    def _cavity(self) -> float:
+        """Volume of a whole cavity."""
+        chambers = self.span / self.pitch * self.chamber_length * self._opening
         if not self.channels:
             return chambers
-        between = (self.modules - 1) * (self.pitch - self.chamber_length)
+        between = self._gaps * (self.pitch - self.chamber_length)
         return chambers + between * self._sector(self.channel_radius)
 
     def walls(self) -> tuple[Wall, ...]:
@@ -131,27 +154,30 @@ class Omnidirectional(Corrugated):
 
     def volumes(self) -> dict[str, float]:
         half = 0.5 if self.symmetry else 1.0
-        notches = (self.modules - 1) * self.gap
+        notches = self._gaps * self.gap
         disc, midsection = (pi * r**2 for r in (self.actuator_radius, self.midsection_radius))
-        outside = self.length * disc - notches * (disc - midsection)
+        outside = self.span * disc - notches * (disc - midsection)
         cavities = {name: part * self._cavity() for name, (_, part) in self._meshed().items()}
         body = half * (outside - self.cavities * self._cavity())
-        return {"body": body, "clamp": half * disc, "tip": half * disc, **cavities}
+        face = disc - self.cavities * self._opening if self.module_alone else disc
+        return {"body": body, **dict.fromkeys(self.ends, half * face), **cavities}
 
     def volume_tolerance(self, name: str) -> float:
         def lost(radius: float) -> float:
             """Area between a circle and its polygon, at most."""
             return pi * radius**2 * lacking(radius, self.mesh_size)
 
-        share = 1 if name in ("body", "clamp", "tip") else 1 / self.cavities
-        if name in ("clamp", "tip"):
-            return lost(self.actuator_radius) / (pi * self.actuator_radius**2)
-        air = self.modules * self.chamber_length * lost(self.chamber_radius)
+        share = 1 if name in ("body", *self.ends) else 1 / self.cavities
+        if name in self.ends:
+            face = self.volumes()[name] * (2 if self.symmetry else 1)
+            chambers = lost(self.chamber_radius) if self.module_alone else 0.0
+            return (lost(self.actuator_radius) + chambers) / face
+        air = self.span / self.pitch * self.chamber_length * lost(self.chamber_radius)
         inner = self.channel_radius if self.channels else self.core_radius or 0.0
-        air += self.length * lost(inner) if inner else 0.0
+        air += self.span * lost(inner) if inner else 0.0
         if share < 1:
             return share * air / self._cavity()
-        skin = self.length * (lost(self.actuator_radius) + lost(self.midsection_radius))
+        skin = self.span * (lost(self.actuator_radius) + lost(self.midsection_radius))
         return (air + skin) * (0.5 if self.symmetry else 1) / self.volumes()["body"]
 
     def _shapes(self, occ: Any) -> Shapes:
@@ -196,10 +222,12 @@ class Omnidirectional(Corrugated):
 
     def solid(self) -> Prisms:
         """The actuator as prisms painted over each other."""
-        pitch, length = self.pitch, self.length
+        pitch, length = self.pitch, self.span
         prisms = [Prism("body", "wide", 0.0, length)]
         middles = [(i + 0.5) * pitch for i in range(self.modules)]
         borders = [i * pitch for i in range(1, self.modules)]
+        if self.module_alone:
+            middles, borders = [0.0, pitch], [pitch / 2]
         notches = [(x - self.gap / 2, x + self.gap / 2) for x in borders]
         prisms += [Prism(OUTSIDE, "wide", *notch) for notch in notches]
         prisms += [Prism("body", "narrow", *notch) for notch in notches]
@@ -207,8 +235,9 @@ class Omnidirectional(Corrugated):
             if self.channels and self.modules > 1:
                 prisms.append(Prism(name, f"channel of {name}", middles[0], middles[-1]))
             for middle in middles:
-                ends = middle - self.chamber_length / 2, middle + self.chamber_length / 2
-                prisms.append(Prism(name, f"chamber of {name}", *ends))
+                start, end = middle - self.chamber_length / 2, middle + self.chamber_length / 2
+                inside = max(start, 0.0), min(end, length)
+                prisms.append(Prism(name, f"chamber of {name}", *inside))
         cavities = tuple(self._meshed())
         return Prisms(self._shapes, tuple(prisms), ("body",), cavities, planes=self.planes())
 

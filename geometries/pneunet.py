@@ -7,13 +7,23 @@ Mosadegh et al. (2014) and Polygerinos et al. (2013). Run by itself it writes a 
 from collections.abc import Iterator
 from dataclasses import dataclass
 from types import ModuleType
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 from pydantic import Field
 
-from softact.geometry.base import THINNEST, Geometry, Layout, ThroughWall, main
+from softact.errors import SpecError
+from softact.geometry.base import (
+    THINNEST,
+    Geometry,
+    Layout,
+    OneModule,
+    ThroughWall,
+    main,
+)
 from softact.geometry.boxes import OUTSIDE, Box, Boxes, Counts, Plane
+from softact.geometry.steps import steps
 from softact.geometry.walls import Wall
+from softact.mesh.layout import Repeats
 from softact.units import Length
 
 # Two lengths that should be the same are taken to be so within this, relative.
@@ -71,8 +81,11 @@ class Pneunet(Geometry):
         None, description="the same between the walls of the chambers; by default mesh_size"
     )
     through_wall: ThroughWall = None
+    module_alone: OneModule = None
 
     def faults(self) -> Iterator[tuple[str, str]]:
+        if self.module_alone and self.chambers == 1:
+            yield "module_alone", "one chamber is no chain; write chambers: 2 or more"
         yield from self._row_faults()
         yield from self._channel_faults()
         if self.base - self.layer_height < THINNEST:
@@ -158,8 +171,21 @@ class Pneunet(Geometry):
         pitch = chamber + walls + gap
         return Row(chamber, gap, pitch, ends + chamber + (n - 1) * pitch)
 
+    def module(self) -> Self:
+        if self.chambers == 1:
+            raise SpecError("geometry.chambers: one chamber is no chain; write 2 or more")
+        return self.model_copy(update={"module_alone": True})
+
+    @property
+    def pitches(self) -> float:
+        return self.chambers
+
+    @property
+    def _ends(self) -> tuple[str, str]:
+        return ("left", "right") if self.module_alone else ("clamp", "tip")
+
     def layout(self) -> Layout:
-        surfaces = ["clamp", "tip", "cavity", "outer", "base", "strain_limiting_layer"]
+        surfaces = [*self._ends, "cavity", "outer", "base", "strain_limiting_layer"]
         return Layout(
             regions=("body",),
             surfaces=(*surfaces, "symmetry") if self.symmetry else tuple(surfaces),
@@ -167,7 +193,10 @@ class Pneunet(Geometry):
             bending_axis=(0.0, 1.0, 0.0),
             symmetry={"symmetry": 1} if self.symmetry else {},
             layers=("strain_limiting_layer",),
-            length=self.row.length,
+            length=self._length,
+            clamp=self._ends[0],
+            tip=self._ends[1],
+            repeats=Repeats(*self._ends) if self.module_alone else None,
         )
 
     def walls(self) -> tuple[Wall, ...]:
@@ -179,34 +208,58 @@ class Pneunet(Geometry):
             "base": (2, 0.0, self.base),
         }
         if self.chambers > 1:
-            places["inner_wall"] = 0, self.clamp_plug + self.row.chamber_length, self.inner_wall
+            places["inner_wall"] = 0, self._hollow[0][1], self.inner_wall
         return solid.walls(counts, places)
 
     def volumes(self) -> dict[str, float]:
-        n, row = self.chambers, self.row
-        between = (n - 1) * (row.pitch - row.chamber_length)
+        gaps, row = len(self._hollow) - 1, self.row
+        hollow = sum(end - start for start, end in self._hollow)
+        between = gaps * (row.pitch - row.chamber_length)
         cavity = (
-            n * row.chamber_length * self.chamber_width * self.chamber_height
+            hollow * self.chamber_width * self.chamber_height
             + between * self.channel_width * self.channel_height
         )
         width = self.chamber_width + 2 * self.outer_wall
         height = self.base + self.chamber_height + self.roof
         notch = height - self.base - self.channel_height - self.channel_roof
-        outside = width * (row.length * height - (n - 1) * row.gap * notch)
+        outside = width * (self._length * height - gaps * row.gap * notch)
         part = 0.5 if self.symmetry else 1.0
         return {
             "body": part * (outside - cavity),
             "cavity": part * cavity,
-            "strain_limiting_layer": part * width * row.length,
+            "strain_limiting_layer": part * width * self._length,
         }
+
+    @property
+    def _length(self) -> float:
+        return self.row.pitch if self.module_alone else self.row.length
+
+    @property
+    def _hollow(self) -> list[tuple[float, float]]:
+        """Where chambers begin and end; a module has the ends of two."""
+        row = self.row
+        if self.module_alone:
+            end = row.chamber_length * (1 - self._cut)
+            return [(0.0, end), (end + row.pitch - row.chamber_length, row.pitch)]
+        starts = [self.clamp_plug + i * row.pitch for i in range(self.chambers)]
+        return [(start, start + row.chamber_length) for start in starts]
+
+    @property
+    def _chamber_steps(self) -> int:
+        size = self.cavity_mesh_size or self.mesh_size
+        return max(steps(self.row.chamber_length, size, self.least_steps), 2)
+
+    @property
+    def _cut(self) -> float:
+        """Where a module begins, as a part of its chamber: at a plane of the finger's mesh."""
+        return (self._chamber_steps // 2) / self._chamber_steps
 
     def solid(self) -> Boxes:
         """The finger as boxes painted over each other."""
-        row, n, length = self.row, self.chambers, self.row.length
+        length = self._length
         floor, ceiling = self.base, self.base + self.chamber_height
         top = ceiling + self.roof
-        starts = [self.clamp_plug + i * row.pitch for i in range(n)]
-        ends = [start + row.chamber_length for start in starts]
+        starts, ends = ([pair[k] for pair in self._hollow] for k in (0, 1))
         wide, inside = self.chamber_width / 2 + self.outer_wall, self.chamber_width / 2
 
         def box(name: str, x0: float, x1: float, half_width: float, z0: float, z1: float) -> Box:
@@ -220,18 +273,33 @@ class Pneunet(Geometry):
             boxes.append(box(OUTSIDE, *gap, wide, bridge, top))
         for start, end in zip(starts, ends, strict=True):
             boxes.append(box("cavity", start, end, inside, floor, ceiling))
-        if n > 1:
+        if len(starts) > 1:
             channel = floor, floor + self.channel_height
             boxes.append(box("cavity", starts[0], ends[-1], self.channel_width / 2, *channel))
         layer = box("strain_limiting_layer", 0.0, length, wide, *[self.layer_height] * 2)
-        planes = [Plane("clamp", 0, 0.0), Plane("tip", 0, length), Plane("base", 2, 0.0, True)]
+        first, last = self._ends
+        planes = [Plane(first, 0, 0.0), Plane(last, 0, length), Plane("base", 2, 0.0, True)]
         if self.symmetry:
             planes.append(Plane("symmetry", 1, 0.0))
-        return Boxes(tuple(boxes), ("body",), ("cavity",), (layer,), tuple(planes))
+        before = self._steps_before if self.module_alone else 0
+        return Boxes(tuple(boxes), ("body",), ("cavity",), (layer,), tuple(planes), before)
+
+    @property
+    def _steps_before(self) -> int:
+        """Of the finger's mesh, before the cut in its first chamber."""
+        plug = steps(self.clamp_plug, self.mesh_size, self.least_steps)
+        return plug + self._chamber_steps // 2
 
     def _counts(self, solid: Boxes) -> Counts:
         size = self.mesh_size
-        return solid.counts(size, self.cavity_mesh_size or size, self.least_steps)
+        counts = solid.counts(size, self.cavity_mesh_size or size, self.least_steps)
+        if not self.module_alone:
+            return counts
+        # From face to face the split of the cells fits for an even number of steps only.
+        last = self._chamber_steps // 2
+        _, wall, gap, _, _ = counts[0]
+        gap += (self._chamber_steps + gap) % 2
+        return (self._chamber_steps - last, wall, gap, wall, last), *counts[1:]
 
     def cells(self) -> int:
         solid = self.solid()

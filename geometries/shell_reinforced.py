@@ -7,16 +7,18 @@ Agarwal et al. (2016), Scientific Reports 6:34224. Run by itself it writes a mes
 from collections.abc import Callable, Iterator
 from math import asin, pi
 from types import ModuleType
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import Field
 
-from softact.geometry.base import THINNEST, Geometry, Layout, ThroughWall, main
+from softact.errors import SpecError
+from softact.geometry.base import THINNEST, Geometry, Layout, OneModule, ThroughWall, main
 from softact.geometry.boxes import Plane
 from softact.geometry.cutting_pattern import Pattern
 from softact.geometry.prisms import Entities, Prism, Prisms, Shapes, Skin, lacking
 from softact.geometry.walls import Wall
+from softact.mesh.layout import Repeats
 from softact.units import Length
 
 
@@ -52,8 +54,52 @@ class ShellReinforced(Geometry):
     symmetry: bool = Field(True, description="model the half y >= 0 only")
     mesh_size: Length = Field(4.0, description="longest edge")
     through_wall: ThroughWall = None
+    module_alone: OneModule = None
+
+    def module(self) -> Self:
+        """From the middle between two rows of slits to that behind the next, in the linear kind
+        behind the next but one."""
+        if self.cuts < self._rows or self.shell == "sliding":
+            raise SpecError(*(f"geometry.{name}: {why}" for name, why in self._no_module()))
+        return self.model_copy(update={"module_alone": True})
+
+    def _no_module(self) -> Iterator[tuple[str, str]]:
+        if self.cuts < self._rows:
+            yield "cuts", f"{self.cuts} rows of slits are no chain; write {self._rows} or more"
+        if self.shell == "sliding":
+            yield "shell", "a sheet does not go on in the next module; write shell: bonded"
+
+    @property
+    def _rows(self) -> int:
+        """Rows of slits after which the pattern repeats."""
+        return 1 if self.kind == "bending" else 2
+
+    @property
+    def pitches(self) -> float:
+        return (self.length - 2 * self.end) / (self._rows * (self._ring + self.slit))
+
+    @property
+    def _span(self) -> float:
+        """Length of what is meshed."""
+        return self._rows * (self._ring + self.slit) if self.module_alone else self.length
+
+    @property
+    def _chamber(self) -> tuple[float, float]:
+        """Where the chamber begins and ends."""
+        return (0.0, self._span) if self.module_alone else (self.end, self.length - self.end)
+
+    @property
+    def _chamber_length(self) -> float:
+        start, end = self._chamber
+        return end - start
+
+    @property
+    def _ends(self) -> tuple[str, str]:
+        return ("left", "right") if self.module_alone else ("clamp", "tip")
 
     def faults(self) -> Iterator[tuple[str, str]]:
+        if self.module_alone:
+            yield from self._no_module()
         if self.chamber_radius >= self.radius:
             yield (
                 "chamber_radius",
@@ -95,14 +141,17 @@ class ShellReinforced(Geometry):
 
     def _slits(self) -> list[tuple[float, float]]:
         """Start and end of each row of slits along x."""
-        starts = [self.end + self._ring + i * (self._ring + self.slit) for i in range(self.cuts)]
+        first, rows = self.end + self._ring, self.cuts
+        if self.module_alone:
+            first, rows = self._ring / 2, self._rows
+        starts = [first + i * (self._ring + self.slit) for i in range(rows)]
         return [(start, start + self.slit) for start in starts]
 
     def layout(self) -> Layout:
         sliding = self.shell == "sliding"
         covers = {"shell": "under_shell", "glued": "under_glued"} if sliding else {}
         layers = () if sliding else ("shell",)
-        surfaces = ("clamp", "tip", "cavity", "outer", *(layers or covers.values()))
+        surfaces = (*self._ends, "cavity", "outer", *(layers or covers.values()))
         return Layout(
             regions=("body",),
             surfaces=(*surfaces, "symmetry") if self.symmetry else surfaces,
@@ -110,7 +159,10 @@ class ShellReinforced(Geometry):
             bending_axis=(0.0, 1.0, 0.0),
             symmetry={"symmetry": 1} if self.symmetry else {},
             layers=layers,
-            length=self.length,
+            length=self._span,
+            clamp=self._ends[0],
+            tip=self._ends[1],
+            repeats=Repeats(*self._ends) if self.module_alone else None,
             sheets=tuple(covers),
             covers=covers,
             bonded=("glued",) if sliding else (),
@@ -124,28 +176,31 @@ class ShellReinforced(Geometry):
         half = 0.5 if self.symmetry else 1.0
         round_ = 2 * pi * self.radius
         disc = pi * self.radius**2
-        cavity = pi * self.chamber_radius**2 * (self.length - 2 * self.end)
+        cavity = pi * self.chamber_radius**2 * self._chamber_length
+        face = disc - pi * self.chamber_radius**2 * bool(self.module_alone)
         bridges = (1 if self.kind == "bending" else 2) * 2 * asin(self.strip / 2 / self.radius)
-        slits = self.cuts * self.slit * (round_ - bridges * self.radius)
-        shell = {"shell": half * (round_ * self.length - slits)}
+        slits = len(self._slits()) * self.slit * (round_ - bridges * self.radius)
+        shell = {"shell": half * (round_ * self._span - slits)}
         if self.shell == "sliding":
             ends = 2 * self.end if "ends" in self._glued else 0.0
-            strip = (self.length - ends) * bridges * self.radius * ("strip" in self._glued)
+            strip = (self._span - ends) * bridges * self.radius * ("strip" in self._glued)
             glued = half * (round_ * ends + strip)
             shell = {"under_shell": shell["shell"] - glued, "under_glued": glued}
         return {
-            "body": half * (disc * self.length - cavity),
+            "body": half * (disc * self._span - cavity),
             "cavity": half * cavity,
-            "clamp": half * disc,
-            "tip": half * disc,
+            **dict.fromkeys(self._ends, half * face),
             **shell,
         }
 
     def volume_tolerance(self, name: str) -> float:
         wide = lacking(self.radius, self.mesh_size)
         narrow = lacking(self.chamber_radius, self.mesh_size)
+        if name in self._ends and self.module_alone:
+            part = self.chamber_radius**2 / (self.radius**2 - self.chamber_radius**2)
+            return wide * (1 + part) + narrow * part
         if name == "body":
-            outside = pi * self.radius**2 * self.length
+            outside = pi * self.radius**2 * self._span
             return (wide + narrow) * outside * (0.5 if self.symmetry else 1) / self.volumes()[name]
         return narrow if name == "cavity" else wide
 
@@ -153,13 +208,13 @@ class ShellReinforced(Geometry):
         """The shell unrolled, its length along x; the strip at the bottom is in the middle, the
         edges meet at the top."""
         edge, half = pi * self.radius, self.radius * asin(self.strip / 2 / self.radius)
-        notches, cut = [], [((x, -edge), (x, edge)) for x in (0.0, self.length)]
+        notches, cut = [], [((x, -edge), (x, edge)) for x in (0.0, self._span)]
         for row, (start, end) in enumerate(self._slits()):
             for low, high in self._open(row, edge, half):
                 cut += [((start, low), (start, high)), ((end, low), (end, high))]
                 cut += [((start, s), (end, s)) for s in (low, high) if abs(s) < edge]
                 notches += [(start, end)] * (high == edge)
-        stops = [0.0, *np.ravel(notches).tolist(), self.length]
+        stops = [0.0, *np.ravel(notches).tolist(), self._span]
         for start, end in zip(stops[::2], stops[1::2], strict=True):
             cut += [((start, s), (end, s)) for s in (-edge, edge)]
         return Pattern(tuple(cut), (), pieces=1)
@@ -224,8 +279,8 @@ class ShellReinforced(Geometry):
                 skins.append(Skin("under_glued", 0.0, self.end, all_around))
                 skins.append(Skin("under_glued", self.length - self.end, self.length, all_around))
             if "strip" in self._glued:
-                skins.append(Skin("under_glued", 0.0, self.length, self._bridge(0)))
-        ends = np.array([0.0, *np.ravel(slits), self.length]).reshape(-1, 2)
+                skins.append(Skin("under_glued", 0.0, self._span, self._bridge(0)))
+        ends = np.array([0.0, *np.ravel(slits), self._span]).reshape(-1, 2)
         skins += [Skin(name, start, end, all_around) for start, end in ends.tolist()]
         skins += [Skin(name, *slit, self._bridge(i)) for i, slit in enumerate(slits)]
         return tuple(skins)
@@ -233,10 +288,11 @@ class ShellReinforced(Geometry):
     def solid(self) -> Prisms:
         """The core as prisms painted over each other."""
         prisms = (
-            Prism("body", "core", 0.0, self.length),
-            Prism("cavity", "chamber", self.end, self.length - self.end),
+            Prism("body", "core", 0.0, self._span),
+            Prism("cavity", "chamber", *self._chamber),
         )
-        planes = [Plane("clamp", 0, 0.0), Plane("tip", 0, self.length)]
+        first, last = self._ends
+        planes = [Plane(first, 0, 0.0), Plane(last, 0, self._span)]
         if self.symmetry:
             planes.append(Plane("symmetry", 1, 0.0))
         return Prisms(

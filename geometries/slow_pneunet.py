@@ -7,13 +7,16 @@ the linear kind has the same wall below as above. Run by itself it writes a mesh
 
 from collections.abc import Iterator
 from types import ModuleType
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 from pydantic import Field
 
-from softact.geometry.base import Geometry, Layout, ThroughWall, main
+from softact.errors import SpecError
+from softact.geometry.base import Geometry, Layout, OneModule, ThroughWall, main
 from softact.geometry.boxes import Box, Boxes, Counts, Plane
+from softact.geometry.steps import steps
 from softact.geometry.walls import Wall
+from softact.mesh.layout import Repeats
 from softact.units import Length
 
 FILM, FLOOR = 0.5, 7.0  # mm, where nothing is given
@@ -56,8 +59,20 @@ class SlowPneunet(Geometry):
         None, description="the same between the walls of the chambers; by default mesh_size"
     )
     through_wall: ThroughWall = None
+    module_alone: OneModule = None
+
+    def module(self) -> Self:
+        if self.chambers == 1:
+            raise SpecError("geometry.chambers: one chamber is no chain; write 2 or more")
+        return self.model_copy(update={"module_alone": True})
+
+    @property
+    def pitches(self) -> float:
+        return self.chambers
 
     def faults(self) -> Iterator[tuple[str, str]]:
+        if self.module_alone and self.chambers == 1:
+            yield "module_alone", "one chamber is no chain; write chambers: 2 or more"
         if self.tunnel_height > self.chamber_height:
             yield (
                 "tunnel_height",
@@ -101,8 +116,28 @@ class SlowPneunet(Geometry):
     def length(self) -> float:
         """Length of the block."""
         n = self.chambers
+        if self.module_alone:
+            return self.chamber_length + self.inner_wall
         walls = self.clamp_wall + self.tip_wall + (n - 1) * self.inner_wall
         return walls + n * self.chamber_length
+
+    @property
+    def _ends(self) -> tuple[str, str]:
+        return ("left", "right") if self.module_alone else ("clamp", "tip")
+
+    @property
+    def _wall_steps(self) -> int:
+        """Of a wall between chambers; a module begins at a plane of the mesh inside of one."""
+        return max(steps(self.inner_wall, self.mesh_size, self.least_steps), 2)
+
+    @property
+    def _starts(self) -> list[float]:
+        """Where chambers begin."""
+        if self.module_alone:
+            number = self._wall_steps
+            return [self.inner_wall * (number - number // 2) / number]
+        pitch = self.chamber_length + self.inner_wall
+        return [self.clamp_wall + i * pitch for i in range(self.chambers)]
 
     @property
     def below(self) -> float:
@@ -112,7 +147,7 @@ class SlowPneunet(Geometry):
         return self.floor or FLOOR
 
     def layout(self) -> Layout:
-        surfaces = ["clamp", "tip", "cavity", "outer", "base"]
+        surfaces = [*self._ends, "cavity", "outer", "base"]
         return Layout(
             regions=("body", "film") if self.bends else ("body",),
             surfaces=(*surfaces, "symmetry") if self.symmetry else tuple(surfaces),
@@ -120,6 +155,9 @@ class SlowPneunet(Geometry):
             bending_axis=(0.0, 1.0, 0.0),
             symmetry={"symmetry": 1} if self.symmetry else {},
             length=self.length,
+            clamp=self._ends[0],
+            tip=self._ends[1],
+            repeats=Repeats(*self._ends) if self.module_alone else None,
         )
 
     def walls(self) -> tuple[Wall, ...]:
@@ -129,16 +167,17 @@ class SlowPneunet(Geometry):
             "roof": (2, self.below + self.chamber_height, self.roof),
             below: (2, 0.0, self.below),
         }
-        if self.chambers > 1:
+        if self.chambers > 1 and not self.module_alone:
             places["inner_wall"] = 0, self.clamp_wall + self.chamber_length, self.inner_wall
         return solid.walls(self._counts(solid), places)
 
     def volumes(self) -> dict[str, float]:
-        n, width = self.chambers, self.width
+        n, width = len(self._starts), self.width
+        between = 1 if self.module_alone else n - 1
         part = 0.5 if self.symmetry else 1.0
         cavity = (
             n * self.chamber_length * self.chamber_width * self.chamber_height
-            + (n - 1) * self.inner_wall * self.tunnel_width * self.tunnel_height
+            + between * self.inner_wall * self.tunnel_width * self.tunnel_height
         )
         height = self.chamber_height + self.roof + (0.0 if self.bends else self.below)
         end = width * height
@@ -151,16 +190,16 @@ class SlowPneunet(Geometry):
         if self.bends:
             volumes["film"] = volumes["base"] * self.below
             end += film_width * self.below
-        return volumes | {"clamp": part * end, "tip": part * end}
+        if self.module_alone:
+            end -= self.tunnel_width * self.tunnel_height
+        return volumes | dict.fromkeys(self._ends, part * end)
 
     def solid(self) -> Boxes:
         """The block as boxes painted over each other; the underside of the film is z = 0."""
-        n, length, width = self.chambers, self.length, self.width
+        length, width, starts = self.length, self.width, self._starts
         bottom = self.below
         ceiling = bottom + self.chamber_height
         tunnel = bottom if self.bends else bottom + (self.chamber_height - self.tunnel_height) / 2
-        pitch = self.chamber_length + self.inner_wall
-        starts = [self.clamp_wall + i * pitch for i in range(n)]
 
         def box(name: str, x0: float, x1: float, across: float, z0: float, z1: float) -> Box:
             y0 = 0.0 if self.symmetry else -across / 2
@@ -174,19 +213,37 @@ class SlowPneunet(Geometry):
         for start in starts:
             end = start + self.chamber_length
             boxes.append(box("cavity", start, end, self.chamber_width, bottom, ceiling))
-        if n > 1:
-            end = starts[-1] + self.chamber_length
+        if self.chambers > 1:
+            ends = starts[0], starts[-1] + self.chamber_length
+            ends = (0.0, length) if self.module_alone else ends
             height = tunnel, tunnel + self.tunnel_height
-            boxes.append(box("cavity", starts[0], end, self.tunnel_width, *height))
-        planes = [Plane("clamp", 0, 0.0), Plane("tip", 0, length), Plane("base", 2, 0.0, True)]
+            boxes.append(box("cavity", *ends, self.tunnel_width, *height))
+        first, last = self._ends
+        planes = [Plane(first, 0, 0.0), Plane(last, 0, length), Plane("base", 2, 0.0, True)]
         if self.symmetry:
             planes.append(Plane("symmetry", 1, 0.0))
         regions = self.layout().regions
-        return Boxes(tuple(boxes), regions, ("cavity",), planes=tuple(planes))
+        before = self._steps_before if self.module_alone else 0
+        return Boxes(tuple(boxes), regions, ("cavity",), planes=tuple(planes), before=before)
+
+    @property
+    def _steps_before(self) -> int:
+        """Of the block's mesh, before the cut in the wall behind its first chamber."""
+        chamber = steps(
+            self.chamber_length, self.cavity_mesh_size or self.mesh_size, self.least_steps
+        )
+        first = steps(self.clamp_wall, self.mesh_size, self.least_steps)
+        return first + chamber + self._wall_steps // 2
 
     def _counts(self, solid: Boxes) -> Counts:
         size = self.mesh_size
-        return solid.counts(size, self.cavity_mesh_size or size, self.least_steps)
+        counts = solid.counts(size, self.cavity_mesh_size or size, self.least_steps)
+        if not self.module_alone:
+            return counts
+        # From face to face the split of the cells fits for an even number of steps only.
+        number, chamber = self._wall_steps, counts[0][1]
+        chamber += (number + chamber) % 2
+        return (number - number // 2, chamber, number // 2), *counts[1:]
 
     def cells(self) -> int:
         solid = self.solid()

@@ -18,6 +18,7 @@ from softact.bodies.layer import BondedLayer, Layer
 from softact.bodies.named_surfaces import Surfaces
 from softact.bodies.regions import SolidParts
 from softact.bodies.remembering import RememberingSolid, without_rates
+from softact.bodies.repeat import THREES, Repeat
 from softact.bodies.sheet import Sheet, SheetPart, make_parts, node_numbers
 from softact.bodies.solid import Solid
 from softact.bodies.spring import SpringSupport
@@ -29,6 +30,7 @@ from softact.contact.surfaces import SurfaceContact, Touching
 from softact.errors import SpecError
 from softact.loads import BY_FIELD, LOADS
 from softact.loads.cavity_pressure import CavityPressure
+from softact.loads.repeated_cavity import RepeatedCavity
 from softact.loads.sheet_cavity import SheetCavity
 from softact.loads.support import Held, Support, Turn, Turned
 from softact.materials.base import Material
@@ -36,7 +38,7 @@ from softact.materials.tensors import determinant
 from softact.mesh.sheets import SheetMesh
 from softact.mesh.sheets import nodes_of as sheet_nodes_of
 from softact.mesh.tetrahedra import Mesh
-from softact.system.assembly import Assembler
+from softact.system.assembly import Assembler, BlockTable
 from softact.system.nodes import Nodes, nodes_of, solid_places
 from softact.system.term import InvertedElementError, Origin, State, Term, Value
 from softact.system.unknowns import Unknowns
@@ -105,6 +107,8 @@ class Model:
         self.solids = {body.name: body for body in self.bodies if isinstance(body, Solid)}
         self.layers = [body for body in self.bodies if isinstance(body, Layer)]
         self.springs = [body for body in self.bodies if isinstance(body, SpringSupport)]
+        repeats = mesh.layout.repeats
+        self.repeat = Repeat(self, repeats) if repeats else None
         self.cavities = {
             name: self._cavity(name, walls) for name, walls in mesh.layout.cavities.items()
         }
@@ -159,13 +163,19 @@ class Model:
             places = solid_places(spaces, middles)
         if mesh.sheets:
             loose, elements, curves = self._sheet_nodes(mesh.sheets, places)
-        self.unknowns: Unknowns = like.unknowns if like else Unknowns(self.comm, spaces, len(loose))
+        apart = THREES if mesh.layout.repeats else 0
+        if apart and self.comm.size > 1:
+            raise SpecError("module: runs in one process only; leave -n out")
+        self.unknowns: Unknowns = (
+            like.unknowns if like else Unknowns(self.comm, spaces, len(loose), apart)
+        )
         self.nodes: Nodes = nodes_of(self.unknowns, places, loose)
         self.sheets: dict[str, SheetPart] = {}
         if mesh.sheets:
             size = self.unknowns.local
             self.sheets = make_parts(mesh.sheets, elements, sheets, self.nodes, size)
         tables = [part.triangles.table for part in self.sheets.values()]
+        tables += [BlockTable(self.unknowns.apart_blocks[np.newaxis])] if apart else []
         shared = like.assembler if like else None
         self.assembler: Assembler = Assembler(
             mesh, self.unknowns, tables, shared, None if middles is None else places
@@ -205,11 +215,15 @@ class Model:
         curves = {name: number[edges] for name, edges in nodes.curves.items()}
         return loose, number[nodes.elements], curves
 
-    def _cavity(self, name: str, walls: Sequence[str]) -> CavityPressure | SheetCavity:
+    def _cavity(
+        self, name: str, walls: Sequence[str]
+    ) -> CavityPressure | SheetCavity | RepeatedCavity:
         if set(walls) & set(self.sheets):
             triangles = [self.sheets[wall].triangles for wall in walls]
             return SheetCavity(name, triangles, self.mesh.layout.flux)
-        return CavityPressure(self.assembler, name, self.surfaces.facets(*walls), self.degree)
+        facets = self.surfaces.facets(*walls)
+        closed = CavityPressure(self.assembler, name, facets, self.degree)
+        return RepeatedCavity(self, self.repeat, closed, facets) if self.repeat else closed
 
     def _against(self, obstacle: Obstacle) -> RigidContact:
         return RigidContact(obstacle, ContactFacets(self, obstacle.surfaces or self.outside))
@@ -335,7 +349,12 @@ class Model:
                     # On this process alone, perhaps: the others wait for it in what follows.
                     both[:] = np.nan
         internal = self.unknowns.sum_shared(both[0])
-        return internal + self.unknowns.sum_shared(both[1]), internal
+        force = internal + self.unknowns.sum_shared(both[1])
+        return (self.repeat.force(state, force) if self.repeat else force), internal
+
+    def follow(self, x: np.ndarray) -> np.ndarray:
+        """Put what follows other unknowns where they take it, in ``x`` (local,), in place."""
+        return self.repeat.follow(x) if self.repeat else x
 
     def smallest_jacobian(self, x: np.ndarray) -> float:
         """Smallest J at a quadrature point over all processes; −inf where it is not a number."""
@@ -354,6 +373,8 @@ class Model:
         self.assembler.clear()
         for term in self.terms:
             term.add_tangent(state, origin)
+        if self.repeat:
+            self.repeat.fold_tangent(state)
         return self.assembler.finish_matrix()
 
     def energy(self, state: State, terms: Sequence[Term] | None = None) -> float:
@@ -415,6 +436,8 @@ class Model:
                         f"{clash} points where another support prescribes a different value"
                     )
                 values[dofs] = value
+        for dof, value in (self.repeat.held() if self.repeat else {}).items():
+            values[dof] = value
         self.supports = tuple(supports)
         dofs = np.flatnonzero(~np.isnan(values))
         self.assembler.fixed[:] = 0

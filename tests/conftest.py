@@ -30,7 +30,8 @@ sensitivities/test_runs sensitivities/test_whole_runs sensitivities/test_closed_
 geometry/test_field_files report/test_study_pages_browser report/test_pages_browser
 report/test_report_browser report/test_animation export/test_formats estimate/test_estimate test_api
 starter/test_starter preview/test_preview geometries/test_from_mesh geometries/test_step_slivers
-geometries/test_bending_tube geometries/test_own_parts cli/test_progress
+geometries/test_bending_tube geometries/test_own_parts cli/test_progress modules/test_wound_chain
+modules/test_round_chains modules/test_box_chains modules/test_command
 house/test_tutorials
 """.split()
 

@@ -13,6 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from softact.bodies.face_nodes import FaceNodes
+from softact.system.rotation import cross_with
 from softact.system.term import Origin, State
 
 
@@ -112,14 +113,9 @@ class Height:
         for i in range(3):
             # With j, k cyclic: the derivative of e_j × e_k by e_j is −[e_k]×, by e_k it is [e_j]×.
             j, k = (i + 1) % 3, (i + 2) % 3
-            found[:, i, :, j] = -_cross_with(edges[:, k])
-            found[:, i, :, k] = _cross_with(edges[:, j])
+            found[:, i, :, j] = -cross_with(edges[:, k])
+            found[:, i, :, k] = cross_with(edges[:, j])
         return found / self.area
-
-
-def _cross_with(v: np.ndarray) -> np.ndarray:
-    """Matrices (n, 3, 3) of w -> v × w."""
-    return np.moveaxis(np.cross(v[:, None], np.eye(3)), 1, 2)
 
 
 class Tie:

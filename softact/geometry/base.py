@@ -64,6 +64,13 @@ ThroughWall = Annotated[
         "mesh; by default 1. Two or more tell how a wall bends",
     ),
 ]
+OneModule = Annotated[
+    Literal[True] | None,
+    Field(
+        description="mesh one module of the chain alone, between two faces that repeat; "
+        "softact module writes it"
+    ),
+]
 
 
 class Geometry(BaseModel):
@@ -161,6 +168,21 @@ class Geometry(BaseModel):
         STEPS says, where the geometry has it."""
         given = (getattr(self, name, None) for name in STEPS)
         return next((number for number in given if number), 1)
+
+    def module(self) -> Self:
+        """One module of the chain of equal ones that the actuator is, between two faces that
+        repeat (``Layout.repeats``) and away from its ends. Raises SpecError where it is none.
+        """
+        kind = type(self).model_fields["type"].default
+        raise SpecError(
+            f"geometry.type: {kind} has no module that repeats, or none yet; "
+            "docs/modules.md says which have one"
+        )
+
+    @property
+    def pitches(self) -> float:
+        """Pitches of a module in the part of the actuator's length that its modules fill."""
+        raise NotImplementedError
 
     def build(self, gmsh: ModuleType) -> None:
         """Adds the solid as OCC entities to the current gmsh model, with named groups and mesh

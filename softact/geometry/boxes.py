@@ -59,6 +59,7 @@ class Boxes:
         region and a cavity is in the surface of the cavity's name.
     sheets: surfaces inside the solid.
     planes: names for parts of the outside; what no plane takes is ``outer``.
+    before: steps along x of a longer mesh before this part of it, which is split as there.
     """
 
     boxes: tuple[Box, ...]
@@ -66,6 +67,7 @@ class Boxes:
     cavities: tuple[str, ...] = ()
     sheets: tuple[Box, ...] = ()
     planes: tuple[Plane, ...] = ()
+    before: int = 0
 
     def breaks(self, axis: int) -> np.ndarray:
         """Where boxes and sheets begin and end along an axis: planes that every mesh has. What
@@ -193,6 +195,7 @@ class BoxMesh:
     def __post_init__(self) -> None:
         # Counted from the origin, so that a half and a whole are split alike.
         self._odd = sum(int(np.argmin(abs(line))) for line in self.lines) % 2
+        self._odd = (self._odd + self.solid.before) % 2
 
     def points(self) -> np.ndarray:
         """All points of the grid (n, 3), mm, also those that no cell uses."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from softact.geometry.base import THINNEST, Geometry
 from softact.geometry.boxes import Plane
 from softact.geometry.prisms import Prisms
-from softact.mesh.layout import Layout
+from softact.mesh.layout import Layout, Repeats
 
 
 class Corrugated(Geometry):
@@ -78,20 +78,38 @@ class Corrugated(Geometry):
             )
 
     def layout(self) -> Layout:
-        cavities = tuple(self._meshed())
-        surfaces = ("clamp", "tip", "outer", *cavities)
+        cavities, ends = tuple(self._meshed()), self.ends
+        surfaces = (*ends, "outer", *cavities)
         return Layout(
             regions=("body",),
             surfaces=(*surfaces, "symmetry") if self.symmetry else surfaces,
             cavities={name: (name,) for name in cavities},
             bending_axis=(0.0, 1.0, 0.0) if self.symmetry else None,
             symmetry={"symmetry": 1} if self.symmetry else {},
-            length=self.length,
+            length=self.span,
+            clamp=ends[0],
+            tip=ends[1],
+            repeats=Repeats(*ends) if self.alone else None,
         )
+
+    @property
+    def alone(self) -> bool:
+        """Whether one module is meshed alone, from the middle of a chamber to that of the next."""
+        return bool(getattr(self, "module_alone", None))
+
+    @property
+    def span(self) -> float:
+        """Length of what is meshed, mm."""
+        return self.pitch if self.alone else self.length
+
+    @property
+    def ends(self) -> tuple[str, str]:
+        """Names of the two flat ends."""
+        return ("left", "right") if self.alone else ("clamp", "tip")
 
     def planes(self) -> tuple[Plane, ...]:
         """The flat ends and, of a half, the plane of symmetry."""
-        ends = Plane("clamp", 0, 0.0), Plane("tip", 0, self.length)
+        ends = Plane(self.ends[0], 0, 0.0), Plane(self.ends[1], 0, self.span)
         return (*ends, Plane("symmetry", 1, 0.0)) if self.symmetry else ends
 
     def build(self, gmsh: ModuleType) -> None:

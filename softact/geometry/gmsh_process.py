@@ -219,6 +219,7 @@ def check(geometry: Geometry, parts: Parts) -> list[str]:
     for cavity, walls in layout.cavities.items():
         triangles = np.vstack([parts.surfaces[wall] for wall in walls])
         edges = leaks.open_edges(points, triangles, closing)
+        edges = edges[~leaks.within_repeats(layout, parts.surfaces, edges)]
         if len(edges):
             why = leaks.reason(points, parts.regions, triangles, edges)
             faults.append(leaks.line(cavity, points, edges) + why)

@@ -10,6 +10,7 @@ from softact.loads.payload import PayloadLoad
 from softact.loads.surface_pressure import SurfacePressure
 from softact.loads.torque import TorqueLoad
 from softact.loads.traction import TractionLoad
+from softact.loads.wrench import WrenchLoad
 
 LOADS: dict[str, Load] = {}
 #: The load of each field of a state.
@@ -31,6 +32,7 @@ for _load in (
     TractionLoad(),
     PayloadLoad(),
     TorqueLoad(),
+    WrenchLoad(),
     SurfacePressure(),
     Obstacles(),
 ):

@@ -13,6 +13,7 @@ from softact.measures.failure import FAILURE
 from softact.measures.fibres import FIBRES
 from softact.measures.held_tip import HELD_TIP
 from softact.measures.lateral import LATERAL
+from softact.measures.module import MODULE
 from softact.measures.pressure import PRESSURE
 from softact.measures.probe import PROBE_STRESS, PROBES
 from softact.measures.reaction import REACTION
@@ -34,6 +35,7 @@ MEASURES: dict[str, Measure] = {
         ELONGATION,
         LATERAL,
         TWIST,
+        MODULE,
         VOLUME,
         REACTION,
         HELD_TIP,

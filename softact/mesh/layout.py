@@ -2,11 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+
+import numpy as np
 
 Place = tuple[float, float, float]
 #: Between two points (mm), or where two surfaces meet.
 Line = tuple[Place, Place] | tuple[str, str]
+
+
+#: Of the motion between the faces of a module.
+COMPONENTS = tuple(f"{kind}_{c}" for kind in ("turn", "shift") for c in "xyz")
+
+
+def free_components(symmetry: Mapping[str, int]) -> np.ndarray:
+    """Which of ``COMPONENTS``, as turns and shifts (2, 3), symmetry planes leave: in one plane a
+    turn and two shifts."""
+    planes = set(symmetry.values())
+    return np.array([[planes <= {c} for c in range(3)], [c not in planes for c in range(3)]])
+
+
+@dataclass(frozen=True)
+class Repeats:
+    """Two faces of one module of a long chain, see ``softact.bodies.repeat``.
+
+    left, right: names of the surface groups. hold: name of a component -> its value, mm or rad:
+    of the ``shift_`` and ``turn_`` along and about x, y, z of the right face beside the left one.
+    """
+
+    left: str
+    right: str
+    hold: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -35,6 +62,7 @@ class Layout:
     points, lines: that a spec names beside; supports and forces may act on them.
     flux: weights of x, y and z in the volume that sheets enclose, see
     ``softact.loads.sheet_cavity``.
+    repeats: where the mesh is one module of a chain, the two faces at which its like go on.
     """
 
     regions: tuple[str, ...]
@@ -56,6 +84,7 @@ class Layout:
     points: dict[str, Place] = field(default_factory=dict)
     lines: dict[str, Line] = field(default_factory=dict)
     flux: tuple[float, float, float] = (1 / 3, 1 / 3, 1 / 3)
+    repeats: Repeats | None = None
 
     @property
     def outside(self) -> tuple[str, ...]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from softact.mesh.components import Skin, components, part_names, place
 from softact.mesh.joining import lying_on
+from softact.mesh.layout import Layout
 
 
 def open_edges(points: np.ndarray, triangles: np.ndarray, planes: Sequence[int]) -> np.ndarray:
@@ -21,6 +22,15 @@ def open_edges(points: np.ndarray, triangles: np.ndarray, planes: Sequence[int])
     ends = np.abs(points[edges])
     in_plane = ends[:, :, list(planes)].max(axis=1) < 1e-6 * ends.max(initial=1.0)
     return edges[~in_plane.any(axis=1)]
+
+
+def within_repeats(
+    layout: Layout, surfaces: Mapping[str, np.ndarray], edges: np.ndarray
+) -> np.ndarray:
+    """Which edges (k, 2) lie in a face at which the next module of a chain goes on."""
+    faces = (layout.repeats.left, layout.repeats.right) if layout.repeats else ()
+    inside = [np.isin(edges, surfaces[face]).all(axis=1) for face in faces]
+    return np.any(inside, axis=0) if inside else np.zeros(len(edges), dtype=bool)
 
 
 def line(cavity: str, points: np.ndarray, edges: np.ndarray) -> str:

@@ -93,6 +93,7 @@ def check_closed(tets: Tetrahedra, layout: Layout) -> None:
     for cavity, walls in layout.cavities.items():
         triangles = np.vstack([tets.surfaces[name] for name in walls])
         edges = leaks.open_edges(tets.points, triangles, planes)
+        edges = edges[~leaks.within_repeats(layout, tets.surfaces, edges)]
         if len(edges):
             line = leaks.line(cavity, tets.points, edges)
             raise MeshError(f"{line}; close it, or use surface_pressure")

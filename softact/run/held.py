@@ -24,6 +24,8 @@ def refuse_loose(tets: Tetrahedra, layout: Layout, spec: Spec) -> None:
 
     Parts that may touch something, or on which a sheet lies, are left to the solver.
     """
+    if layout.repeats:
+        return  # the means of its left face hold it
     labels = components(tets.points, tets.cells)
     names = part_names(tets.points, tets.cells, tets.region, list(layout.regions), labels)
     touching = _touching(layout, spec)

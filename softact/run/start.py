@@ -16,7 +16,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from softact.errors import OUT_OF_MEMORY, CannotWriteError, NoEquilibriumError, SoftactError
+from softact.errors import (
+    OUT_OF_MEMORY,
+    CannotWriteError,
+    NoEquilibriumError,
+    SoftactError,
+    SpecError,
+)
 from softact.files.lock import held
 from softact.files.streams import UTF8
 from softact.files.text import json_text, write_atomic
@@ -98,6 +104,9 @@ def run(
     if spec.sheets and processes > 1:
         processes = 1
         notes += ["sheets are computed by one process: the others are left out"]
+    if spec.layout().repeats and processes > 1:
+        processes = 1
+        notes += ["a module is computed by one process: the others are left out"]
     with held(directory, "run", {"run.json": json_text({"status": INCOMPLETE})}) as inherited:
         old = to_resume(spec, directory) if resume else None
         if resume and old is None:
@@ -145,8 +154,9 @@ def _remember(directory: Path, measured: Sequence[Measured]) -> None:
 
 def usual_processes(spec: Spec) -> int:
     """How many MPI processes a run takes where nobody says: the cores, up to two, beyond which
-    little is gained; one where contact between surfaces or sheets leave no choice."""
-    return 1 if spec.contact or spec.sheets else min(2, len(os.sched_getaffinity(0)))
+    little is gained; one where contact between surfaces, sheets or a module leave no choice."""
+    alone = spec.contact or spec.sheets or spec.layout().repeats
+    return 1 if alone else min(2, len(os.sched_getaffinity(0)))
 
 
 @contextlib.contextmanager
@@ -170,6 +180,8 @@ def _chosen(spec: Spec, paths: Sequence[str]) -> Chosen:
     # Imported here: it loads scipy, and sweeps and their tables shall not wait for it.
     from softact.sensitivities.choosing import Chosen
 
+    if spec.layout().repeats:
+        raise SpecError("sensitivities: a module has none yet; differentiate the whole actuator")
     return Chosen(spec, paths)
 
 

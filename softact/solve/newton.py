@@ -143,6 +143,8 @@ class Newton:
         u = model.unknowns
         displacement = np.zeros(u.local, dtype=bool)
         displacement[model.displacement_dofs] = True
+        if model.repeat:
+            displacement[model.repeat.dofs] = True
         self._is_force = displacement[: u.owned]
         self._volume_scale = self._norm(model.pressure_weights[: u.owned])
         self._supported = Held(np.empty(0, dtype=int), np.empty(0), np.empty(0))
@@ -224,6 +226,7 @@ class Newton:
         floor = self.model.force_floor if options.force_floor is None else options.force_floor
         allowed = min(options.at_most or self._max_iterations, self._max_iterations)
         state.x[self._supported.dofs] = held
+        self.model.follow(state.x)
         guess, pressures = state.x[: self.model.unknowns.owned].copy(), dict(state["pressure"])
 
         def begin() -> None:
@@ -238,7 +241,7 @@ class Newton:
             state.put("pressure", pressures)
             begin()
         now = self._now
-        state.x = self.model.unknowns.to_local(self._x)
+        state.x = self.model.follow(self.model.unknowns.to_local(self._x))
         converged = self._snes.getConvergedReason() > 0
         iterations = self._snes.getIterationNumber()
         self.counts.newton_iterations += iterations
@@ -261,6 +264,7 @@ class Newton:
         """Out-of-balance force, zero at supports, and internal force (local,)."""
         state = replace(loaded.state, x=loaded.state.x.copy())
         state.x[self._supported.dofs] = loaded.held
+        self.model.follow(state.x)
         with np.errstate(all="ignore"):
             force, internal = self.model.force(state)
         force[self._supported.dofs] = 0.0
@@ -285,7 +289,7 @@ class Newton:
 
     def _function(self, _snes: PETSc.SNES, x: PETSc.Vec, f: PETSc.Vec) -> None:
         now, owned = self._now, self.model.unknowns.owned
-        now.state.x = self.model.unknowns.to_local(x)
+        now.state.x = self.model.follow(self.model.unknowns.to_local(x))
         self.counts.residual_evaluations += 1
         force, internal = self.model.force(now.state)
         force[self._supported.dofs] = now.state.x[self._supported.dofs] - now.held
@@ -385,7 +389,7 @@ class Newton:
         sound = None
         for halvings in range(TUNING.halvings):
             part = 0.5**halvings
-            there = here - change * part
+            there = self.model.follow(here - change * part)
             if self.model.smallest_jacobian(there) <= 0.0:
                 continue
             if self.model.contacts.admissible(self._now.state, here, there):

@@ -19,6 +19,7 @@ from softact.materials.base import FibreLaw
 from softact.measures import MEASURES
 from softact.mesh.layout import Layout
 from softact.nearest import nearest
+from softact.spec.modules import module_faults, with_module
 from softact.units import show
 
 NOWHERE: Any = ()
@@ -55,13 +56,16 @@ def cross_faults(data: Any, geometry: Geometry | None) -> Iterator[Fault]:
         if "materials" not in data and not data.get("sheets"):
             yield ("materials",), "missing; region -> card, {card:, ...} or {law:, ...}"
         return
-    layout = _with_marks(geometry.layout(), data)
+    layout = with_module(_with_marks(geometry.layout(), data), data.get("module"))
+    yield from module_faults(data, layout)
     yield from _marks(data, layout)
     yield from _made_of(data, "materials", "region", layout.regions, made_of_regions)
     yield from _made_of(data, "sheets", "sheet", tuple(layout.sheets), made_of_sheets)
     for index, layer in _mappings(data.get("layers")):
         yield from surface_fault(layer.get("surface"), ("layers", index, "surface"), layout)
-    if data.get("supports") is not None:
+    if layout.repeats is not None:
+        pass  # the means of a module's left face hold it
+    elif data.get("supports") is not None:
         yield from _supports(data["supports"], ("supports",), layout)
     elif not layout.clamp and layout.regions:
         yield from _supports([], ("supports",), layout)

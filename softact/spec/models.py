@@ -32,6 +32,7 @@ from softact.spec.checks import cross_faults, fibre_faults
 from softact.spec.choice import MaterialChoice
 from softact.spec.contact import AnyObstacle, Contacts, resolved_contact
 from softact.spec.fields import GEOMETRY, AnyGeometry, AnyMaterial, LayerMaterial, Measures
+from softact.spec.modules import ModuleSpec
 from softact.spec.path import UNNAMED
 from softact.spec.slots import walk
 from softact.spec.supports import LineSpec, SupportSpec
@@ -309,6 +310,9 @@ class SpecBase(Part):
     probes: dict[Name, Point] = Field(
         {}, description="points of the undeformed actuator whose way is wanted: name -> place"
     )
+    module: ModuleSpec | None = Field(
+        None, description="the mesh is one module of a long chain: its two faces, docs/modules.md"
+    )
     points: dict[Name, Point] = Field(
         {},
         description="points for supports and payloads: name -> place on the undeformed actuator; "
@@ -353,11 +357,18 @@ class SpecBase(Part):
     def layout(self) -> Layout:
         """Names of the parts of the geometry, and of the points and lines beside."""
         lines = {name: line.where for name, line in self.lines.items()}
-        return replace(self.geometry.layout(), points=dict(self.points), lines=lines)
+        return replace(self._own_layout(), points=dict(self.points), lines=lines)
+
+    def _own_layout(self) -> Layout:
+        """That of the geometry, whose ends are the faces of a module."""
+        layout, module = self.geometry.layout(), self.module
+        if module is None:
+            return layout
+        return replace(layout, clamp=module.left, tip=module.right, repeats=module.repeats)
 
     def _resolved(self) -> Self:
-        layout = self.geometry.layout()
-        supports = self.supports
+        layout = self._own_layout()
+        supports = () if layout.repeats else self.supports
         if supports is None:
             clamp = SupportSpec(surface=layout.clamp, fix=("x", "y", "z")) if layout.clamp else None
             supports = (clamp,) if clamp else ()

@@ -210,8 +210,8 @@ class Assembler:
         return matrix
 
     @functools.cached_property
-    def _element_entries(self) -> tuple[np.ndarray, np.ndarray]:
-        """Global row and column of each entry of ``values`` and ``extra_values``."""
+    def pattern(self) -> tuple[np.ndarray, np.ndarray]:
+        """Global row and column of each entry of ``values``."""
         u = self.unknowns
         indptr, indices = self._graph
         rows = np.empty(len(self.values), dtype=np.int32)
@@ -227,9 +227,14 @@ class Assembler:
             pointer(rows),
             pointer(columns),
         )
+        return rows, columns
+
+    @functools.cached_property
+    def _element_entries(self) -> tuple[np.ndarray, np.ndarray]:
+        """Global row and column of each entry of ``values`` and ``extra_values``."""
         return tuple(
             np.concatenate([part, *(extra[k] for extra in self._extra)]).astype(_INT)
-            for k, part in enumerate((rows, columns))
+            for k, part in enumerate(self.pattern)
         )
 
     def _lay_out(self, matrix: PETSc.Mat) -> None:

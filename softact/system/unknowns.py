@@ -21,14 +21,21 @@ class Unknowns:
 
     spaces: dolfinx function spaces (each of blocks of equal size).
     loose: number of further nodes with three unknowns each, for one process only; they come last,
-    with the dofs ``loose_dofs`` and the blocks ``loose_blocks``.
+    with the dofs ``loose_dofs`` and the blocks ``loose_blocks``. apart: number of further threes of
+    unknowns that are no node's, for one process only, after them: ``apart_dofs``.
     cell_dofs: (cells, dofs) local numbers of each cell's unknowns, space after space.
     cell_blocks: (cells, blocks) the same for blocks.
     owned, local: number of unknowns that this process owns, and holds.
     number: (local,) global number of each.
     """
 
-    def __init__(self, comm: MPI.Comm, spaces: Sequence[dolfinx.fem.FunctionSpace], loose: int = 0):
+    def __init__(
+        self,
+        comm: MPI.Comm,
+        spaces: Sequence[dolfinx.fem.FunctionSpace],
+        loose: int = 0,
+        apart: int = 0,
+    ):
         self.comm = comm
         self.spaces = list(spaces)
         sizes = [s.dofmap.index_map_bs for s in self.spaces]
@@ -39,9 +46,10 @@ class Unknowns:
         self.owned = int(first_owned[-1])
         first_ghost = self.owned + np.concatenate([[0], np.cumsum(np.multiply(ghosts, sizes))])
         fixed_part = int(first_ghost[-1])
-        self.local = fixed_part + 3 * loose
-        self.owned += 3 * loose
-        self.loose_dofs = np.arange(fixed_part, self.local, dtype=np.int32).reshape(-1, 3)
+        self.local = fixed_part + 3 * (loose + apart)
+        self.owned += 3 * (loose + apart)
+        last = np.arange(fixed_part, self.local, dtype=np.int32).reshape(-1, 3)
+        self.loose_dofs, self.apart_dofs = last[:loose], last[loose:]
         self._block_offsets = np.concatenate([[0], np.cumsum(np.add(owned, ghosts))])
         # Per space: (blocks, size) local numbers, in the space's own order.
         self.space_dofs: list[np.ndarray] = []
@@ -53,10 +61,11 @@ class Unknowns:
                 ]
             )
             self.space_dofs.append((starts[:, None] + np.arange(size)).astype(np.int32))
-        every = [*self.space_dofs, self.loose_dofs]
+        every = [*self.space_dofs, last]
         self.first = np.concatenate([d[:, 0] for d in every]).astype(np.int32)
         self.width = np.concatenate([np.full(len(d), d.shape[1]) for d in every]).astype(np.int32)
         self.loose_blocks = int(self._block_offsets[-1]) + np.arange(loose)
+        self.apart_blocks = int(self._block_offsets[-1]) + loose + np.arange(apart)
         if not self.spaces:
             self._have_no_cells()
             return
@@ -105,6 +114,7 @@ class Unknowns:
             first = process_start[owner] + offsets[owner, k] + size * (blocks - starts[owner, k])
             number[self.space_dofs[k]] = first[:, None] + np.arange(size)
         number[self.loose_dofs] = self.loose_dofs
+        number[self.apart_dofs] = self.apart_dofs
         return number
 
     def create_vector(self) -> PETSc.Vec:

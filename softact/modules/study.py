@@ -1,0 +1,90 @@
+"""The runs of a module, and the table of what they say."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from softact.errors import NoEquilibriumError
+from softact.modules.module_spec import ModuleSpecs
+from softact.results.folder import Results, read
+from softact.run.start import run
+
+SCALED = "module_angle_"  # what a chain of modules has so many times
+OF_LOADS = {"straight": "module_moment_", "clamped": "module_force_"}
+BEFORE = ("step", "increment", "step_fraction")
+
+Row = dict[str, float | str]
+
+
+@dataclass(frozen=True)
+class Study:
+    """free: results; blocked: those of the ``straight`` and ``clamped`` runs. modules: of the whole
+    actuator, 0 where that is not known."""
+
+    free: Results
+    blocked: dict[str, Results]
+    modules: float
+
+    def rows(self) -> list[Row]:
+        """A row for each state of the free module: loads, how it stands, its cross-section, what a
+        blocked one exerts, and the angle of so many of them."""
+        curve = self.free.curve
+        loads = [n for n in curve if n.startswith("pressure_") and n.endswith("_kPa")]
+        own = [name for name in curve if name.startswith("module_")]
+        air = [name for name in curve if name.startswith("cavity_volume")]
+        table = {name: curve[name] for name in (*BEFORE, *loads, *own)}
+        table |= {f"module_{name}": curve[name] for name in air}
+        for kind, blocked in self.blocked.items():
+            for name in blocked.curve:
+                if name.startswith(OF_LOADS[kind]):
+                    exerted = -self._at_states(blocked.curve, name)
+                    table[f"blocked_{name.removeprefix('module_')}"] = exerted
+        for name in own if self.modules else ():
+            if name.startswith(SCALED):
+                whole = f"actuator_angle_{name.removeprefix(SCALED)}"
+                table[whole] = self.modules * curve[name]
+        return [
+            {name: _cell(values[k]) for name, values in table.items()}
+            for k in range(len(curve["step"]))
+        ]
+
+    def _at_states(self, other: Mapping[str, np.ndarray], name: str) -> np.ndarray:
+        """A column of another run at the free one's fractions of the same steps; NaN beyond its
+        last equilibrium."""
+        free, steps = self.free.curve, list(dict.fromkeys(self.free.curve["step"]))
+
+        def time(curve: Mapping[str, np.ndarray]) -> np.ndarray:
+            begun = np.array([steps.index(step) for step in curve["step"]], dtype=float)
+            return begun + np.asarray(curve["step_fraction"], dtype=float)
+
+        known = np.isin(other["step"], steps)
+        inside = {column: values[known] for column, values in other.items()}
+        values = np.asarray(inside[name], dtype=float)
+        return np.interp(time(free), time(inside), values, right=np.nan)
+
+
+def _cell(value: float | str) -> float | str:
+    if isinstance(value, str):
+        return value
+    return "" if np.isnan(value) else float(value)
+
+
+def study(specs: ModuleSpecs, folder: Path, modules: float, tell: Callable[[str], None]) -> Study:
+    """Solve a module's runs into folders of their names in ``folder``.
+
+    modules: of the whole actuator, 0 where that is not known. Raises NoEquilibriumError where
+    a run found no state at all, and what ``softact.run.start.run`` raises.
+    """
+    found = {}
+    for name, spec in specs.runs.items():
+        outcome = run(spec, folder / name, report=False)
+        if outcome.message:
+            tell(f"{name} module: {outcome.message}")
+        found[name] = read(folder / name)
+        if not len(found[name].curve.get("step", ())):
+            raise NoEquilibriumError(f"the {name} module has no equilibrium at all")
+    return Study(found.pop("free"), found, modules)

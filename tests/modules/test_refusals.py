@@ -1,0 +1,115 @@
+"""What a module cannot do is refused by name, in one line each."""
+
+import pytest
+
+from softact.errors import SpecError
+from softact.modules.module_spec import module_specs
+from softact.spec import loads
+
+FINGER = """
+geometry: {type: pneunet, chambers: 3, mesh_size: 4 mm}
+materials: {body: elastosil-m4601}
+steps: [{name: inflate, pressure: 5 kPa}]
+"""
+ALONE = FINGER.replace("chambers: 3", "chambers: 3, module_alone: true")
+
+
+@pytest.mark.parametrize(
+    ("added", "line"),
+    [
+        ("contact: [{self: outer}]", "contact: a module does not see what its neighbours touch"),
+        ("supports: [{surface: base, fix: [z]}]", "supports: a module is held by the means of"),
+        ("constraints: [{surface: base, stays: rigid}]", "constraints: a face of a chain keeps no"),
+        (
+            "obstacles: {floor: {type: plane, point: [0 mm, 0 mm, -9 mm], normal: [0, 0, 1]}}",
+            "obstacles: an obstacle touches some modules and not others",
+        ),
+        ("module: {left: left, right: left}", "module.right: is the left face too"),
+        ("module: {left: left, right: wrong}", "module.right: the geometry has no surface 'wrong'"),
+        (
+            "module: {left: left, right: right, turn: {x: 1 deg}}",
+            "module.turn.x: the symmetry planes leave no room for it",
+        ),
+        ("module: {left: left, right: right, shift: {w: 1 mm}}", "there is no component 'w'"),
+    ],
+)
+def test_what_stands_beside_a_module_is_refused(added, line):
+    with pytest.raises(SpecError) as refused:
+        loads(f"{ALONE}{added}\n")
+    assert len(refused.value.lines) == 1
+    assert line in refused.value.lines[0]
+
+
+@pytest.mark.parametrize(
+    ("load", "line"),
+    [
+        ("gravity: [0, 0, -1]", "gravity: weight makes the modules of a chain unequal"),
+        (
+            "torque: {surface: right, moment: [0 N*mm, 1 N*mm, 0 N*mm]}",
+            "torque: a torque acts on one place",
+        ),
+        (
+            "payload: {surface: right, force: [0 N, 0 N, 1 N]}",
+            "payload: a payload hangs on one place",
+        ),
+        ("wrench: {moment: [1 N*mm, 0 N*mm, 0 N*mm]}", "the symmetry planes leave no room for it"),
+    ],
+)
+def test_loads_that_make_modules_unequal_are_refused(load, line):
+    with pytest.raises(SpecError) as refused:
+        loads(ALONE.replace("pressure: 5 kPa", load))
+    assert len(refused.value.lines) == 1
+    assert line in refused.value.lines[0]
+
+
+def test_a_wrench_needs_a_module():
+    with pytest.raises(SpecError, match="acts on a module of a chain"):
+        loads(FINGER.replace("pressure: 5 kPa", "wrench: {force: [1 N, 0 N, 0 N]}"))
+
+
+@pytest.mark.parametrize(
+    ("geometry", "line"),
+    [
+        ("type: thick_sphere", "thick_sphere has no module that repeats"),
+        ("type: tube", "tube has no module that repeats"),
+        ("type: pneunet, chambers: 1", "chambers: one chamber is no chain"),
+        ("type: omnidirectional, modules: 1", "modules: one module is no chain"),
+        ("type: shell_reinforced, cuts: 1, kind: linear", "cuts: 1 rows of slits are no chain"),
+    ],
+)
+def test_what_has_no_module_is_refused(geometry, line):
+    spec = loads(
+        f"geometry: {{{geometry}}}\nmaterials: {{body: elastosil-m4601}}\n"
+        "supports: [{surface: outer, fix: [x, y, z]}]\n"
+        "steps: [{name: press, surface_pressure: {outer: 1 kPa}}]\n"
+    )
+    with pytest.raises(SpecError, match=line):
+        module_specs(spec, {})
+
+
+def test_sheets_are_refused():
+    spec = """
+geometry: {type: woven_bending}
+module: {left: front, right: back}
+sheets: {}
+steps: [{name: inflate, pressure: 5 kPa}]
+"""
+    with pytest.raises(SpecError, match="module: a sheet does not go on in the next module"):
+        loads(spec)
+
+
+def test_weight_can_be_left_out():
+    step = "[{name: gravity, gravity: [0, 0, -1]}, {name: inflate, pressure: 5 kPa}]"
+    spec = loads(FINGER.replace("[{name: inflate, pressure: 5 kPa}]", step))
+    with pytest.raises(SpecError, match="gravity: weight makes the modules"):
+        module_specs(spec, {})
+    runs = module_specs(spec, {}, weight=False).runs
+    assert [step.name for step in runs["clamped"].steps] == ["inflate"]
+
+
+def test_components_are_held_by_name():
+    spec = loads(FINGER)
+    with pytest.raises(SpecError, match="--hold turn_w: did you mean 'turn_"):
+        module_specs(spec, {"turn_w": "1 deg"})
+    held = module_specs(spec, {"turn_y": "2 deg"}).runs["free"].layout().repeats
+    assert held.hold == pytest.approx({"turn_y": 0.03490658503988659})
