@@ -77,8 +77,8 @@ def compute(
     wait: for somebody else who computes it; else BusyError is raised. progress: hears of each
     increment of a run that is computed. processes, threads: see ``run``; one thread each, unless
     the key says otherwise. slopes: paths of parameters by which the measures are differentiated, as
-    the key says; the spec's tolerances are let be. Raises CannotWriteError where the disk is full or read-only: there is no
-    sense in going on. Whatever else goes wrong is told in the answer.
+    the key says; the spec's tolerances are let be. Raises CannotWriteError where the disk is full
+    or read-only: there is no sense in going on. Whatever else goes wrong is told in the answer.
     """
     given: dict[str, Any] = {"processes": processes, "threads": threads, "slopes": slopes}
     with cache.lock(key, wait):

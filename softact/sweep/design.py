@@ -1,4 +1,4 @@
-"""Which points of the axes are computed: grid, one at a time, Latin hypercube, Sobol, tolerances."""
+"""Which points of the axes are computed: grid, one at a time, or a sample of them."""
 
 from __future__ import annotations
 

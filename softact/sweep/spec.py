@@ -30,7 +30,6 @@ from softact.sweep.points import first_right
 from softact.sweep.tolerance_axes import tolerance_axes
 from softact.units import show
 
-
 LEAST_SAMPLES = 8  # of the design tolerances
 
 
@@ -102,8 +101,8 @@ class Sweep(StudyFile):
         (), strict=False, description="paths and their values; none with the design tolerances"
     )
     design: Annotated[Design, BeforeValidator(_design), WithJsonSchema(_DESIGN_SCHEMA)] = Field(
-        Design(), description="grid, one_at_a_time, latin_hypercube, sobol, tolerances, or "
-        "{kind:, samples:}"
+        Design(),
+        description="grid, one_at_a_time, latin_hypercube, sobol, tolerances, or {kind:, samples:}",
     )
     trends: tuple[Trend, ...] = Field((), strict=False, description="what to look for in the end")
 
@@ -112,7 +111,9 @@ class Sweep(StudyFile):
         if self.design.kind != TOLERANCES:
             check_axes(self.axes)
         elif self.axes:
-            raise fault_at(("axes",), "the design tolerances takes them from the base: leave them out")
+            raise fault_at(
+                ("axes",), "the design tolerances takes them from the base: leave them out"
+            )
         elif self.design.samples < LEAST_SAMPLES:
             why = f"a standard deviation needs at least {LEAST_SAMPLES} samples"
             raise fault_at(("design", "samples"), why)

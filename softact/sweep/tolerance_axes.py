@@ -43,12 +43,11 @@ def tolerance_axes(base: Document) -> tuple[Document, tuple[ToleranceAxis, ...]]
     """A base spec with all that it leaves to defaults, so that every path is there, and an axis for
     each of its tolerances. Raises SpecError where one is none."""
     spec = spec_at(base)
-    found = []
+    found: list[ToleranceAxis] = []
     for cause in causes(spec):
         low, high = (_told(cause, end) for end in ENDS)
         paths = tuple(p.path for p in cause.parameters)
-        found.append(
-            ToleranceAxis(path=paths, name=cause.name, cause=cause, **{"from": low, "to": high})
-        )
+        ends: dict[str, Any] = {"from": low, "to": high}
+        found.append(ToleranceAxis(path=paths, name=cause.name, cause=cause, **ends))
     data = spec.model_dump(mode="json", exclude_none=True)
     return Document(base.name, data, folder=base.folder), tuple(found)

@@ -98,7 +98,9 @@ def compare(study: Study, table: list[Row], answer: Answer, some: Sequence[Cause
     return compared(first, table, [name for name in shown_measures(table, study) if name in first])
 
 
-def compared(first: Mapping[str, Scatter], table: Sequence[Row], names: Sequence[str]) -> Comparison:
+def compared(
+    first: Mapping[str, Scatter], table: Sequence[Row], names: Sequence[str]
+) -> Comparison:
     """first: measure -> to first order; table: a row for each sample."""
     good = [row for row in table if row["status"] == COMPLETE]
     lost = len(table) - len(good)
@@ -131,7 +133,7 @@ def section(found: Comparison) -> list[Section]:
         return []
     heads = ["Figure", "Unit", "As in the spec", "Mean, first order", "Mean, samples",
              "Standard deviation, first order", "Standard deviation, samples"]  # fmt: skip
-    lines = []
+    lines: list[list[str | float | None]] = []
     for c in found.of:
         label = labels.column(c.first.measure)
         numbers = (c.first.value, c.first.mean, c.mean, c.first.deviation, c.deviation)

@@ -117,9 +117,9 @@ def _width(parameter: Parameter, text: str) -> float:
 def _internal(parameter: Parameter, text: str) -> float:
     """A number as it is written, in the parameter's internal unit."""
     number, unit = _split(text)
-    wanted = f"{show(text)} is none of its values; write for example '{number:g} {parameter.unit}'"
     if bool(unit) != bool(parameter.unit):
-        raise SpecError(wanted.replace(" '", "'") if not parameter.unit else wanted)
+        right = f"{number:g} {parameter.unit}".strip()
+        raise SpecError(f"{show(text)} is none of its values; write for example '{right}'")
     try:
         factor = conversion(unit, parameter.unit) if unit else 1.0
     except ValueError as error:
