@@ -1,8 +1,8 @@
 """Constants of a spec adjusted so that its run meets a measured curve.
 
 Bounded Gauss-Newton (scipy's trust region) on few runs: derivatives come from the run itself (see
-``softact.fit.exact``) or, where it has none, are forward differences of whole runs, taken anew after
-each accepted step. Covariance and intervals are linearised, the latter with Student's t.
+``softact.fit.exact``) or, where it has none, are forward differences of whole runs, taken anew
+after each accepted step. Covariance and intervals are linearised, the latter with Student's t.
 """
 
 import shlex
@@ -244,8 +244,8 @@ def _measured(request: CalibrationRequest, spec: Spec) -> Measured:
 def _covariance(search: _Search, remarks: list[str]) -> tuple[np.ndarray, int]:
     """Covariance (k, k) of the constants in the knobs' units, and the degrees of freedom left.
 
-    s² (JᵀJ)⁻¹ with s² of the residuals (Seber and Wild 2003, Nonlinear Regression, eq. 2.21); NaN at
-    a bound, infinite where the data do not determine a constant.
+    s² (JᵀJ)⁻¹ with s² of the residuals (Seber and Wild 2003, Nonlinear Regression, eq. 2.21); NaN
+    at a bound, infinite where the data do not determine a constant.
     """
     best = search.best
     position = np.array(best.values) / search.sizes
