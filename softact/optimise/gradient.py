@@ -1,7 +1,7 @@
 """The best design by gradients: sequential quadratic programming from several starts.
 
-scipy's SLSQP (Kraft 1988, DFVLR-FB 88-28) on parameters that go from 0 to 1 between their ends. Each
-run carries the derivatives of its measures (``softact.sensitivities``); it is a trial like any
+scipy's SLSQP (Kraft 1988, DFVLR-FB 88-28) on parameters that go from 0 to 1 between their ends.
+Each run carries the derivatives of its measures (``softact.sensitivities``); it is a trial like any
 other, so the same command goes on from the runs in the cache.
 """
 
@@ -16,7 +16,7 @@ from scipy.optimize import minimize
 from scipy.stats import qmc
 
 from softact.errors import SpecError
-from softact.optimise.spec import Constraint, Part
+from softact.optimise.spec import Part
 from softact.optimise.study import Trials
 from softact.sensitivities import stored
 from softact.sweep.axes import Axis
@@ -108,8 +108,9 @@ class Descent:
         )
 
     def _at(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-        """Values (1 + limits,) and derivatives (1 + limits, parameters) at a position: the objective
-        to be made small, and by how much each limit is kept; None where the run is not complete."""
+        """Values (1 + limits,) and derivatives (1 + limits, parameters) at a position: the
+        objective to be made small, and by how much each limit is kept; None where the run is not
+        complete."""
         place = tuple(np.clip(position, 0.0, 1.0).tolist())
         if place not in self._known:
             self._known[place] = self._evaluated(place)
@@ -137,9 +138,9 @@ class Descent:
         return np.array([v for v, _ in pairs]), np.array([s for _, s in pairs]) * by
 
     def _part(
-        self, trial: FrozenTrial, part: Part | Constraint, slopes: list[stored.Slope], factor: float
+        self, trial: FrozenTrial, part: Part, slopes: list[stored.Slope], factor: float
     ) -> tuple[float, np.ndarray]:
-        """A measure times a factor, and its derivatives (parameters,) by the axes in their units."""
+        """A measure times a factor, and its derivatives (parameters,) by the axes as they are."""
         record = self.trials.record(trial)
         value, row = part.value(record), part.row(record)
         assert value is not None  # the trial has values

@@ -105,7 +105,7 @@ class Optimisation(StudyFile):
     trials: int = Field(40, ge=1, le=100_000, description="runs in all, failed ones included")
     method: Literal["optuna", "gradient"] = Field(
         "optuna",
-        description="gradient: SLSQP with the derivatives of each run, from several starts",
+        description="gradient: SLSQP with the derivatives of each run, from starts",
     )
     starts: int = Field(3, ge=1, le=1000, description="of the method gradient, the reference first")
     seed: int = Field(0, ge=0, lt=2**32, description="of the sampler, or of the starts")
