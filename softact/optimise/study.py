@@ -101,7 +101,8 @@ class Trials:
         known = self.study.get_trials(deepcopy=False)
         settled = [_fixed(t) for t in known if self._settled(t)]
         for trial in known:
-            if not self._settled(trial) and _fixed(trial) and _fixed(trial) not in settled:
+            again = self.wanted.method != GRADIENT and not self._settled(trial)
+            if again and _fixed(trial) and _fixed(trial) not in settled:
                 self.study.enqueue_trial(_fixed(trial))
                 settled.append(_fixed(trial))
 
@@ -148,14 +149,26 @@ class Trials:
         self, numbers: Mapping[str, float], tell: Callable[[FrozenTrial, Answer], None]
     ) -> FrozenTrial:
         """A new trial of a design, once it is done. See ``at`` and ``run``."""
+        wanted = {title: _value(axis, numbers[title]) for title, axis in self.axes.items()}
         with store.writing(self.file):
             self.study.enqueue_trial(dict(numbers))
-            (asked,) = self._ask(1)
-            ((number, answer),) = self._answers({asked.number: (asked, self._suggest(asked))}, 1)
+            asked = self._asked(wanted)
+            ((number, answer),) = self._answers({asked.number: (asked, wanted)}, 1)
             self._tell(asked, answer)
             trial = self.study.trials[number]
             tell(trial, answer)
         return trial
+
+    def _asked(self, wanted: Coordinates) -> Trial:
+        """The trial of a design that stands in the queue; those before it are given up: a killed
+        call, or the reference, has left them there."""
+        from optuna.trial import TrialState
+
+        while True:
+            (asked,) = self._ask(1)
+            if self._suggest(asked) == wanted:
+                return asked
+            self.study.tell(asked, state=TrialState.FAIL)
 
     def record(self, trial: FrozenTrial) -> Record:
         """The run of a trial that has values. Raises SoftactError where it cannot be had."""
