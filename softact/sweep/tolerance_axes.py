@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from pydantic import Field
@@ -20,7 +21,7 @@ class ToleranceAxis(Axis):
 
     cause: Any = Field(exclude=True)
 
-    def at(self, fractions: list[float]) -> list[Any]:  # type: ignore[override]
+    def at(self, fractions: Sequence[float]) -> list[Any]:
         """Values that these parts of all actuators are below."""
         return [_told(self.cause, fraction) for fraction in fractions]
 
