@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from softact.sweep.compute import Answer
 
 
-@click.command(short_help="Find the best designs within constraints (Optuna).")
+@click.command(short_help="Find the best designs within constraints (Optuna, gradients).")
 @click.argument("file", metavar="OPT")
 @click.option("-o", "--output", metavar="DIR", help="[default: results/<name of the file>]")
 @click.option(
@@ -41,6 +41,9 @@ def optimize(
 ) -> None:
     """Vary parameters of a spec for the best measures, with constraints on others.
 
+    With method: gradient in the file, parameters follow the derivatives that each run carries;
+    there --trials is a limit, and -j makes nothing faster.
+
     Trials are kept in trials.db and their runs in the cache of the sweeps: the same command goes
     on where it was stopped, and with more --trials it adds to what there is. A run that fails is a
     failed trial with its cause. Writes trials.csv, optimise.html and best/, the data sheet of the
@@ -52,6 +55,7 @@ def optimize(
     """
     from softact.optimise import optimise_page
     from softact.optimise.check import check
+    from softact.optimise.gradient import Descent
     from softact.optimise.spec import Optimisation
     from softact.optimise.store import DATABASE
     from softact.optimise.study import Trials, feasible
@@ -83,7 +87,10 @@ def optimize(
         study = Trials(wanted, base, cache, directory)
         click.echo(f"{wanted.trials} trials, {len(study.done)} of them done")
         try:
-            study.run(jobs, tell)
+            if wanted.method == "gradient":
+                Descent(study, tell).run()
+            else:
+                study.run(jobs, tell)
         finally:
             if study.done:
                 path = optimise_page.write(study, folder)

@@ -26,6 +26,7 @@ from softact.spec.models import (
 from softact.spec.plausible import RANGES
 from softact.spec.supports import LineSpec, SupportSpec
 from softact.spec.timing import AmplitudeSpec, SineSpec, TriangleSpec
+from softact.spec.tolerances import ToleranceSpec
 from softact.units import DIMENSIONS
 
 LOADED = {key: catalogue.model_in(load.annotation) for key, load in LOADS.items()}
@@ -36,6 +37,7 @@ PARTS = (
     (LayerSpec, "An entry of `layers`"),
     (SheetOfLayers, "An entry of `sheets`"),
     (PlySpec, "An entry of a sheet's `plies`"),
+    (ToleranceSpec, "An entry of `tolerances`"),
     (SupportSpec, "An entry of `supports`"),
     (LineSpec, "A value of `lines`"),
     (Constraint, "An entry of `constraints`"),

@@ -106,8 +106,19 @@ class DataSheet:
 
         Raises SoftactError where pandas is not installed.
         """
-        path = self.directory / result_folder.SENSITIVITIES
-        pandas = _pandas()
+        return self._table(result_folder.SENSITIVITIES)
+
+    @cached_property
+    def tolerances(self) -> pandas.DataFrame:
+        """A row for each state and measure; the columns of tolerances.csv. Empty where the spec has
+        no tolerances.
+
+        Raises SoftactError where pandas is not installed.
+        """
+        return self._table(result_folder.TOLERANCES)
+
+    def _table(self, name: str) -> pandas.DataFrame:
+        path, pandas = self.directory / name, _pandas()
         return pandas.read_csv(path) if path.is_file() else pandas.DataFrame()
 
     def fields(self, number: int = -1) -> pyvista.UnstructuredGrid:

@@ -38,13 +38,28 @@ def validate(path: Path, overrides: Sequence[str] = ()) -> Checked:
     kind = kind_of(read_any(path))
     if kind == "spec":
         source = opened(path, overrides)
-        return Checked(KINDS[kind].called, source, spec_at(source))
+        spec = spec_at(source)
+        _check_tolerances(source, spec)
+        return Checked(KINDS[kind].called, source, spec)
     if overrides:
         raise SpecError(f"{path}: this is {KINDS[kind].called}; --set replaces values of a spec")
     if kind not in _CHECKS:
         raise SpecError(f"{path}: this is {KINDS[kind].called}; {KINDS[kind].use}")
     _CHECKS[kind](path)
     return Checked(KINDS[kind].called)
+
+
+def _check_tolerances(source: Document, spec: Spec) -> None:
+    """Raise SpecError where a tolerance is of no number, or in no unit of it."""
+    if not spec.tolerances:
+        return
+    from softact.tolerances.causes import causes
+
+    try:
+        causes(spec)
+    except SpecError as error:
+        where = source.where(("tolerances",))
+        raise SpecError(*(f"{where}: {line}" for line in error.lines)) from None
 
 
 def _sweep(path: Path) -> None:

@@ -1,7 +1,8 @@
 """Constants of a spec adjusted so that its run meets a measured curve.
 
-Bounded Gauss-Newton (scipy's trust region) on few runs: sensitivities are forward differences of
-whole runs, taken anew after each accepted step. Intervals are linearised, with Student's t.
+Bounded Gauss-Newton (scipy's trust region) on few runs: derivatives come from the run itself (see
+``softact.fit.exact``) or, where it has none, are forward differences of whole runs, taken anew
+after each accepted step. Covariance and intervals are linearised, the latter with Student's t.
 """
 
 import shlex
@@ -16,6 +17,7 @@ from scipy.stats import t as student
 from softact.errors import NoEquilibriumError, SpecError
 from softact.fit.calibration import Calibration, CalibrationRequest, Trial
 from softact.fit.calibration_files import files, tell, write
+from softact.fit.exact import refusal, sensitivities
 from softact.fit.knobs import Knob, read_knobs, turned
 from softact.measured.curve import Measured, predicted, reached, read_measured, run_columns
 from softact.results.folder import COMPLETE, read
@@ -58,6 +60,10 @@ class _Search:
         self.high = np.array([knob.high for knob in knobs]) / self.sizes
         self.trials: dict[tuple[float, ...], Trial] = {}
         self.jacobian: np.ndarray | None = None
+        why = refusal(spec, knobs)
+        self.exact = not why
+        if why:
+            say(f"derivatives by differences of runs: {why}")
 
     def trial(self, position: np.ndarray) -> Trial:
         """The run at a position, from memory where it was done already."""
@@ -72,8 +78,9 @@ class _Search:
         started, number = time.perf_counter(), len(self.trials) + 1
         spec = turned(self.spec, self.knobs, values)
         processes = self.request.processes
-        key = run_key(spec, processes=processes, threads=None)
-        answer = compute(spec, key, self.cache, processes=processes, threads=None)
+        slopes = [knob.path for knob in self.knobs] if self.exact else []
+        key = run_key(spec, processes=processes, threads=None, slopes=slopes)
+        answer = compute(spec, key, self.cache, processes=processes, threads=None, slopes=slopes)
         if answer.record is None:
             raise answer.error()
         folder = self.cache.folder(key)
@@ -119,13 +126,31 @@ class _Search:
         return self._scaled(trial)
 
     def sensitivities(self, position: np.ndarray) -> np.ndarray:
-        """Derivatives of the residuals with respect to the knobs, one run for each."""
+        """Derivatives of the residuals with respect to the knobs: the run's own, or one run for
+        each."""
+        own = self._own(self.trial(position)) if self.exact else None
+        if own is not None:
+            self.jacobian = own
+            return own
+        if self.exact:
+            self.exact = False
+            self.say("derivatives by differences of runs: this one has not all of its own")
         here, columns = self._scaled(self.trial(position)), []
         for i, value in enumerate(position):
             change = STEP * max(abs(value), 0.1)
             columns.append(self._sensitivity(position, here, i, change))
         self.jacobian = np.stack(columns, axis=1)
         return self.jacobian
+
+    def _own(self, trial: Trial) -> np.ndarray | None:
+        """Derivatives of the residuals that a run carries; None where it has not all."""
+        curve = read(trial.folder).curve
+        found = sensitivities(trial.folder, curve, self.measured, self.knobs)
+        if found is None:
+            return None
+        scales = [np.max(np.abs(self.measured.values[name])) for name in self.measured.names]
+        parts = zip(self.measured.names, scales, strict=True)
+        return np.concatenate([found[name] / scale for name, scale in parts])
 
     def _sensitivity(
         self, position: np.ndarray, here: np.ndarray, i: int, change: float
@@ -195,10 +220,14 @@ def calibrate(
         if len(search.trials) == request.max_runs:
             remarks.append(f"stopped after {request.max_runs} runs (--max-runs): not settled")
     first = next(iter(search.trials.values()))
-    interval = _interval(search, remarks)
     best, runs = search.best, len(search.trials)
+    if search.exact and (own := search._own(best)) is not None:
+        search.jacobian = own
+    covariance, freedom = _covariance(search, remarks)
+    with np.errstate(invalid="ignore"):
+        interval = student.ppf(0.975, max(freedom, 1)) * np.sqrt(np.diag(covariance))
     found = turned(spec, knobs, best.values)
-    return Calibration(found, knobs, measured, first, best, interval, runs, remarks)
+    return Calibration(found, knobs, measured, first, best, interval, covariance, runs, remarks)
 
 
 def _measured(request: CalibrationRequest, spec: Spec) -> Measured:
@@ -212,8 +241,12 @@ def _measured(request: CalibrationRequest, spec: Spec) -> Measured:
     )
 
 
-def _interval(search: _Search, remarks: list[str]) -> np.ndarray:
-    """Half widths of the 95 % intervals, in the knobs' units."""
+def _covariance(search: _Search, remarks: list[str]) -> tuple[np.ndarray, int]:
+    """Covariance (k, k) of the constants in the knobs' units, and the degrees of freedom left.
+
+    s² (JᵀJ)⁻¹ with s² of the residuals (Seber and Wild 2003, Nonlinear Regression, eq. 2.21); NaN
+    at a bound, infinite where the data do not determine a constant.
+    """
     best = search.best
     position = np.array(best.values) / search.sizes
     margin = 1e-3 * (search.high - search.low)
@@ -221,23 +254,24 @@ def _interval(search: _Search, remarks: list[str]) -> np.ndarray:
     for knob, stuck in zip(search.knobs, at_bound, strict=True):
         if stuck:
             remarks.append(f"{knob.path} is at a bound: the data pull it further")
-    interval = np.full(len(position), np.nan)
+    covariance = np.full((len(position), len(position)), np.nan)
     free = np.flatnonzero(~at_bound)
-    if search.jacobian is None or not len(free):
-        return interval
     freedom = search.measured.count - len(free)
+    if search.jacobian is None or not len(free):
+        return covariance, freedom
+    inside = np.ix_(free, free)
     size = np.linalg.norm(search.jacobian, axis=0)[free]
     if freedom < 1 or np.any(size == 0.0):
-        interval[free] = np.inf
-        return interval
+        covariance[inside] = np.inf
+        return covariance, freedom
     _, singular, directions = np.linalg.svd(search.jacobian[:, free] / size, full_matrices=False)
     if singular[-1] < ALIKE * singular[0]:
         names = ", ".join(search.knobs[i].path for i in free)
         remarks.append(f"the data hardly tell {names} apart: vary fewer, or measure more")
-    deviation = np.sqrt(np.sum((directions.T / singular) ** 2, axis=1)) / size
-    scatter = np.sqrt(np.sum(search._scaled(best) ** 2) / freedom)
-    interval[free] = student.ppf(0.975, freedom) * scatter * deviation * search.sizes[free]
-    return interval
+    root = (directions.T / singular) / size[:, None] * search.sizes[free][:, None]
+    scatter = np.sum(search._scaled(best) ** 2) / freedom
+    covariance[inside] = scatter * root @ root.T
+    return covariance, freedom
 
 
 def run_request(

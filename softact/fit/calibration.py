@@ -52,7 +52,7 @@ class Calibration:
 
     spec: with the constants that were found. first, best: the runs before and after. interval:
     half width of the 95 % interval per knob; NaN at a bound, infinite where the data do not
-    determine it.
+    determine it. covariance: (k, k) of the knobs, in their units, likewise.
     """
 
     spec: Spec
@@ -61,6 +61,7 @@ class Calibration:
     first: Trial
     best: Trial
     interval: np.ndarray
+    covariance: np.ndarray
     runs: int
     remarks: list[str] = field(default_factory=list)
 

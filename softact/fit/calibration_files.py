@@ -91,6 +91,7 @@ def _numbers(request: CalibrationRequest, outcome: Calibration) -> dict[str, obj
                 outcome.knobs, outcome.best.values, outcome.interval, strict=True
             )
         },
+        "covariance": outcome.covariance.tolist(),
         "rmse_before": outcome.rmse(outcome.first),
         "rmse_after": outcome.rmse(outcome.best),
         "remarks": outcome.remarks,

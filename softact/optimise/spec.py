@@ -15,6 +15,7 @@ from softact.sweep.record import Record
 from softact.sweep.spec import StudyFile, check_axes
 from softact.units import Dimensionless, show
 
+GRADIENT = "gradient"
 _TRIED = Design(kind="latin_hypercube", samples=64)
 
 
@@ -45,6 +46,13 @@ class Part(BaseModel):
         if not len(values):
             return None
         return float(values.min() if self.take == "smallest" else values.max())
+
+    def row(self, record: Record) -> int:
+        """The state at which a run that has the measure has this value of it."""
+        values = record.curve(self.measure)
+        if self.take == "last":
+            return len(values) - 1
+        return int(np.nanargmin(values) if self.take == "smallest" else np.nanargmax(values))
 
 
 class Objective(Part):
@@ -95,7 +103,12 @@ class Optimisation(StudyFile):
     objectives: tuple[Objective, ...] = Field(strict=False, description="one or several")
     constraints: tuple[Constraint, ...] = Field((), strict=False, description="on measures")
     trials: int = Field(40, ge=1, le=100_000, description="runs in all, failed ones included")
-    seed: int = Field(0, ge=0, lt=2**32, description="of the sampler")
+    method: Literal["optuna", "gradient"] = Field(
+        "optuna",
+        description="gradient: SLSQP with the derivatives of each run, from starts",
+    )
+    starts: int = Field(3, ge=1, le=1000, description="of the method gradient, the reference first")
+    seed: int = Field(0, ge=0, lt=2**32, description="of the sampler, or of the starts")
     reference: dict[str, Any] = Field(
         {}, description="parameter: value of a design to be beaten; it is the first trial"
     )
@@ -116,6 +129,8 @@ class Optimisation(StudyFile):
                 )
         if not self.objectives:
             raise fault_at(("objectives",), "empty; write - {measure: ..., goal: maximise}")
+        if self.method == GRADIENT:
+            self._check_gradient()
         titles = [axis.title for axis in self.parameters]
         if self.reference and sorted(self.reference) != sorted(titles):
             raise fault_at(("reference",), f"give a value for each of: {', '.join(titles)}")
@@ -123,6 +138,19 @@ class Optimisation(StudyFile):
             if why := _not_on(axis, self.reference[axis.title]):
                 raise fault_at(("reference", axis.title), why)
         return self
+
+    def _check_gradient(self) -> None:
+        """Raise a fault where there is nothing to descend along."""
+        if len(self.objectives) > 1:
+            why = "the method gradient has one objective: write the others as constraints"
+            raise fault_at(("objectives",), why)
+        for number, axis in enumerate(self.parameters):
+            if not axis.continuous:
+                why = (
+                    "the method gradient varies ranges from ... to ... of numbers with a unit or a "
+                    "point; for lists and whole numbers leave 'method: gradient' out"
+                )
+                raise fault_at(("parameters", number), why)
 
 
 def place_of(axis: Axis, value: Any) -> int | None:

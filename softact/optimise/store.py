@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 DATABASE = "trials.db"
 _NAME = "softact"
 #: Keys of the file that decide what a trial is; the base is compared run by run.
-_DECIDES = {"parameters", "objectives", "constraints", "seed", "reference"}
+_DECIDES = {"parameters", "objectives", "constraints", "seed", "reference", "method", "starts"}
 
 
 def opened(wanted: Optimisation, directory: Path, first: Mapping[str, Any]) -> optuna.Study:

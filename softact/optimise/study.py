@@ -13,13 +13,14 @@ import numpy as np
 from softact.errors import SpecError
 from softact.files import document
 from softact.optimise import store
-from softact.optimise.spec import Objective, Optimisation, Part, place_of
+from softact.optimise.spec import GRADIENT, Objective, Optimisation, Part, place_of
 from softact.results.folder import COMPLETE
+from softact.sensitivities.parameters import chosen
 from softact.sweep.axes import Axis, written
 from softact.sweep.cache import Cache
 from softact.sweep.compute import FAILED, INVALID, Answer, of_record
 from softact.sweep.local import run_all
-from softact.sweep.points import changes_of, spec_at
+from softact.sweep.points import changes_of, first_right, spec_at
 from softact.sweep.record import Record
 from softact.sweep.version import run_key
 
@@ -48,6 +49,9 @@ class Trials:
         self.wanted, self.base, self.cache = wanted, base, cache
         self.axes = {axis.title: axis for axis in wanted.parameters}
         self.file = directory / store.DATABASE
+        #: Of each parameter the paths of a run's derivatives; none without the method gradient.
+        self.paths = _differentiated(wanted, base) if wanted.method == GRADIENT else []
+        self.slopes = [path for some in self.paths for path in some]
         self._call = uuid.uuid4().hex
         self._first = {t: _parameter(self.axes[t], v) for t, v in wanted.reference.items()}
         self.study = store.opened(wanted, directory, self._first)
@@ -82,7 +86,8 @@ class Trials:
 
     def _key(self, coordinates: Mapping[str, Any]) -> str | None:
         try:
-            return run_key(spec_at(self.base, changes_of(self.wanted.parameters, coordinates)))
+            spec = spec_at(self.base, changes_of(self.wanted.parameters, coordinates))
+            return run_key(spec, slopes=self.slopes)
         except SpecError:
             return None
 
@@ -96,7 +101,8 @@ class Trials:
         known = self.study.get_trials(deepcopy=False)
         settled = [_fixed(t) for t in known if self._settled(t)]
         for trial in known:
-            if not self._settled(trial) and _fixed(trial) and _fixed(trial) not in settled:
+            again = self.wanted.method != GRADIENT and not self._settled(trial)
+            if again and _fixed(trial) and _fixed(trial) not in settled:
                 self.study.enqueue_trial(_fixed(trial))
                 settled.append(_fixed(trial))
 
@@ -133,6 +139,44 @@ class Trials:
                     self._tell(points[number][0], answer)
                     tell(self.study.trials[number], answer)
 
+    def at(self, numbers: Mapping[str, float]) -> FrozenTrial | None:
+        """The trial of a design that is done, None where there is none. numbers: parameter -> value
+        in the unit of its axis, rounded as it is for a run."""
+        wanted = {title: _value(axis, numbers[title]) for title, axis in self.axes.items()}
+        return next((t for t in self.done if self.coordinates(t) == wanted), None)
+
+    def tried(
+        self, numbers: Mapping[str, float], tell: Callable[[FrozenTrial, Answer], None]
+    ) -> FrozenTrial:
+        """A new trial of a design, once it is done. See ``at`` and ``run``."""
+        wanted = {title: _value(axis, numbers[title]) for title, axis in self.axes.items()}
+        with store.writing(self.file):
+            self.study.enqueue_trial(dict(numbers))
+            asked = self._asked(wanted)
+            ((number, answer),) = self._answers({asked.number: (asked, wanted)}, 1)
+            self._tell(asked, answer)
+            trial = self.study.trials[number]
+            tell(trial, answer)
+        return trial
+
+    def _asked(self, wanted: Coordinates) -> Trial:
+        """The trial of a design that stands in the queue; those before it are given up: a killed
+        call, or the reference, has left them there."""
+        from optuna.trial import TrialState
+
+        while True:
+            (asked,) = self._ask(1)
+            if self._suggest(asked) == wanted:
+                return asked
+            self.study.tell(asked, state=TrialState.FAIL)
+
+    def record(self, trial: FrozenTrial) -> Record:
+        """The run of a trial that has values. Raises SoftactError where it cannot be had."""
+        self.folder(trial)
+        found = self.cache.find(trial.user_attrs["run"])
+        assert found is not None  # it has just been computed
+        return found
+
     def _ask(self, count: int) -> list[Trial]:
         """New trials. Each draws from a stream of its own, so that a call that goes on proposes
         what one that was never stopped would have, and nothing twice."""
@@ -164,13 +208,13 @@ class Trials:
             except SpecError as error:
                 yield number, Answer("", None, INVALID, "; ".join(error.lines))
                 continue
-            key = run_key(spec)
+            key = run_key(spec, slopes=self.slopes)
             keys.setdefault(key, []).append(number)
             if (found := self.cache.find(key)) is None:
                 specs[key] = partial(_same_object, spec)
             else:
                 yield from ((n, of_record(found, cached=True)) for n in keys.pop(key))
-        for answer in run_all(specs, self.cache, jobs):
+        for answer in run_all(specs, self.cache, jobs, self.slopes):
             yield from ((number, answer) for number in keys[answer.key])
 
     def _tell(self, trial: Trial, answer: Answer) -> None:
@@ -220,10 +264,25 @@ class Trials:
         key = trial.user_attrs["run"]
         if self.cache.find(key) is None:
             spec = spec_at(self.base, changes_of(self.wanted.parameters, self.coordinates(trial)))
-            (answer,) = run_all({key: partial(_same_object, spec)}, self.cache, 1)
+            jobs = {key: partial(_same_object, spec)}
+            (answer,) = run_all(jobs, self.cache, 1, self.slopes)
             if answer.record is None:
                 raise answer.error()
         return self.cache.folder(key)
+
+
+def _differentiated(wanted: Optimisation, base: document.Document) -> list[list[str]]:
+    """Full paths of each parameter's numbers. Raises SpecError where one has no derivative."""
+    spec = first_right(base, wanted.parameters, wanted.tried())
+    found, faults = [], []
+    for axis in wanted.parameters:
+        try:
+            found.append([parameter.path for parameter in chosen(spec, axis.path)])
+        except SpecError as error:
+            faults += [line.removeprefix("-p ") for line in error.lines]
+    if faults:
+        raise SpecError(*(f"method gradient: {line}" for line in faults))
+    return found
 
 
 def feasible(trial: FrozenTrial) -> bool:

@@ -38,13 +38,15 @@ _AXES = ("_x_mm", "_y_mm", "_z_mm")
 
 @dataclass(frozen=True)
 class Chart:
-    """Lines over one abscissa; ``equal`` asks for the same scale on both axes."""
+    """Lines over one abscissa; ``equal`` asks for the same scale on both axes. columns: of
+    curve.csv, one for each line; none where the abscissa is no load."""
 
     title: str
     x: str
     y: str
     series: list[tuple[str, np.ndarray, np.ndarray]]
     equal: bool = False
+    columns: tuple[str, ...] = ()
 
 
 def is_place(name: str, names: Collection[str]) -> bool:
@@ -144,7 +146,8 @@ def _chart(
         for name, label in zip(names, shown, strict=True)
     ]
     unit = shown[0].unit
-    return Chart(title, x_label, f"{title} ({unit})" if unit else title, series)
+    y = f"{title} ({unit})" if unit else title
+    return Chart(title, x_label, y, series, columns=tuple(names))
 
 
 def _tip_path(results: Results, names: list[str]) -> Chart:

@@ -17,6 +17,7 @@ from softact.report import (
     mesh_error,
     origin,
     pictures,
+    scatter,
     slopes,
 )
 from softact.report.base import Plot, Section
@@ -51,12 +52,14 @@ def html(
     faults = [*faults, errors.fault] if errors.fault else faults
     bars = {column: mesh_error.text(column, bar) for column, bar in errors.bars.items()}
     hanging, fault = slopes.section(results)
-    faults = [*faults, fault] if fault else faults
+    bands = scatter.read(results)
+    faults = [*faults, *filter(None, (fault, bands.fault))]
     count, state = _count(results), headline.title(results)
     sections = [
         Section("figures", "Key figures", nav="Figures"),
         *mesh_error.section(results, errors),
         *hanging,
+        *scatter.section(results, bands),
         *more,
         *([Section("view", "3-D view")] if view else []),
         Section("states", count, nav="States"),
@@ -78,11 +81,11 @@ def html(
         notes=_notes(results),
         state=state,
         shape=_image(results.directory / "shape.png", f"{name} {state[:1].lower()}{state[1:]}"),
-        cards=_cards(results, bars),
+        cards=_cards(results, bars, bands),
         figures=_figures(results, bars),
         count=count.lower(),
         states=_image(results.directory / "states.png", f"The actuator: {count.lower()}"),
-        curves=base.figures(_plots(results)),
+        curves=base.figures(_plots(results, bands)),
         history=history.summary(results),
         assumptions=origin.assumptions(spec),
         resolved=results.spec_yaml,
@@ -146,7 +149,7 @@ def _image(path: Path, alt: str) -> str:
     return base.image(path.read_bytes(), alt) if path.is_file() else ""
 
 
-def _cards(results: Results, bars: dict[str, str]) -> list[Markup]:
+def _cards(results: Results, bars: dict[str, str], bands: scatter.Bands) -> list[Markup]:
     """The figures that a reader looks for first, as large numbers, of the state that stands for the
     run."""
     main, curve = reached(results).main, results.curve
@@ -154,13 +157,18 @@ def _cards(results: Results, bars: dict[str, str]) -> list[Markup]:
         return []
     last = main == len(load(results)) - 1
     head = headline.figures(results)
-    cards = [_card(f, bars.get(f.column, "") if last else "") for f in head]
+
+    def card(figure: headline.Figure) -> Markup:
+        told = [figure.note, bands.text(figure.column, main)]
+        noted = replace(figure, note=", ".join(filter(None, told)))
+        return _card(noted, bars.get(figure.column, "") if last else "")
+
+    cards = [card(figure) for figure in head]
     shown = {figure.column for figure in head}
     wanted = [n for n in curve if n.startswith("cavity_volume")]
     wanted += ["max_principal_stress_MPa", "max_principal_stretch"]
     for name in [n for n in wanted if n in curves.measures(results) and n not in shown]:
-        figure = headline.figure(results, name, main, _where(results, name, main))
-        cards.append(_card(figure, bars.get(name, "") if last else ""))
+        cards.append(card(headline.figure(results, name, main, _where(results, name, main))))
     extra = {k: v for k, v in results.summary.items() if k not in curve and "." not in k}
     for name in ("failure_pressure_kPa", "blocked_force_N"):
         if isinstance(value := extra.get(name), float):
@@ -212,11 +220,12 @@ def _count(results: Results) -> str:
     return ("One state", "Two states", "Three states", "Four states")[count - 1]
 
 
-def _plots(results: Results) -> list[Plot]:
+def _plots(results: Results, bands: scatter.Bands) -> list[Plot]:
     return [
         base.lines(
             chart.title, chart.x, chart.y,
-            [base.xy(name, x, y) for name, x, y in chart.series], equal=chart.equal,
+            [*(base.xy(name, x, y) for name, x, y in chart.series), *scatter.traces(chart, bands)],
+            equal=chart.equal,
         )
         for chart in curves.charts(results)
     ]  # fmt: skip

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from markupsafe import Markup
 
@@ -12,6 +10,7 @@ from softact.report import base, headline, labels
 from softact.report.base import Plot, Section
 from softact.report.base.templates import macros
 from softact.results.folder import SENSITIVITIES, Results, load, load_name
+from softact.sensitivities.stored import Slope, read
 
 #: How many figures have a chart, how many parameters a bar, and how many a curve.
 FIGURES, BARS, CURVES = 3, 15, 6
@@ -19,41 +18,10 @@ FIGURES, BARS, CURVES = 3, 15, 6
 OTHERS = ("principal_stress_p999", "blocked_force", "cavity_volume")
 
 
-@dataclass(frozen=True)
-class Slope:
-    """A line of the table. row: of curve.csv; derivative: as it is written; elasticity: % per %,
-    None where the figure is zero."""
-
-    row: int
-    measure: str
-    parameter: str
-    at: str
-    derivative: float
-    unit: str
-    elasticity: float | None
-
-
-def read(results: Results) -> list[Slope]:
-    """The table of a result folder; nothing where there is none. Raises ValueError or KeyError
-    where it is damaged."""
-    path = results.directory / SENSITIVITIES
-    if not path.is_file():
-        return []
-    with path.open(encoding="utf-8", newline="") as file:
-        return [
-            Slope(
-                int(line["increment"]), line["measure"], line["parameter"], line["at"],
-                float(line["derivative"]), line["unit"],
-                float(line["elasticity"]) if line["elasticity"] else None,
-            )
-            for line in csv.DictReader(file)
-        ]  # fmt: skip
-
-
 def section(results: Results) -> tuple[list[Section], str]:
     """The section of the report, if there is one, and what is wrong with the table."""
     try:
-        found = [s for s in read(results) if s.row < len(load(results))]
+        found = [s for s in read(results.directory) if s.row < len(load(results))]
     except (OSError, ValueError, KeyError, TypeError):
         return [], f"{SENSITIVITIES} cannot be read: softact run --sensitivities writes it"
     measures = _shown(results, found)

@@ -41,7 +41,7 @@ SPEC, CURVE, SUMMARY = "spec.yaml", "curve.csv", "summary.csv"
 FIELDS, XDMF = "fields.h5", "fields.xdmf"
 MESH_ERROR = "mesh_error.json"
 MEASURED = "measured.json"
-SENSITIVITIES = "sensitivities.csv"
+SENSITIVITIES, TOLERANCES = "sensitivities.csv", "tolerances.csv"
 #: Files whose checksums run.json holds at the end of a run.
 SIGNED = (SPEC, CURVE, SUMMARY, MESH_ERROR, SENSITIVITIES)
 #: Columns of curve.csv that hold words.
@@ -66,6 +66,7 @@ OWN_FILES = (
     CURVE,
     SUMMARY,
     SENSITIVITIES,
+    TOLERANCES,
     XDMF,
     FIELDS,
     "report.html",

@@ -41,6 +41,8 @@ def identity(spec: Spec) -> dict:
     if hasattr(spec.geometry, "content"):
         data["geometry"]["file"] = spec.geometry.content()
     data["steps"] = with_contents(data["steps"])
+    if not data["tolerances"]:
+        del data["tolerances"]  # as before there were any
     return data
 
 

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from softact.measured.curve import Measured
     from softact.sensitivities.choosing import Chosen
     from softact.spec import Spec
+    from softact.tolerances.causes import Cause
 
 # Events that ``progress`` receives: {"stage": "mesh"}; {"stage": "solve", "cells", "unknowns"};
 # {"stage": "increment", "step", "fraction", "iterations", ... and the row of curve.csv};
@@ -87,7 +88,8 @@ def run(
     The solver ends with this process, even where this one is killed. resume: go on with the run in
     ``directory`` from its last accepted increment; the spec may have further steps, and a finished
     last step other loads. sensitivities: paths of parameters by which all measures are
-    differentiated at each increment; none of them: all usual ones.
+    differentiated at each increment; none of them: all usual ones. Those that have tolerances in
+    the spec are in any case, and the folder gets tolerances.csv.
 
     Raises MeshError before anything is written, FolderBusyError where another process writes into
     the folder, DamagedResultError where the run there cannot go on, CannotWriteError where the disk
@@ -97,7 +99,7 @@ def run(
     directory = Path(directory)
     progress = _remembering(directory, measured, progress or (lambda event: None))
     notes = [*spec.geometry.notes(), *plausible.lines(spec)]
-    slopes = None if sensitivities is None else _chosen(spec, sensitivities)
+    slopes, some = _chosen(spec, sensitivities)
     if spec.contact and processes > 1:
         processes = 1
         notes += ["contact between surfaces is computed by one process: the others are left out"]
@@ -125,6 +127,8 @@ def run(
                 last = solver.run(notes, processes, threads)
             verdict = verdict_of(last.get("verdict"))
             outcome = Outcome(last["status"], directory, last.get("message"), verdict)
+            if some:
+                _write_scatter(directory, some)
         # A run that was killed while its report was made is finished, and has none.
         if report and (not finished or measured or not (directory / "report.html").exists()):
             progress({"stage": "report"})
@@ -176,13 +180,24 @@ def _scratch(parent: Path | None) -> Iterator[Path]:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def _chosen(spec: Spec, paths: Sequence[str]) -> Chosen:
+def _chosen(spec: Spec, paths: Sequence[str] | None) -> tuple[Chosen | None, list[Cause]]:
+    """The parameters by which the measures are differentiated, and the causes of scatter."""
+    if paths is None and not spec.tolerances:
+        return None, []
     # Imported here: it loads scipy, and sweeps and their tables shall not wait for it.
     from softact.sensitivities.choosing import Chosen
+    from softact.tolerances.causes import causes
 
     if spec.layout().repeats:
         raise SpecError("sensitivities: a module has none yet; differentiate the whole actuator")
-    return Chosen(spec, paths)
+    some = causes(spec)
+    return Chosen(spec, paths, [p for cause in some for p in cause.parameters]), some
+
+
+def _write_scatter(directory: Path, some: Sequence[Cause]) -> None:
+    from softact.tolerances.first_order import write
+
+    write(directory, some)
 
 
 @dataclass(frozen=True)

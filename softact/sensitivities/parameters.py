@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,7 +20,7 @@ from softact.units import ACCELERATION, Dimension, conversion, dimension_of, sho
 #: Parts of a spec that say nothing of the actuator, or only what is asked of it.
 NO_PARAMETERS = frozenset({
     "name", "description", "source", "assumptions", "measures", "probes", "points", "lines",
-    "safety_factor", "solver",
+    "safety_factor", "solver", "tolerances",
 })  # fmt: skip
 #: Keys anywhere that are no number to be differentiated by, and why.
 NO_KEYS = {
@@ -87,15 +87,24 @@ def chosen(spec: Spec, paths: Sequence[str]) -> list[Parameter]:
     data, found, faults = spec.model_dump(mode="json", exclude_none=True), {}, []
     for path in paths:
         try:
-            place, _ = single(data, path)
-            if place not in known:
-                raise SpecError(_why_not(spec, place, [p.path for p in known.values()]))
-            found[place] = known[place]
+            parameter = at(spec, path, known, data)
+            found[parameter.place] = parameter
         except SpecError as error:
             faults += [f"-p {path}: {line}" for line in error.lines]
     if faults:
         raise SpecError(*faults)
     return list(found.values())
+
+
+def at(spec: Spec, path: str, known: Mapping[Place, Parameter], data: Any) -> Parameter:
+    """The parameter at a dotted path. known: all of the spec; data: the spec as plain data.
+
+    Raises SpecError where it is none.
+    """
+    place, _ = single(data, path)
+    if place not in known:
+        raise SpecError(_why_not(spec, place, [p.path for p in known.values()]))
+    return known[place]
 
 
 def changed(spec: Any, place: Place, value: float) -> Any:

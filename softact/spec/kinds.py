@@ -29,13 +29,13 @@ KINDS = {
         "a spec",
         "to solve it: softact run {}",
         "geometry materials layers sheets supports obstacles contact steps probes assumptions "
-        "measures safety_factor solver constraints points lines fields",
+        "measures safety_factor solver constraints points lines fields tolerances",
     ),
     "sweep": _kind("a sweep", "to compute it: softact sweep {}", "base set axes design trends"),
     "optimise": _kind(
         "an optimisation",
         "to compute it: softact optimize {}",
-        "base set parameters objectives constraints trials seed reference",
+        "base set parameters objectives constraints trials seed reference method starts",
     ),
     "case": _kind("a reference case", "to check it: softact check {}", "spec values history"),
     "card": _kind(

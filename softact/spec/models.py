@@ -38,6 +38,7 @@ from softact.spec.slots import walk
 from softact.spec.supports import LineSpec, SupportSpec
 from softact.spec.text import to_text
 from softact.spec.timing import AmplitudeSpec, timing, with_contents
+from softact.spec.tolerances import AnyTolerance
 from softact.units import Angle, Dimensionless, Length, Time
 
 
@@ -330,6 +331,11 @@ class SpecBase(Part):
         description="further fields in fields.xdmf: stress: all components of the Cauchy stress; "
         "contact_pressure: per undeformed area",
     )
+    tolerances: dict[str, AnyTolerance] = Field(
+        {},
+        description="path -> how far its number scatters: a standard deviation (0.1 mm or 16 %) or "
+        "{limits:}; paths with commas between them scatter together",
+    )
     measures: Measures = Field("all", description="'all' or a list (softact list measures)")
     solver: Solver = Field(Solver(), description="how the equilibrium is sought")
 
@@ -409,6 +415,7 @@ class SpecBase(Part):
         for ply in (ply for sheet in data.get("sheets", {}).values() for ply in sheet["plies"]):
             if not ply["incompressible"]:
                 del ply["incompressible"]  # as before there was a choice
+        del data["tolerances"]  # they are of other actuators than this one
         canonical = json.dumps(data, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(canonical.encode()).hexdigest()[:16]
 

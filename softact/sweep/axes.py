@@ -185,6 +185,10 @@ class Axis(BaseModel):
         numbers = (straight(low + f * (high - low)) for f in fractions)
         return [written(number, self.unit, False) for number in numbers]
 
+    def changes(self, value: Any) -> list[tuple[str, Any]]:
+        """What one of its values is in a spec: a value for each path."""
+        return [(path, value) for path in self.path]
+
     def _all_whole(self) -> range:
         low, high = sorted((self.from_, self.to))
         return range(low, high + 1)

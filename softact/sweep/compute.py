@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -69,15 +70,17 @@ def compute(
     progress: Progress | None = None,
     processes: int = 1,
     threads: int | None = 1,
+    slopes: Sequence[str] = (),
 ) -> Answer:
     """Solve ``spec`` unless its run is in the cache; keep the run there.
 
     wait: for somebody else who computes it; else BusyError is raised. progress: hears of each
     increment of a run that is computed. processes, threads: see ``run``; one thread each, unless
-    the key says otherwise. Raises CannotWriteError where the disk is full or read-only: there is no
-    sense in going on. Whatever else goes wrong is told in the answer.
+    the key says otherwise. slopes: paths of parameters by which the measures are differentiated, as
+    the key says; the spec's tolerances are let be. Raises CannotWriteError where the disk is full
+    or read-only: there is no sense in going on. Whatever else goes wrong is told in the answer.
     """
-    given: dict[str, Any] = {"processes": processes, "threads": threads}
+    given: dict[str, Any] = {"processes": processes, "threads": threads, "slopes": slopes}
     with cache.lock(key, wait):
         found = cache.find(key)
         if found is not None:
@@ -107,8 +110,14 @@ def _solve(
 ) -> Record:
     started = time.perf_counter()
     results = folder / "results"
+    how = {key: value for key, value in given.items() if key != "slopes"}
+    slopes = given["slopes"] or None
+    alone = spec.model_copy(update={"tolerances": {}})  # no derivatives but those asked for
     try:
-        run(spec, results, progress=progress, report=False, scratch=folder, **given)
+        run(
+            alone, results, progress=progress, report=False, scratch=folder,
+            sensitivities=slopes, **how,
+        )  # fmt: skip
         finished = read(results)
         shape.store(finished)
     except CannotWriteError as error:

@@ -1,4 +1,4 @@
-"""Which points of the axes are computed: grid, one at a time, Latin hypercube, Sobol."""
+"""Which points of the axes are computed: grid, one at a time, or a sample of them."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from softact.sweep.axes import Axis
 
 MOST_POINTS = 100_000
+TOLERANCES = "tolerances"
 Coordinates = dict[str, Any]  # axis's title -> value; an axis that is left out has the base's
 
 
@@ -21,8 +22,10 @@ class Design(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
-    kind: Literal["grid", "one_at_a_time", "latin_hypercube", "sobol"] = Field(
-        "grid", description="of all values, around the base, or a sample of the ranges"
+    kind: Literal["grid", "one_at_a_time", "latin_hypercube", "sobol", "tolerances"] = Field(
+        "grid",
+        description="of all values, around the base, a sample of the ranges, or a Latin hypercube "
+        "of the base's tolerances",
     )
     samples: int = Field(32, ge=1, le=MOST_POINTS, description="points of a sample")
     seed: int = Field(
@@ -51,7 +54,7 @@ class Design(BaseModel):
         """(samples, dimensions) numbers in [0, 1)."""
         from scipy.stats import qmc
 
-        if self.kind == "latin_hypercube":
+        if self.kind in ("latin_hypercube", TOLERANCES):
             return qmc.LatinHypercube(dimensions, seed=self.seed).random(self.samples)
         import warnings
 

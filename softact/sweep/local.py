@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from queue import Empty, SimpleQueue
 
 from softact.spec import Spec
@@ -18,8 +18,9 @@ _WAIT_S = 0.2  # before a run that somebody else computes is looked at again
 Jobs = Mapping[str, Callable[[], Spec]]
 
 
-def run_all(jobs: Jobs, cache: Cache, count: int) -> Iterator[Answer]:
-    """Compute all jobs, ``count`` at a time; yields each answer when it comes.
+def run_all(jobs: Jobs, cache: Cache, count: int, slopes: Sequence[str] = ()) -> Iterator[Answer]:
+    """Compute all jobs, ``count`` at a time; yields each answer when it comes. slopes: see
+    ``compute``.
 
     A run that another sweep computes at the moment is waited for, the others first. Raises
     CannotWriteError where the disk is full; the runs under way then end with this process, and so
@@ -38,7 +39,7 @@ def run_all(jobs: Jobs, cache: Cache, count: int) -> Iterator[Answer]:
             except IndexError:
                 return
             try:
-                answers.put(compute(jobs[key](), key, cache, wait=False))
+                answers.put(compute(jobs[key](), key, cache, wait=False, slopes=slopes))
             except BusyError:
                 waiting.append(key)
                 time.sleep(_WAIT_S)

@@ -6,8 +6,9 @@ from collections.abc import Callable
 
 from softact.files.text import csv_text, write_atomic
 from softact.results.own_folder import Output
-from softact.sweep import sensitivity, sweep_page, table
+from softact.sweep import sensitivity, sweep_page, table, tolerance_check
 from softact.sweep.compute import Answer
+from softact.sweep.design import TOLERANCES
 from softact.sweep.points import DesignPoint
 from softact.sweep.sensitivity import Sample
 from softact.sweep.study import Runner, Study
@@ -15,7 +16,8 @@ from softact.sweep.table import Row
 from softact.sweep.trends import TrendFound, verdicts
 
 PLAN, INDICES, PAGE = ".plan.json", "sensitivity.csv", "sweep.html"
-FILES = (PLAN, *table.FILES, INDICES, PAGE)
+COMPARED = "tolerances.csv"
+FILES = (PLAN, *table.FILES, INDICES, COMPARED, PAGE)
 
 
 def carry_out(
@@ -28,6 +30,8 @@ def carry_out(
     """Compute what is missing and write the files, also where that is stopped; returns what
     ``write`` does. tell: called for each point as its run ends."""
     study.plan.remember(output.file(PLAN))
+    if study.sweep.design.kind == TOLERANCES:
+        study.nominal = tolerance_check.nominal(study)
     try:
         if study.missing():
             study.compute(runner, tell)
@@ -40,13 +44,18 @@ def write(
     study: Study, sample: Sample | None, output: Output
 ) -> tuple[list[Row], list[TrendFound], list[str]]:
     """Write table, curves, indices and page; returns the rows, what became of the trends, and lines
-    on what was left out of the indices. sample: of the indices, None for none."""
+    on what was left out of the indices and where tolerances are not to first order. sample: of the
+    indices, None for none."""
     rows = table.write(study, output)
     seen, sections, notes = verdicts(study, rows), [], []
     if sample is not None:
         found = sensitivity.indices(sample, study, rows)
         write_atomic(output.file(INDICES), csv_text(found.rows))
         sections, notes = sensitivity.section(found), found.notes
+    if study.nominal is not None:
+        compared = tolerance_check.compare(study, rows, *study.nominal)
+        write_atomic(output.file(COMPARED), csv_text(tolerance_check.rows(compared)))
+        sections, notes = [*sections, *tolerance_check.section(compared)], [*notes, *compared.notes]
     csv = (output.directory / table.TABLE).read_bytes()
     write_atomic(output.file(PAGE), sweep_page.html(study, rows, csv, seen, sections))
     return rows, seen, notes

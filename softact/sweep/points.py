@@ -43,7 +43,7 @@ class DesignPoint:
 def changes_of(axes: Sequence[Axis], coordinates: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:
     """(path, value) of each path that differs from the base."""
     titles = {axis.title: axis for axis in axes}
-    return tuple((path, v) for title, v in coordinates.items() for path in titles[title].path)
+    return tuple(pair for title, v in coordinates.items() for pair in titles[title].changes(v))
 
 
 def first_right(

@@ -25,9 +25,12 @@ from softact.spec.faults import validated
 from softact.spec.kinds import read_as
 from softact.spec.path import assign, check, dotted
 from softact.sweep.axes import Axis
-from softact.sweep.design import MOST_POINTS, Coordinates, Design
+from softact.sweep.design import MOST_POINTS, TOLERANCES, Coordinates, Design
 from softact.sweep.points import first_right
+from softact.sweep.tolerance_axes import tolerance_axes
 from softact.units import show
+
+LEAST_SAMPLES = 8  # of the design tolerances
 
 
 class Trend(BaseModel):
@@ -80,6 +83,10 @@ class StudyFile(BaseModel):
         all points are looked at anyway."""
         return []
 
+    def at_base(self, base: document.Document) -> tuple[Self, document.Document]:
+        """The study with what it takes from its base spec, and that."""
+        return self, base
+
 
 Kind = TypeVar("Kind", bound=StudyFile)
 
@@ -90,22 +97,47 @@ class Sweep(StudyFile):
     kind: ClassVar[str] = "sweep"
     of_axes: ClassVar[str] = "axes"
 
-    axes: tuple[Axis, ...] = Field(strict=False, description="paths and their values")
+    axes: tuple[Axis, ...] = Field(
+        (), strict=False, description="paths and their values; none with the design tolerances"
+    )
     design: Annotated[Design, BeforeValidator(_design), WithJsonSchema(_DESIGN_SCHEMA)] = Field(
-        Design(), description="grid, one_at_a_time, latin_hypercube, sobol, or {kind:, samples:}"
+        Design(),
+        description="grid, one_at_a_time, latin_hypercube, sobol, tolerances, or {kind:, samples:}",
     )
     trends: tuple[Trend, ...] = Field((), strict=False, description="what to look for in the end")
 
     @model_validator(mode="after")
     def _axes_and_trends_agree(self) -> Self:
-        check_axes(self.axes)
+        if self.design.kind != TOLERANCES:
+            check_axes(self.axes)
+        elif self.axes:
+            raise fault_at(
+                ("axes",), "the design tolerances takes them from the base: leave them out"
+            )
+        elif self.design.samples < LEAST_SAMPLES:
+            why = f"a standard deviation needs at least {LEAST_SAMPLES} samples"
+            raise fault_at(("design", "samples"), why)
         check_count(self.design.count(self.axes), ("axes",))
         titles = [axis.title for axis in self.axes]
+        if self.trends and self.design.kind == TOLERANCES:
+            raise fault_at(("trends",), "the design tolerances has no axes along which to look")
         for number, trend in enumerate(self.trends):
             if trend.axis not in titles:
                 where = ("trends", number, "axis")
                 raise fault_at(where, f"no axis {show(trend.axis)}; {nearest(trend.axis, titles)}")
         return self
+
+    def at_base(self, base: document.Document) -> tuple[Self, document.Document]:
+        """See ``StudyFile.at_base``: the design tolerances has an axis for each of the base."""
+        if self.design.kind != TOLERANCES:
+            return self, base
+        resolved, axes = tolerance_axes(base)
+        if not axes:
+            raise SpecError(
+                f"{base.name}: the design tolerances takes what varies from the base, and that has "
+                "no tolerances; write for example tolerances: {geometry.wall: 0.1 mm}"
+            )
+        return self.model_copy(update={"axes": axes}), resolved
 
 
 def check_count(count: int, place: tuple[str, ...]) -> None:
@@ -151,7 +183,7 @@ def read(file: Path, model: type[Kind]) -> tuple[Kind, document.Document]:
         raise SpecError(*faults)
     if designs := study.tried():
         first_right(base, study.varied, designs)
-    return study, base
+    return study.at_base(base)
 
 
 def _lost(study: StudyFile, source: document.Document, base: document.Document) -> Iterator[str]:

@@ -15,6 +15,7 @@ from softact.sweep.compute import INVALID, Answer, of_record
 from softact.sweep.local import Jobs, run_all
 from softact.sweep.points import DesignPoint, Plan, spec_at
 from softact.sweep.spec import Sweep
+from softact.tolerances.causes import Cause
 
 #: Computes jobs and yields their answers: ``local.run_all`` with its count, or a cluster.
 Runner = Callable[[Jobs, Cache], Iterator[Answer]]
@@ -26,7 +27,7 @@ class Study:
 
     points: of the design; two may have one key. plan: what made their keys. answers: key -> how
     its run ended. computed, waited: number of runs computed here, and seconds of wall time spent
-    on that.
+    on that. nominal: of a design of tolerances, see ``softact.sweep.tolerance_check``.
     """
 
     sweep: Sweep
@@ -37,6 +38,7 @@ class Study:
     answers: dict[str, Answer] = field(default_factory=dict)
     computed: int = 0
     waited: float = 0.0
+    nominal: tuple[Answer, list[Cause]] | None = None
 
     @cached_property
     def resolved(self) -> dict:

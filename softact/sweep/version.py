@@ -6,6 +6,7 @@ from __future__ import annotations
 import hashlib
 import os
 import platform
+from collections.abc import Sequence
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -27,6 +28,7 @@ WITHOUT_EFFECT = (
     "optimise",
     "report",
     "sweep",
+    "tolerances",
 )
 _PACKAGES = (
     "fenics-dolfinx",
@@ -78,18 +80,25 @@ def version() -> str:
 
 
 def run_key(
-    spec: Spec, mesh: str | None = None, processes: int = 1, threads: int | None = 1
+    spec: Spec,
+    mesh: str | None = None,
+    processes: int = 1,
+    threads: int | None = 1,
+    slopes: Sequence[str] = (),
 ) -> str:
     """32 hexadecimal digits under which the run of a spec is kept.
 
     A script may read whatever it likes: modules, files, the environment, the time. All of it comes
     to bear in the mesh only, so its digest is in the key. mesh: the digest where it is known; None:
     the script is run, once in this process for each geometry. processes, threads: as for ``run``;
-    sums in another order differ in their last digits.
+    sums in another order differ in their last digits. slopes: paths of the parameters by which its
+    measures are differentiated.
     """
     parts = [spec.hash, version()]
     if isinstance(spec.geometry, Imported) and not spec.geometry.self_contained:
         parts.append(mesh_digest(spec.geometry, spec.solver.curved) if mesh is None else mesh)
     if (processes, threads) != (1, 1):
         parts.append(f"{processes} processes, {threads or len(os.sched_getaffinity(0))} threads")
+    if slopes:
+        parts.append(f"derivatives by {' '.join(slopes)}")
     return hashlib.sha256(", ".join(parts).encode()).hexdigest()[:32]

@@ -13,11 +13,14 @@ from matplotlib.image import imread
 
 from softact.cli import main as cli
 from softact.files.text import csv_text, json_text
+from softact.fit.calibrate import calibrate
+from softact.fit.calibration import CalibrationRequest
 from softact.fit.knobs import read_knobs
 from softact.measured.curve import Measured, meaning, predicted
 from softact.run.start import run
 from softact.spec import load
 from softact.sweep import compute as computing
+from softact.sweep.cache import Cache
 
 SPEC = """\
 name: finger
@@ -63,7 +66,7 @@ def write_data(path, c10, c20, pressures=(3, 8, 14, 20, 26, 30), noise=0.0):
 @pytest.fixture
 def formula(monkeypatch):
     """Replaces the solver by the formula; returns the list of solved (c10, c20)."""
-    solved, ends = [], {"at": 30.0}
+    solved, ends, carried = [], {"at": 30.0}, []
 
     def run(spec, directory, **options):
         body = spec.materials["body"]
@@ -76,13 +79,32 @@ def formula(monkeypatch):
             for p in pressures[pressures <= ends["at"]]
         ]
         (directory / "curve.csv").write_text(csv_text(rows))
+        if carried and options.get("sensitivities"):
+            table = slopes(options["sensitivities"], rows, body.c10, body.c20)
+            (directory / "sensitivities.csv").write_text(csv_text(table))
         ended = {"status": "complete"}
         if ends["at"] < 30:
             ended = {"status": "no_equilibrium", "messages": ["no equilibrium"]}
         (directory / "run.json").write_text(json_text(ended))
 
     monkeypatch.setattr(computing, "run", run)
-    return SimpleNamespace(solved=solved, ends=ends)
+    return SimpleNamespace(solved=solved, ends=ends, carried=carried)
+
+
+def slopes(paths, rows, c10, c20):
+    """Derivatives of the formula's angle by c10 and c20, as a run writes them: per kPa."""
+    table = []
+    for number, row in enumerate(rows):
+        p, value = row["pressure_kPa"], row["bending_angle_deg"]
+        x = 0.3 * p / 30  # angle = 0.08 p / c10 exp(−x c20 / c10)
+        by = {"c10": value * (x * c20 / c10 - 1) / c10, "c20": -value * x / c10}
+        for path in paths:
+            of, one = path.rpartition(".")[2], {"increment": number, "parameter": path}
+            at = f"{1e3 * {'c10': c10, 'c20': c20}[of]:.10g} kPa"
+            for measure, slope in (("pressure_kPa", 0.0), ("bending_angle_deg", by[of] / 1e3)):
+                table.append({**one, "measure": measure, "at": at, "derivative": slope,
+                              "unit": "", "elasticity": ""})  # fmt: skip
+    return table
 
 
 def softact(capsys, *arguments):
@@ -117,6 +139,48 @@ def test_two_constants_are_found_in_few_runs(folder, formula, capsys):
     assert float(rows[2]["after_bending_angle_deg"]) == pytest.approx(angle(14, 0.14, 0.03), 1e-3)
     assert imread(folder / "out" / "calibration.png").std() > 0.05
     assert (folder / "out" / "run" / "curve.csv").is_file()
+
+
+def test_the_runs_own_derivatives_take_at_most_half_of_the_runs(folder, formula, capsys):
+    """The same synthetic data, once by differences of runs and once with what the runs carry."""
+    write_data(folder / "angle.csv", 0.14, 0.03)
+    counts, constants = [], []
+    for name in ("differences", "own"):
+        formula.solved.clear()
+        formula.carried += [True] if name == "own" else []
+        code, _, _ = softact(
+            capsys, "finger.yaml", "--data", "angle.csv", *VARY, "-o", name, "--cache", f"c_{name}"
+        )
+        assert code == 0
+        numbers = json.loads((folder / name / "calibration.json").read_text())
+        assert numbers["rmse_after"]["bending_angle_deg"] < 1e-3
+        counts.append(len(formula.solved))
+        constants.append([v["value"] for v in numbers["constants"].values()])
+    assert counts[1] <= counts[0] / 2
+    assert constants[1] == pytest.approx([140, 30], rel=1e-2)
+
+
+def test_the_covariance_is_that_of_many_repetitions(folder, formula):
+    """Of 40 measurements with other noise, each calibrated: the scatter of what is found."""
+    formula.carried.append(True)
+    pressures, found, told = np.arange(2.0, 31.0), [], []
+    rng = np.random.default_rng(1)
+    clean, spec = angle(pressures, 0.14, 0.03), load(folder / "finger.yaml")
+    request = CalibrationRequest(folder / "finger.yaml", folder / "angle.csv", VARY[1::2])
+    knobs = read_knobs(request.vary, spec)
+    for _ in range(40):
+        noisy = clean + 0.1 * rng.standard_normal(len(pressures))
+        values = {"pressure_kPa": pressures, "bending_angle_deg": noisy}
+        measured = Measured("angle.csv", "pressure_kPa", values)
+        outcome = calibrate(request, spec, measured, knobs, list().append, Cache(folder / "runs"))
+        found.append(outcome.best.values)
+        told.append(outcome.covariance)
+    sampled, mean = np.cov(np.array(found).T), np.mean(told, axis=0)
+    # 40 repetitions tell a variance to ± 23 %.
+    assert np.diag(mean) == pytest.approx(np.diag(sampled), rel=0.5)
+    correlation = [c[0, 1] / np.sqrt(c[0, 0] * c[1, 1]) for c in (sampled, mean)]
+    assert correlation[1] == pytest.approx(correlation[0], abs=0.1)
+    assert abs(correlation[1]) > 0.5
 
 
 def test_the_interval_holds_the_truth_and_grows_with_the_noise(folder, formula, capsys):
@@ -261,11 +325,12 @@ def test_a_real_block_is_calibrated_within_one_percent(folder, capsys):
         rows = [(float(r["elongation_mm"]), r["reaction_x_N"]) for r in csv.DictReader(file)]
     table = [f"{x / 10};{force}" for x, force in rows[1:]]
     (folder / "pull.csv").write_text("\n".join(["elongation cm;reaction x N", *table]))
-    code, _, err = softact(
+    code, out, err = softact(
         capsys, "bar.yaml", "--data", "pull.csv", "--vary", "materials.body.c10", "-o", "out",
         "--max-runs", "3",
     )  # fmt: skip
     assert (code, err) == (0, "")
+    assert "by differences" not in out  # the abscissa is what is prescribed
     assert load(folder / "out" / "bar.yaml").materials["body"].c10 == pytest.approx(0.15, rel=0.01)
     assert json.loads((folder / "out" / "run" / "run.json").read_text())["status"] == "complete"
     assert not (folder / "out" / "run" / "report.html").exists()

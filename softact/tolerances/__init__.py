@@ -1,0 +1,1 @@
+"""How far the figures of a run scatter where the numbers of its spec do, to first order."""
