@@ -45,8 +45,8 @@ class Moved:
         """Write it to a file of numpy's."""
         arrays = {f"v{k}": v for k, v in enumerate(self.velocities) if not isinstance(v, str)}
         why = [v if isinstance(v, str) else "" for v in self.velocities]
-        rest = {"points": self.points, "edges": self.edges, "why": why, "means": self.means}
-        np.savez(path, **rest, **arrays)
+        places = {"points": self.points, "edges": self.edges}
+        np.savez(path, why=why, means=self.means, **places, **arrays)
 
     @classmethod
     def stored(cls, path: Any) -> Moved:
