@@ -78,10 +78,16 @@ class Passed:
 
     @staticmethod
     def _at(branch: Branch, fraction: float) -> np.ndarray | None:
-        """The branch's state under a load, between those that are known; None beyond its ends."""
+        """The branch's state under a load, between those that are known; None beyond its ends.
+
+        It leads on to the limit beyond the last known state, which stands for that part: a state
+        under the very same load may lie beyond it by rounding.
+        """
         fractions = np.array([point[0] for point in branch])
-        if not fractions[0] <= fraction <= fractions[-1]:
+        limit = 2 * fractions[-1] - fractions[-2]
+        if not fractions[0] <= fraction <= limit:
             return None
+        fraction = min(fraction, fractions[-1])
         after = int(np.clip(np.searchsorted(fractions, fraction), 1, len(branch) - 1))
         (s, one), (t, other) = branch[after - 1], branch[after]
         share = (fraction - s) / (t - s)

@@ -4,6 +4,7 @@ import h5py
 import numpy as np
 import pytest
 
+from softact.errors import SoftactError
 from softact.report.body import mass
 from softact.results.folder import read
 from softact.run.start import run
@@ -23,6 +24,7 @@ sheets:
   shell: &pet {plies: [{material: pet, thickness: 0.1 mm}], wrinkling: resolved, bending: 1}
   glued: *pet
 contact: [{between: [outer, shell], friction: 0.2, distance: 0.005 mm}]
+solver: {curved: false}
 """
 
 
@@ -36,6 +38,14 @@ def runs(tmp_path_factory):
         assert run(load(str(spec)), folder / shell).status == "complete"
         found[shell] = read(folder / shell)
     return found
+
+
+def test_a_shell_that_bends_along_a_curved_wall_is_refused(tmp_path):
+    """Its bending is that of flat sides of the mesh; the line says how to have these."""
+    made_of = SLIDING.replace("solver: {curved: false}", "")
+    (tmp_path / "spec.yaml").write_text(SPEC.format(shell="sliding", made_of=made_of))
+    with pytest.raises(SoftactError, match=r"'shell'.* write curved: false under solver"):
+        run(load(str(tmp_path / "spec.yaml")), tmp_path / "out")
 
 
 def test_it_bends_further_than_a_bonded_one(runs):

@@ -132,6 +132,9 @@ def test_states_that_a_step_has_passed(mesh_of):
         passed.add(attempt.fraction, state.x)
     passed.leave()
     beyond = list(zip(solution.path, attempts, strict=True))[first:]
+    # The very last of them, too, under a load that is its own but for rounding.
+    end = solution.path[first - 1].x
+    assert passed.returned(beyond[4][0].x, end, attempts[first - 1].fraction * (1 + 1e-15))
     for (before, _), (state, attempt) in pairwise(beyond):
         assert not passed.returned(before.x, state.x, attempt.fraction)
         assert passed.returned(state.x, solution.path[first - 3].x, attempts[first - 3].fraction)
