@@ -59,8 +59,8 @@ def _plate(
     if not is_flat(nodes.places[elements]):
         raise SpecError(
             f"sheet '{plate[0][0].name}': the bending stiffness is that of a flat sheet, and this "
-            "one is curved; give it bending: 0, write curved: false under solver, so that each flat "
-            "side of the mesh bends, or make it of flat sheets"
+            "one is curved; give it bending: 0, make it of flat sheets, or write curved: false "
+            "under solver, so that each flat side of the mesh bends"
         )
     each = np.array([part.sheet.rigidity() for part, _ in plate])
     rigidity, poisson = np.repeat(each, [len(members) for _, members in plate], axis=0).T
