@@ -98,7 +98,7 @@ def test_they_are_as_stiff_as_a_thin_shell_and_push_with_its_area(curve):
     force = dict(zip(row["step"], row["tip_force_x_N"], strict=True))
     assert -force["pulled"] / PULLED == pytest.approx(stiffness, rel=0.01)
     thrust = (force["blown"] - force["pulled"]) / PRESSURE
-    assert thrust == pytest.approx(area, rel=2e-3)
+    assert thrust == pytest.approx(area, rel=3e-3)
     assert area == pytest.approx(np.pi / 4 * (ROOT + CREST) ** 2, rel=0.01)
 
 
