@@ -11,7 +11,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from petsc4py import PETSc
 
 from softact.system.rotation import RotationVector
 from softact.system.term import EVERYTHING, State
@@ -78,6 +77,9 @@ class CrossSection:
         model, dofs = self._model, self.repeat.dofs[free]
         fixed = model.assembler.fixed.copy()
         model.assembler.fixed[dofs] = 0
+        # Imported here: commands that solve nothing know the measures, too.
+        from petsc4py import PETSc
+
         solve = PETSc.KSP().create(model.comm)
         try:
             solve.setOperators(model.tangent(self._state))

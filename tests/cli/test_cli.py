@@ -211,6 +211,7 @@ def test_validate_applies_overrides(folder, capsys):
                 "traction",
                 "payload",
                 "torque",
+                "wrench",
                 "surface_pressure",
                 "obstacles",
             ],
