@@ -5,10 +5,12 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from softact.sensitivities.following import Slopes
 from softact.sensitivities.parameters import Parameter
+
+if TYPE_CHECKING:
+    from softact.sensitivities.following import Slopes
 
 #: Columns of a run's row that say which state it is, and those of its pressures.
 STATE = ("step", "increment", "step_fraction")
