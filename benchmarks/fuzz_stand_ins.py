@@ -21,6 +21,7 @@ from softact.errors import MeshError
 from softact.geometry import base
 from softact.measured.curve import run_columns
 from softact.mesh.layout import Layout
+from softact.preview import look
 from softact.report import frames
 from softact.results.folder import COMPLETE, NO_EQUILIBRIUM
 from softact.results.writer import ResultsWriter
@@ -46,6 +47,7 @@ def stand_ins(restart: Path, sound: str) -> Iterator[None]:
         for place, name, other in (
             (start._Solver, "run", solve),
             (base, "_run_gmsh", _meshed),
+            (look, "make_mesh", _not_meshed),
             (frames, "_COMMAND", ["/bin/sh", "-c", f"echo {NOT_DRAWN} >&2; exit 3"]),
             (doctor, "examine", lambda: [Finding("Python", "ok", "as it should be")]),
         ):
@@ -66,6 +68,11 @@ def _meshed(
 ) -> None:
     if part != "look":
         path.write_bytes(base.ENDS.get(path.suffix, b"mesh"))
+
+
+def _not_meshed(geometry, path: Path, timeout: float = 300.0, curved: bool = False) -> list[str]:
+    """For previews, which read what they mesh."""
+    raise MeshError("gmsh did not finish within 300 s and was stopped")
 
 
 def _solved(spec, directory: Path, progress, restart: Path, sound: str) -> Mapping:
