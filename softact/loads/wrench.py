@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic import Field
 
-from softact.fields import Fault, Moments, Part, Place, Vector, is_zero
+from softact.fields import Fault, Forces, Moments, Part, Place, is_zero
 from softact.loads.base import Load
 from softact.mesh.layout import Layout, free_components
 from softact.system.term import EVERYTHING, Origin, State, Value
@@ -22,7 +22,7 @@ class Wrench(Part):
     left one."""
 
     moment: Moments = Field((0.0, 0.0, 0.0), description="moment about x, y, z")
-    force: Vector = Field((0.0, 0.0, 0.0), description="force along x, y, z")
+    force: Forces = Field((0.0, 0.0, 0.0), description="force along x, y, z")
 
 
 class WrenchLoad(Load):
