@@ -4,6 +4,7 @@ import pytest
 
 from softact.errors import SpecError
 from softact.modules.module_spec import module_specs
+from softact.run.start import run
 from softact.spec import loads
 
 FINGER = """
@@ -113,3 +114,8 @@ def test_components_are_held_by_name():
         module_specs(spec, {"turn_w": "1 deg"})
     held = module_specs(spec, {"turn_y": "2 deg"}).runs["free"].layout().repeats
     assert held.hold == pytest.approx({"turn_y": 0.03490658503988659})
+
+
+def test_a_module_is_not_resumed(tmp_path):
+    with pytest.raises(SpecError, match="a module is not resumed yet; run it anew"):
+        run(loads(FINGER), tmp_path / "out", resume=True)
