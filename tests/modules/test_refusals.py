@@ -117,5 +117,10 @@ def test_components_are_held_by_name():
 
 
 def test_a_module_is_not_resumed(tmp_path):
+    block = loads(
+        "geometry: {type: block, length: 4 mm, width: 4 mm, height: 4 mm, module_alone: true}\n"
+        "materials: {body: {law: neo_hookean, c10: 0.1 MPa}}\n"
+        "steps: [{wrench: {force: [10 mN, 0 N, 0 N]}}]\n"
+    )
     with pytest.raises(SpecError, match="a module is not resumed yet; run it anew"):
-        run(loads(FINGER), tmp_path / "out", resume=True)
+        run(block, tmp_path / "out", resume=True)
