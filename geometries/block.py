@@ -4,18 +4,18 @@ Run by itself it writes a mesh: ``python geometries/block.py --length "100 mm" -
 """
 
 from types import ModuleType
-from typing import Literal, Self
+from typing import Literal
 
 from pydantic import Field
 
-from softact.geometry.base import Geometry, Layout, OneModule, ThroughWall, main
+from softact.geometry.base import Layout, ThroughWall, main
 from softact.geometry.boxes import Box, Boxes, Counts, Plane
+from softact.geometry.chains import Chain, OneModule
 from softact.geometry.walls import Wall
-from softact.mesh.layout import Repeats
 from softact.units import Length
 
 
-class Block(Geometry):
+class Block(Chain):
     """A solid box with one corner in the origin; x_min is the clamp, x_max the tip."""
 
     type: Literal["block"] = "block"
@@ -26,12 +26,13 @@ class Block(Geometry):
     through_wall: ThroughWall = None
     module_alone: OneModule = None
 
-    def module(self) -> Self:
-        """The whole block: any slice of it is one."""
-        return self.model_copy(update={"module_alone": True})
+    @property
+    def ends(self) -> tuple[str, str]:
+        return "x_min", "x_max"
 
     @property
     def pitches(self) -> float:
+        """The whole block is a module: any slice of it is one."""
         return 1.0
 
     def layout(self) -> Layout:
@@ -43,7 +44,7 @@ class Block(Geometry):
             clamp="x_min",
             tip="x_max",
             length=self.length,
-            repeats=Repeats("x_min", "x_max") if self.module_alone else None,
+            repeats=self.repeats,
         )
 
     def walls(self) -> tuple[Wall, ...]:
@@ -69,7 +70,7 @@ class Block(Geometry):
     def _counts(self, solid: Boxes) -> Counts:
         (along,), *across = solid.counts(self.mesh_size, self.mesh_size, self.least_steps)
         # From face to face the split of the cells fits for an even number of steps only.
-        return ((along + along % 2,) if self.module_alone else (along,)), *across
+        return ((along + along % 2,) if self.alone else (along,)), *across
 
     def cells(self) -> int:
         solid = self.solid()

@@ -8,20 +8,20 @@ Polygerinos et al. (2015), IEEE Transactions on Robotics 31:778. Run by itself i
 from collections.abc import Iterator
 from math import acos, pi, sqrt
 from types import ModuleType
-from typing import Any, Literal, Self
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field
 
-from softact.geometry.base import THINNEST, Geometry, Layout, OneModule, ThroughWall, main
+from softact.geometry.base import THINNEST, Layout, ThroughWall, main
 from softact.geometry.boxes import Plane
+from softact.geometry.chains import Chain, OneModule
 from softact.geometry.prisms import Entities, Prism, Prisms, Shapes, lacking
 from softact.geometry.walls import Wall
-from softact.mesh.layout import Repeats
 from softact.units import Length
 
 
-class FiberReinforced(Geometry):
+class FiberReinforced(Chain):
     """A half-round tube along x, round above and flat below, with closed ends.
 
     Its outer part is the region ``sleeve``, all around: give it a law with fibres for the winding.
@@ -40,27 +40,20 @@ class FiberReinforced(Geometry):
     through_wall: ThroughWall = None
     module_alone: OneModule = None
 
-    def module(self) -> Self:
-        """A slice as long as an element."""
-        return self.model_copy(update={"module_alone": True})
-
     @property
     def pitches(self) -> float:
+        """A module is a slice as long as an element."""
         return (self.length - 2 * self.end) / self.mesh_size
 
     @property
     def _span(self) -> float:
         """Length of what is meshed."""
-        return self.mesh_size if self.module_alone else self.length
+        return self.mesh_size if self.alone else self.length
 
     @property
     def _chamber(self) -> tuple[float, float]:
         """Where the chamber begins and ends."""
-        return (0.0, self._span) if self.module_alone else (self.end, self.length - self.end)
-
-    @property
-    def _ends(self) -> tuple[str, str]:
-        return ("left", "right") if self.module_alone else ("clamp", "tip")
+        return (0.0, self._span) if self.alone else (self.end, self.length - self.end)
 
     def faults(self) -> Iterator[tuple[str, str]]:
         if self.length - 2 * self.end < THINNEST:
@@ -83,7 +76,7 @@ class FiberReinforced(Geometry):
         return self.sleeve + self.base_wall
 
     def layout(self) -> Layout:
-        surfaces = (*self._ends, "cavity", "outer", "base")
+        surfaces = (*self.ends, "cavity", "outer", "base")
         return Layout(
             regions=("body", "sleeve"),
             surfaces=(*surfaces, "symmetry") if self.symmetry else surfaces,
@@ -91,9 +84,9 @@ class FiberReinforced(Geometry):
             bending_axis=(0.0, 1.0, 0.0),
             symmetry={"symmetry": 1} if self.symmetry else {},
             length=self._span,
-            clamp=self._ends[0],
-            tip=self._ends[1],
-            repeats=Repeats(*self._ends) if self.module_alone else None,
+            clamp=self.ends[0],
+            tip=self.ends[1],
+            repeats=self.repeats,
         )
 
     def wall_normal(self, region: str, points: np.ndarray) -> np.ndarray:
@@ -122,12 +115,12 @@ class FiberReinforced(Geometry):
         outside, core = above(self.radius, 0.0), above(self.radius - self.sleeve, self.sleeve)
         opening, (start, end) = above(self._inside, self._floor), self._chamber
         cavity = opening * (end - start)
-        face = outside - opening if self.module_alone else outside
+        face = outside - opening if self.alone else outside
         return {
             "body": half * (core * self._span - cavity),
             "sleeve": half * (outside - core) * self._span,
             "cavity": half * cavity,
-            **dict.fromkeys(self._ends, half * face),
+            **dict.fromkeys(self.ends, half * face),
             "base": half * 2 * self.radius * self._span,
         }
 
@@ -140,7 +133,7 @@ class FiberReinforced(Geometry):
             share = lacking(radius, self.mesh_size)
             return half * pi * radius**2 * share * length
 
-        if name in self._ends:
+        if name in self.ends:
             return lost(self.radius, 1.0) / self.volumes()[name]
         chamber = lost(self._inside, self._span)
         if name != "cavity":
@@ -171,7 +164,7 @@ class FiberReinforced(Geometry):
             Prism("body", "core", 0.0, self._span),
             Prism("cavity", "chamber", *self._chamber),
         )
-        first, last = self._ends
+        first, last = self.ends
         planes = [Plane(first, 0, 0.0), Plane(last, 0, self._span), Plane("base", 2, 0.0, True)]
         if self.symmetry:
             planes.append(Plane("symmetry", 1, 0.0))

@@ -6,13 +6,13 @@ Xavier et al. (2021), Sensors and Actuators A 332:113199. Run by itself it write
 
 from collections.abc import Iterator
 from math import asin, cos, pi, sin
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from softact.errors import SpecError
-from softact.geometry.base import THINNEST, OneModule, ThroughWall, main
+from softact.geometry.base import THINNEST, ThroughWall, main
 from softact.geometry.boxes import OUTSIDE
+from softact.geometry.chains import OneModule
 from softact.geometry.corrugated import Corrugated
 from softact.geometry.prisms import Prism, Prisms, Shapes, lacking
 from softact.geometry.walls import Wall
@@ -61,10 +61,9 @@ class Omnidirectional(Corrugated):
     through_wall: ThroughWall = None
     module_alone: OneModule = None
 
-    def module(self) -> Self:
+    def no_chain(self) -> Iterator[tuple[str, str]]:
         if self.modules == 1:
-            raise SpecError("geometry.modules: one module is no chain; write 2 or more")
-        return self.model_copy(update={"module_alone": True})
+            yield "modules", "one module is no chain; write 2 or more"
 
     @property
     def pitches(self) -> float:
@@ -72,8 +71,7 @@ class Omnidirectional(Corrugated):
 
     def faults(self) -> Iterator[tuple[str, str]]:
         yield from super().faults()
-        if self.module_alone and self.modules == 1:
-            yield "module_alone", "one module is no chain; write modules: 2 or more"
+        yield from super().faults()
         inside = max(
             self._apex, self.core_radius or 0.0, self.channel_radius if self.channels else 0.0
         )
@@ -129,7 +127,7 @@ class Omnidirectional(Corrugated):
     @property
     def _gaps(self) -> int:
         """Gaps of what is meshed."""
-        return 1 if self.module_alone else self.modules - 1
+        return 1 if self.alone else self.modules - 1
 
     @property
     def _opening(self) -> float:
@@ -159,7 +157,7 @@ class Omnidirectional(Corrugated):
         outside = self.span * disc - notches * (disc - midsection)
         cavities = {name: part * self._cavity() for name, (_, part) in self._meshed().items()}
         body = half * (outside - self.cavities * self._cavity())
-        face = disc - self.cavities * self._opening if self.module_alone else disc
+        face = disc - self.cavities * self._opening if self.alone else disc
         return {"body": body, **dict.fromkeys(self.ends, half * face), **cavities}
 
     def volume_tolerance(self, name: str) -> float:
@@ -170,7 +168,7 @@ class Omnidirectional(Corrugated):
         share = 1 if name in ("body", *self.ends) else 1 / self.cavities
         if name in self.ends:
             face = self.volumes()[name] * (2 if self.symmetry else 1)
-            chambers = lost(self.chamber_radius) if self.module_alone else 0.0
+            chambers = lost(self.chamber_radius) if self.alone else 0.0
             return (lost(self.actuator_radius) + chambers) / face
         air = self.span / self.pitch * self.chamber_length * lost(self.chamber_radius)
         inner = self.channel_radius if self.channels else self.core_radius or 0.0
@@ -226,7 +224,7 @@ class Omnidirectional(Corrugated):
         prisms = [Prism("body", "wide", 0.0, length)]
         middles = [(i + 0.5) * pitch for i in range(self.modules)]
         borders = [i * pitch for i in range(1, self.modules)]
-        if self.module_alone:
+        if self.alone:
             middles, borders = [0.0, pitch], [pitch / 2]
         notches = [(x - self.gap / 2, x + self.gap / 2) for x in borders]
         prisms += [Prism(OUTSIDE, "wide", *notch) for notch in notches]

@@ -7,23 +7,20 @@ Mosadegh et al. (2014) and Polygerinos et al. (2013). Run by itself it writes a 
 from collections.abc import Iterator
 from dataclasses import dataclass
 from types import ModuleType
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
 from pydantic import Field
 
-from softact.errors import SpecError
 from softact.geometry.base import (
     THINNEST,
-    Geometry,
     Layout,
-    OneModule,
     ThroughWall,
     main,
 )
 from softact.geometry.boxes import OUTSIDE, Box, Boxes, Counts, Plane
+from softact.geometry.chains import Chain, OneModule
 from softact.geometry.steps import steps
 from softact.geometry.walls import Wall
-from softact.mesh.layout import Repeats
 from softact.units import Length
 
 # Two lengths that should be the same are taken to be so within this, relative.
@@ -40,7 +37,7 @@ class Row:
     length: float
 
 
-class Pneunet(Geometry):
+class Pneunet(Chain):
     """A fast PneuNet finger, straight and with flat walls.
 
     Along x: clamp plug, chambers (their inner walls face the gaps between them), tip plug.
@@ -84,8 +81,7 @@ class Pneunet(Geometry):
     module_alone: OneModule = None
 
     def faults(self) -> Iterator[tuple[str, str]]:
-        if self.module_alone and self.chambers == 1:
-            yield "module_alone", "one chamber is no chain; write chambers: 2 or more"
+        yield from super().faults()
         yield from self._row_faults()
         yield from self._channel_faults()
         if self.base - self.layer_height < THINNEST:
@@ -171,21 +167,16 @@ class Pneunet(Geometry):
         pitch = chamber + walls + gap
         return Row(chamber, gap, pitch, ends + chamber + (n - 1) * pitch)
 
-    def module(self) -> Self:
+    def no_chain(self) -> Iterator[tuple[str, str]]:
         if self.chambers == 1:
-            raise SpecError("geometry.chambers: one chamber is no chain; write 2 or more")
-        return self.model_copy(update={"module_alone": True})
+            yield "chambers", "one chamber is no chain; write 2 or more"
 
     @property
     def pitches(self) -> float:
         return self.chambers
 
-    @property
-    def _ends(self) -> tuple[str, str]:
-        return ("left", "right") if self.module_alone else ("clamp", "tip")
-
     def layout(self) -> Layout:
-        surfaces = [*self._ends, "cavity", "outer", "base", "strain_limiting_layer"]
+        surfaces = [*self.ends, "cavity", "outer", "base", "strain_limiting_layer"]
         return Layout(
             regions=("body",),
             surfaces=(*surfaces, "symmetry") if self.symmetry else tuple(surfaces),
@@ -194,9 +185,9 @@ class Pneunet(Geometry):
             symmetry={"symmetry": 1} if self.symmetry else {},
             layers=("strain_limiting_layer",),
             length=self._length,
-            clamp=self._ends[0],
-            tip=self._ends[1],
-            repeats=Repeats(*self._ends) if self.module_alone else None,
+            clamp=self.ends[0],
+            tip=self.ends[1],
+            repeats=self.repeats,
         )
 
     def walls(self) -> tuple[Wall, ...]:
@@ -232,13 +223,13 @@ class Pneunet(Geometry):
 
     @property
     def _length(self) -> float:
-        return self.row.pitch if self.module_alone else self.row.length
+        return self.row.pitch if self.alone else self.row.length
 
     @property
     def _hollow(self) -> list[tuple[float, float]]:
         """Where chambers begin and end; a module has the ends of two."""
         row = self.row
-        if self.module_alone:
+        if self.alone:
             end = row.chamber_length * (1 - self._cut)
             return [(0.0, end), (end + row.pitch - row.chamber_length, row.pitch)]
         starts = [self.clamp_plug + i * row.pitch for i in range(self.chambers)]
@@ -277,11 +268,11 @@ class Pneunet(Geometry):
             channel = floor, floor + self.channel_height
             boxes.append(box("cavity", starts[0], ends[-1], self.channel_width / 2, *channel))
         layer = box("strain_limiting_layer", 0.0, length, wide, *[self.layer_height] * 2)
-        first, last = self._ends
+        first, last = self.ends
         planes = [Plane(first, 0, 0.0), Plane(last, 0, length), Plane("base", 2, 0.0, True)]
         if self.symmetry:
             planes.append(Plane("symmetry", 1, 0.0))
-        before = self._steps_before if self.module_alone else 0
+        before = self._steps_before if self.alone else 0
         return Boxes(tuple(boxes), ("body",), ("cavity",), (layer,), tuple(planes), before)
 
     @property
@@ -293,7 +284,7 @@ class Pneunet(Geometry):
     def _counts(self, solid: Boxes) -> Counts:
         size = self.mesh_size
         counts = solid.counts(size, self.cavity_mesh_size or size, self.least_steps)
-        if not self.module_alone:
+        if not self.alone:
             return counts
         # From face to face the split of the cells fits for an even number of steps only.
         last = self._chamber_steps // 2

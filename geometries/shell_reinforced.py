@@ -7,22 +7,21 @@ Agarwal et al. (2016), Scientific Reports 6:34224. Run by itself it writes a mes
 from collections.abc import Callable, Iterator
 from math import asin, pi
 from types import ModuleType
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field
 
-from softact.errors import SpecError
-from softact.geometry.base import THINNEST, Geometry, Layout, OneModule, ThroughWall, main
+from softact.geometry.base import THINNEST, Layout, ThroughWall, main
 from softact.geometry.boxes import Plane
+from softact.geometry.chains import Chain, OneModule
 from softact.geometry.cutting_pattern import Pattern
 from softact.geometry.prisms import Entities, Prism, Prisms, Shapes, Skin, lacking
 from softact.geometry.walls import Wall
-from softact.mesh.layout import Repeats
 from softact.units import Length
 
 
-class ShellReinforced(Geometry):
+class ShellReinforced(Chain):
     """A round tube of soft material with closed ends, in a thin shell with slits across its axis.
 
     Bending kind: each slit runs all around but for a strip along the bottom. Linear kind: each row
@@ -56,14 +55,7 @@ class ShellReinforced(Geometry):
     through_wall: ThroughWall = None
     module_alone: OneModule = None
 
-    def module(self) -> Self:
-        """From the middle between two rows of slits to that behind the next, in the linear kind
-        behind the next but one."""
-        if self.cuts < self._rows or self.shell == "sliding":
-            raise SpecError(*(f"geometry.{name}: {why}" for name, why in self._no_module()))
-        return self.model_copy(update={"module_alone": True})
-
-    def _no_module(self) -> Iterator[tuple[str, str]]:
+    def no_chain(self) -> Iterator[tuple[str, str]]:
         if self.cuts < self._rows:
             yield "cuts", f"{self.cuts} rows of slits are no chain; write {self._rows} or more"
         if self.shell == "sliding":
@@ -81,25 +73,20 @@ class ShellReinforced(Geometry):
     @property
     def _span(self) -> float:
         """Length of what is meshed."""
-        return self._rows * (self._ring + self.slit) if self.module_alone else self.length
+        return self._rows * (self._ring + self.slit) if self.alone else self.length
 
     @property
     def _chamber(self) -> tuple[float, float]:
         """Where the chamber begins and ends."""
-        return (0.0, self._span) if self.module_alone else (self.end, self.length - self.end)
+        return (0.0, self._span) if self.alone else (self.end, self.length - self.end)
 
     @property
     def _chamber_length(self) -> float:
         start, end = self._chamber
         return end - start
 
-    @property
-    def _ends(self) -> tuple[str, str]:
-        return ("left", "right") if self.module_alone else ("clamp", "tip")
-
     def faults(self) -> Iterator[tuple[str, str]]:
-        if self.module_alone:
-            yield from self._no_module()
+        yield from super().faults()
         if self.chamber_radius >= self.radius:
             yield (
                 "chamber_radius",
@@ -142,7 +129,7 @@ class ShellReinforced(Geometry):
     def _slits(self) -> list[tuple[float, float]]:
         """Start and end of each row of slits along x."""
         first, rows = self.end + self._ring, self.cuts
-        if self.module_alone:
+        if self.alone:
             first, rows = self._ring / 2, self._rows
         starts = [first + i * (self._ring + self.slit) for i in range(rows)]
         return [(start, start + self.slit) for start in starts]
@@ -151,7 +138,7 @@ class ShellReinforced(Geometry):
         sliding = self.shell == "sliding"
         covers = {"shell": "under_shell", "glued": "under_glued"} if sliding else {}
         layers = () if sliding else ("shell",)
-        surfaces = (*self._ends, "cavity", "outer", *(layers or covers.values()))
+        surfaces = (*self.ends, "cavity", "outer", *(layers or covers.values()))
         return Layout(
             regions=("body",),
             surfaces=(*surfaces, "symmetry") if self.symmetry else surfaces,
@@ -160,9 +147,9 @@ class ShellReinforced(Geometry):
             symmetry={"symmetry": 1} if self.symmetry else {},
             layers=layers,
             length=self._span,
-            clamp=self._ends[0],
-            tip=self._ends[1],
-            repeats=Repeats(*self._ends) if self.module_alone else None,
+            clamp=self.ends[0],
+            tip=self.ends[1],
+            repeats=self.repeats,
             sheets=tuple(covers),
             covers=covers,
             bonded=("glued",) if sliding else (),
@@ -177,7 +164,7 @@ class ShellReinforced(Geometry):
         round_ = 2 * pi * self.radius
         disc = pi * self.radius**2
         cavity = pi * self.chamber_radius**2 * self._chamber_length
-        face = disc - pi * self.chamber_radius**2 * bool(self.module_alone)
+        face = disc - pi * self.chamber_radius**2 * self.alone
         bridges = (1 if self.kind == "bending" else 2) * 2 * asin(self.strip / 2 / self.radius)
         slits = len(self._slits()) * self.slit * (round_ - bridges * self.radius)
         shell = {"shell": half * (round_ * self._span - slits)}
@@ -189,14 +176,14 @@ class ShellReinforced(Geometry):
         return {
             "body": half * (disc * self._span - cavity),
             "cavity": half * cavity,
-            **dict.fromkeys(self._ends, half * face),
+            **dict.fromkeys(self.ends, half * face),
             **shell,
         }
 
     def volume_tolerance(self, name: str) -> float:
         wide = lacking(self.radius, self.mesh_size)
         narrow = lacking(self.chamber_radius, self.mesh_size)
-        if name in self._ends and self.module_alone:
+        if name in self.ends and self.alone:
             part = self.chamber_radius**2 / (self.radius**2 - self.chamber_radius**2)
             return wide * (1 + part) + narrow * part
         if name == "body":
@@ -291,7 +278,7 @@ class ShellReinforced(Geometry):
             Prism("body", "core", 0.0, self._span),
             Prism("cavity", "chamber", *self._chamber),
         )
-        first, last = self._ends
+        first, last = self.ends
         planes = [Plane(first, 0, 0.0), Plane(last, 0, self._span)]
         if self.symmetry:
             planes.append(Plane("symmetry", 1, 0.0))

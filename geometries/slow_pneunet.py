@@ -7,22 +7,21 @@ the linear kind has the same wall below as above. Run by itself it writes a mesh
 
 from collections.abc import Iterator
 from types import ModuleType
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
 from pydantic import Field
 
-from softact.errors import SpecError
-from softact.geometry.base import Geometry, Layout, OneModule, ThroughWall, main
+from softact.geometry.base import Layout, ThroughWall, main
 from softact.geometry.boxes import Box, Boxes, Counts, Plane
+from softact.geometry.chains import Chain, OneModule
 from softact.geometry.steps import steps
 from softact.geometry.walls import Wall
-from softact.mesh.layout import Repeats
 from softact.units import Length
 
 FILM, FLOOR = 0.5, 7.0  # mm, where nothing is given
 
 
-class SlowPneunet(Geometry):
+class SlowPneunet(Chain):
     """A slow PneuNet: a block with a row of chambers, joined by a tunnel.
 
     Along x: clamp wall, chambers with walls between them, tip wall. Across y: outer wall, chamber,
@@ -61,18 +60,16 @@ class SlowPneunet(Geometry):
     through_wall: ThroughWall = None
     module_alone: OneModule = None
 
-    def module(self) -> Self:
+    def no_chain(self) -> Iterator[tuple[str, str]]:
         if self.chambers == 1:
-            raise SpecError("geometry.chambers: one chamber is no chain; write 2 or more")
-        return self.model_copy(update={"module_alone": True})
+            yield "chambers", "one chamber is no chain; write 2 or more"
 
     @property
     def pitches(self) -> float:
         return self.chambers
 
     def faults(self) -> Iterator[tuple[str, str]]:
-        if self.module_alone and self.chambers == 1:
-            yield "module_alone", "one chamber is no chain; write chambers: 2 or more"
+        yield from super().faults()
         if self.tunnel_height > self.chamber_height:
             yield (
                 "tunnel_height",
@@ -116,14 +113,10 @@ class SlowPneunet(Geometry):
     def length(self) -> float:
         """Length of the block."""
         n = self.chambers
-        if self.module_alone:
+        if self.alone:
             return self.chamber_length + self.inner_wall
         walls = self.clamp_wall + self.tip_wall + (n - 1) * self.inner_wall
         return walls + n * self.chamber_length
-
-    @property
-    def _ends(self) -> tuple[str, str]:
-        return ("left", "right") if self.module_alone else ("clamp", "tip")
 
     @property
     def _wall_steps(self) -> int:
@@ -133,7 +126,7 @@ class SlowPneunet(Geometry):
     @property
     def _starts(self) -> list[float]:
         """Where chambers begin."""
-        if self.module_alone:
+        if self.alone:
             number = self._wall_steps
             return [self.inner_wall * (number - number // 2) / number]
         pitch = self.chamber_length + self.inner_wall
@@ -147,7 +140,7 @@ class SlowPneunet(Geometry):
         return self.floor or FLOOR
 
     def layout(self) -> Layout:
-        surfaces = [*self._ends, "cavity", "outer", "base"]
+        surfaces = [*self.ends, "cavity", "outer", "base"]
         return Layout(
             regions=("body", "film") if self.bends else ("body",),
             surfaces=(*surfaces, "symmetry") if self.symmetry else tuple(surfaces),
@@ -155,9 +148,9 @@ class SlowPneunet(Geometry):
             bending_axis=(0.0, 1.0, 0.0),
             symmetry={"symmetry": 1} if self.symmetry else {},
             length=self.length,
-            clamp=self._ends[0],
-            tip=self._ends[1],
-            repeats=Repeats(*self._ends) if self.module_alone else None,
+            clamp=self.ends[0],
+            tip=self.ends[1],
+            repeats=self.repeats,
         )
 
     def walls(self) -> tuple[Wall, ...]:
@@ -167,13 +160,13 @@ class SlowPneunet(Geometry):
             "roof": (2, self.below + self.chamber_height, self.roof),
             below: (2, 0.0, self.below),
         }
-        if self.chambers > 1 and not self.module_alone:
+        if self.chambers > 1 and not self.alone:
             places["inner_wall"] = 0, self.clamp_wall + self.chamber_length, self.inner_wall
         return solid.walls(self._counts(solid), places)
 
     def volumes(self) -> dict[str, float]:
         n, width = len(self._starts), self.width
-        between = 1 if self.module_alone else n - 1
+        between = 1 if self.alone else n - 1
         part = 0.5 if self.symmetry else 1.0
         cavity = (
             n * self.chamber_length * self.chamber_width * self.chamber_height
@@ -190,9 +183,9 @@ class SlowPneunet(Geometry):
         if self.bends:
             volumes["film"] = volumes["base"] * self.below
             end += film_width * self.below
-        if self.module_alone:
+        if self.alone:
             end -= self.tunnel_width * self.tunnel_height
-        return volumes | dict.fromkeys(self._ends, part * end)
+        return volumes | dict.fromkeys(self.ends, part * end)
 
     def solid(self) -> Boxes:
         """The block as boxes painted over each other; the underside of the film is z = 0."""
@@ -215,15 +208,15 @@ class SlowPneunet(Geometry):
             boxes.append(box("cavity", start, end, self.chamber_width, bottom, ceiling))
         if self.chambers > 1:
             ends = starts[0], starts[-1] + self.chamber_length
-            ends = (0.0, length) if self.module_alone else ends
+            ends = (0.0, length) if self.alone else ends
             height = tunnel, tunnel + self.tunnel_height
             boxes.append(box("cavity", *ends, self.tunnel_width, *height))
-        first, last = self._ends
+        first, last = self.ends
         planes = [Plane(first, 0, 0.0), Plane(last, 0, length), Plane("base", 2, 0.0, True)]
         if self.symmetry:
             planes.append(Plane("symmetry", 1, 0.0))
         regions = self.layout().regions
-        before = self._steps_before if self.module_alone else 0
+        before = self._steps_before if self.alone else 0
         return Boxes(tuple(boxes), regions, ("cavity",), planes=tuple(planes), before=before)
 
     @property
@@ -238,7 +231,7 @@ class SlowPneunet(Geometry):
     def _counts(self, solid: Boxes) -> Counts:
         size = self.mesh_size
         counts = solid.counts(size, self.cavity_mesh_size or size, self.least_steps)
-        if not self.module_alone:
+        if not self.alone:
             return counts
         # From face to face the split of the cells fits for an even number of steps only.
         number, chamber = self._wall_steps, counts[0][1]

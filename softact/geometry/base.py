@@ -64,13 +64,6 @@ ThroughWall = Annotated[
         "mesh; by default 1. Two or more tell how a wall bends",
     ),
 ]
-OneModule = Annotated[
-    Literal[True] | None,
-    Field(
-        description="mesh one module of the chain alone, between two faces that repeat; "
-        "softact module writes it"
-    ),
-]
 
 
 class Geometry(BaseModel):

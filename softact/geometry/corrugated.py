@@ -7,13 +7,14 @@ from collections.abc import Iterator, Mapping
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from softact.geometry.base import THINNEST, Geometry
+from softact.geometry.base import THINNEST
 from softact.geometry.boxes import Plane
+from softact.geometry.chains import Chain
 from softact.geometry.prisms import Prisms
-from softact.mesh.layout import Layout, Repeats
+from softact.mesh.layout import Layout
 
 
-class Corrugated(Geometry):
+class Corrugated(Chain):
     """Base of bellows; their parameters ``pitch``, ``gap``, ``side_wall``, ``top_wall``,
     ``midsection_radius``, ``symmetry`` and ``mesh_size`` are in mm.
 
@@ -89,23 +90,13 @@ class Corrugated(Geometry):
             length=self.span,
             clamp=ends[0],
             tip=ends[1],
-            repeats=Repeats(*ends) if self.alone else None,
+            repeats=self.repeats,
         )
-
-    @property
-    def alone(self) -> bool:
-        """Whether one module is meshed alone, from the middle of a chamber to that of the next."""
-        return bool(getattr(self, "module_alone", None))
 
     @property
     def span(self) -> float:
         """Length of what is meshed, mm."""
         return self.pitch if self.alone else self.length
-
-    @property
-    def ends(self) -> tuple[str, str]:
-        """Names of the two flat ends."""
-        return ("left", "right") if self.alone else ("clamp", "tip")
 
     def planes(self) -> tuple[Plane, ...]:
         """The flat ends and, of a half, the plane of symmetry."""
