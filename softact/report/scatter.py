@@ -12,8 +12,7 @@ from markupsafe import Markup
 from softact.report import base, headline, labels
 from softact.report.base import Plot, Section
 from softact.report.base.templates import macros
-from softact.report.curves import Chart
-from softact.report.curves import measures as told
+from softact.report.curves import Chart, measures
 from softact.results.folder import TOLERANCES, Results, load, load_name, load_text
 from softact.tolerances.first_order import Scatter, stored_scatter
 
@@ -92,7 +91,7 @@ def section(results: Results, bands: Bands) -> list[Section]:
 def _shown(results: Results, bands: Bands) -> list[str]:
     """The figures that tell most first, then all others that are results."""
     first = [name for name in headline.motions(results) if name in bands.of]
-    rest = [name for name in told(results) if name in bands.of and name != load_name(results)]
+    rest = [name for name in measures(results) if name in bands.of and name != load_name(results)]
     return list(dict.fromkeys([*first, *rest]))
 
 
