@@ -67,8 +67,8 @@ def _said(now: Sequence[Slope], measure: str) -> str:
         return ""
     first, name = ranked[0], labels.column(measure).name
     name = name[:1].lower() + name[1:]
-    change = labels.number(10 * (first.elasticity or 0.0), 3)
-    sign = "" if change.startswith("-") else "+"
+    by_ten = 10 * (first.elasticity or 0.0)
+    change, sign = labels.number(by_ten, 3), "+" if by_ten > 0 else ""
     return f"{first.parameter} larger by 10 %: {sign}{change} % of {name}"
 
 
