@@ -106,8 +106,6 @@ def run(
     if spec.sheets and processes > 1:
         processes = 1
         notes += ["sheets are computed by one process: the others are left out"]
-    if spec.layout().repeats and resume:
-        raise SpecError("a module is not resumed yet; run it anew, without --resume")
     if spec.layout().repeats and processes > 1:
         processes = 1
         notes += ["a module is computed by one process: the others are left out"]

@@ -213,8 +213,8 @@ def _memory(
 
 
 def _groups(model: Model) -> list[tuple[np.ndarray, np.ndarray, int]]:
-    """Places (n, 3), unknowns (n, size) and how many of them are this process's own, of each space
-    and of the nodes of sheets."""
+    """Places (n, 3), unknowns (n, size) and how many of them are this process's own, of each space,
+    of the nodes of sheets and of what is no node's, which has its number for a place."""
     unknowns = model.unknowns
     groups = [
         (_places(space), dofs, space.dofmap.index_map.size_local)
@@ -226,6 +226,11 @@ def _groups(model: Model) -> list[tuple[np.ndarray, np.ndarray, int]]:
     loose = len(unknowns.loose_dofs)
     if loose:
         groups.append((model.nodes.places[-loose:], unknowns.loose_dofs, loose))
+    apart = len(unknowns.apart_dofs)
+    if apart:
+        numbers = np.zeros((apart, 3))
+        numbers[:, 0] = np.arange(apart)
+        groups.append((numbers, unknowns.apart_dofs, apart))
     return groups
 
 

@@ -4,7 +4,6 @@ import pytest
 
 from softact.errors import SpecError
 from softact.modules.module_spec import module_specs
-from softact.run.start import run
 from softact.spec import loads
 
 FINGER = """
@@ -114,13 +113,3 @@ def test_components_are_held_by_name():
         module_specs(spec, {"turn_w": "1 deg"})
     held = module_specs(spec, {"turn_y": "2 deg"}).runs["free"].layout().repeats
     assert held.hold == pytest.approx({"turn_y": 0.03490658503988659})
-
-
-def test_a_module_is_not_resumed(tmp_path):
-    block = loads(
-        "geometry: {type: block, length: 4 mm, width: 4 mm, height: 4 mm, module_alone: true}\n"
-        "materials: {body: {law: neo_hookean, c10: 0.1 MPa}}\n"
-        "steps: [{wrench: {force: [10 mN, 0 N, 0 N]}}]\n"
-    )
-    with pytest.raises(SpecError, match="a module is not resumed yet; run it anew"):
-        run(block, tmp_path / "out", resume=True)

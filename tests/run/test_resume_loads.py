@@ -33,6 +33,12 @@ geometry: {type: thick_sphere, mesh_size: 4 mm}
 materials: {body: {law: neo_hookean, c10: 0.1 MPa}}
 solver: {initial_increment: 0.3, max_increment: 0.3}
 """
+MODULE = """
+geometry:
+  {type: block, length: 4 mm, width: 4 mm, height: 4 mm, mesh_size: 2 mm, module_alone: true}
+materials: {body: {law: neo_hookean, c10: 0.1 MPa}}
+solver: {initial_increment: 0.3, max_increment: 0.3}
+"""
 LATER = "{name: later, traction: {surface: x_max, value: [1 kPa, 0 kPa, 0.2 kPa]}}"
 FURTHER = "{name: later, surface_pressure: {outer: 1 kPa}}"
 
@@ -47,6 +53,11 @@ CASES = {
         "supports: [{surface: x_min, fix: [x, y, z]}, "
         "{surface: x_max, turn: {axis: [1, 0, 0], angle: 20 deg}}]",
         "{name: later, surface_pressure: {y_max: 1 kPa}}",
+    ),
+    "wrench": (
+        MODULE,
+        "wrench: {moment: [0 N*mm, 2 N*mm, 0 N*mm]}",
+        "{name: later, wrench: {force: [10 mN, 0 N, 0 N]}}",
     ),
     "surface_pressure": (BLOCK, "surface_pressure: {x_max: 2 kPa}", LATER),
     "shift": (BLOCK, "obstacles: {table: {move: [0 mm, 0 mm, 0.3 mm]}}", LATER),
@@ -115,9 +126,8 @@ def test_interrupted_inside_a_load(run, load):
 
 def test_every_load_is_interrupted():
     keys = set(Step.model_fields) - set(NO_LOADS)
-    # A module, which alone takes a wrench, is not resumed: see tests/modules/test_refusals.py.
-    assert set(BY_FIELD) <= set(CASES) | {"wrench"}
-    assert keys <= set(CASES) | {"obstacles", "wrench"}
+    assert set(BY_FIELD) <= set(CASES)
+    assert keys <= set(CASES) | {"obstacles"}
 
 
 def test_next_step_changes_nothing(run):
