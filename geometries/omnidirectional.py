@@ -71,7 +71,6 @@ class Omnidirectional(Corrugated):
 
     def faults(self) -> Iterator[tuple[str, str]]:
         yield from super().faults()
-        yield from super().faults()
         inside = max(
             self._apex, self.core_radius or 0.0, self.channel_radius if self.channels else 0.0
         )

@@ -64,6 +64,7 @@ class Corrugated(Chain):
 
     def faults(self) -> Iterator[tuple[str, str]]:
         """Parameters that leave no room for chambers or gaps."""
+        yield from super().faults()
         if self.chamber_length < THINNEST:
             yield (
                 "pitch",

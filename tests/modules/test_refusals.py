@@ -1,8 +1,10 @@
 """What a module cannot do is refused by name, in one line each."""
 
 import pytest
+from pydantic import ValidationError
 
 from softact.errors import SpecError
+from softact.geometries import GEOMETRIES
 from softact.modules.module_spec import module_specs
 from softact.spec import loads
 
@@ -85,6 +87,23 @@ def test_what_has_no_module_is_refused(geometry, line):
     )
     with pytest.raises(SpecError, match=line):
         module_specs(spec, {})
+
+
+@pytest.mark.parametrize(
+    "geometry",
+    [
+        {"type": "omnidirectional", "modules": 1},
+        {"type": "pneunet", "chambers": 1},
+        {"type": "slow_pneunet", "chambers": 1},
+        {"type": "shell_reinforced", "cuts": 1, "kind": "linear"},
+    ],
+)
+def test_one_module_of_no_chain_is_refused_once(geometry):
+    field = next(name for name in geometry if name != "type")
+    kind = GEOMETRIES[geometry["type"]]
+    with pytest.raises(ValidationError) as caught:
+        kind.model_validate({**geometry, "module_alone": True})
+    assert [(f["loc"], "no chain" in f["msg"]) for f in caught.value.errors()] == [((field,), True)]
 
 
 def test_sheets_are_refused():
