@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softact.materials.tensors import bounds, largest_eigenvalue, right_cauchy_green, symmetric
+from softact.materials.tensors import bounds, largest_eigenvalue, symmetric
 from softact.measures.base import Measure, per_cavity, vector_columns
 from softact.measures.pressure import PRESSURE
 
@@ -68,9 +68,22 @@ def exceeded(comm: MPI.Comm, values: np.ndarray, volumes: np.ndarray, share: flo
 
 def _top(values: np.ndarray, volumes: np.ndarray, share: float) -> np.ndarray:
     """Numbers of the largest values, descending, that together have the volume ``share``."""
-    order = np.argsort(-values, kind="stable")
-    above = np.cumsum(volumes[order])
-    return order[: np.searchsorted(above, share) + 1]
+    some = max(64, len(values) // 100)
+    while True:  # a share is small: rather the largest than to sort all
+        first = _largest(values, some)
+        order = first[np.argsort(-values[first], kind="stable")]
+        above = np.cumsum(volumes[order])
+        if len(first) == len(values) or above[-1] > share:
+            return order[: np.searchsorted(above, share) + 1]
+        some *= 8
+
+
+def _largest(values: np.ndarray, some: int) -> np.ndarray:
+    """Numbers, ascending, of at least so many of the largest values, with all that are as large as
+    the least of them."""
+    if some >= len(values):
+        return np.arange(len(values))
+    return np.flatnonzero(values >= np.partition(values, -some)[-some])
 
 
 def _name(title: str, region: str, regions: Sequence[str]) -> str:
@@ -104,7 +117,7 @@ def _region(snapshot: Snapshot, name: str, solid: Solid) -> tuple[dict[str, floa
     """Columns of stress and stretch of one region, and where the stress stands."""
     regions, comm = snapshot.layout.regions, snapshot.model.comm
     volumes = solid.volumes.ravel()
-    stretches = right_cauchy_green(solid.deformation_gradient(snapshot.state.x))
+    stretches = solid.right_cauchy_green(snapshot.state.x).reshape(-1, 6)
 
     def places_of(chosen: np.ndarray) -> np.ndarray:
         return snapshot.quadrature_places(solid, chosen)
