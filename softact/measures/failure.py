@@ -1,8 +1,8 @@
-"""At which pressure a region breaks, by three criteria: nominal stress, Cauchy stress and stretch.
+"""At which pressure a region breaks, by three criteria: nominal stress, Cauchy stress, stretch.
 
-In uniaxial tension all three say the same; where a wall is pulled in two directions they do not, and
-which is right depends on the material. The largest principal value of each is held against what the
-card bears (``softact.materials.breaking``). The peak at a re-entrant corner grows with every
+In uniaxial tension the stresses say the same; where a wall is pulled in two directions they do not,
+and which is right depends on the material. The largest principal value of each is held against what
+the card bears (``softact.materials.breaking``). The peak at a re-entrant corner grows with every
 refinement, so it decides nothing: the value that 0.1 % of the region's undeformed volume exceeds
 does. The pressure at which the nodal peak gets there is told beside it.
 """
