@@ -42,8 +42,9 @@ def breaking(material: Material) -> Breaking:
         return Breaking(None, None, stretch)
     nominal = card.strength_is == "nominal"
     other = None if material.law.anisotropic else _other(material, card.strength, nominal)
-    pair = (card.strength, other) if nominal else (other, card.strength)
-    return Breaking(*pair, stretch)
+    if nominal:
+        return Breaking(card.strength, other, stretch)
+    return Breaking(other, card.strength, stretch)
 
 
 def uniaxial(material: Material, stretch: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
