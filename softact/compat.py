@@ -60,6 +60,7 @@ def ufl_mesh(degree: int = 1) -> ufl.Mesh:
     return ufl.Mesh(lagrange(degree, (3,)))
 
 
+@functools.cache
 def quadrature_rule(degree: int) -> tuple[np.ndarray, np.ndarray]:
     """Points (n, 3) and weights (n,) of FFCx's default rule on the reference tetrahedron."""
     cell = basix.CellType.tetrahedron
@@ -90,6 +91,7 @@ def reference_nodes(degree: int) -> np.ndarray:
     return np.asarray(_reference_element(degree).points)
 
 
+@functools.cache
 def _reference_element(degree: int) -> Any:
     return basix.create_element(basix.ElementFamily.P, basix.CellType.tetrahedron, degree)
 

@@ -34,7 +34,6 @@ from softact.loads.repeated_cavity import RepeatedCavity
 from softact.loads.sheet_cavity import SheetCavity
 from softact.loads.support import Held, Support, Turn, Turned
 from softact.materials.base import Material
-from softact.materials.tensors import determinant
 from softact.mesh.sheets import SheetMesh
 from softact.mesh.sheets import nodes_of as sheet_nodes_of
 from softact.mesh.tetrahedra import Mesh
@@ -360,10 +359,7 @@ class Model:
         """Smallest J at a quadrature point over all processes; −inf where it is not a number."""
         with np.errstate(all="ignore"):
             smallest = min(
-                (
-                    float(determinant(s.deformation_gradient(x)).min(initial=np.inf))
-                    for s in self.solids.values()
-                ),
+                (float(s.jacobian(x).min(initial=np.inf)) for s in self.solids.values()),
                 default=np.inf,
             )
         return self.comm.allreduce(smallest if smallest == smallest else -np.inf, op=MPI.MIN)

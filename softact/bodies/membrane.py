@@ -31,6 +31,9 @@ class Membrane:
         points, weights = MEMBRANE_RULE
         frames = triangles.frames(along, points)
         self.gradients = triangles.gradients(frames, points)
+        k, _, n, _ = self.gradients.shape
+        # The same as one matrix (k, n, 2 q) for each triangle.
+        self._columns = np.ascontiguousarray(self.gradients.transpose(0, 2, 1, 3)).reshape(k, n, -1)
         self.undeformed = np.swapaxes(frames, -1, -2)
         self.weights = areas_at(triangles.places, points) * weights
         self._kept: dict[bytes, Evaluated] = {}
@@ -42,7 +45,13 @@ class Membrane:
 
     def deformation_gradient(self, x: np.ndarray) -> np.ndarray:
         """F (k, q, 3, 2): what the frame's axes become."""
-        return np.einsum("knc,kqni->kqci", self.triangles.current(x), self.gradients, optimize=True)
+        return self._gradient_of(self.triangles.current(x))
+
+    def _gradient_of(self, nodal: np.ndarray) -> np.ndarray:
+        """Derivatives (k, q, 3, 2) along the frames of a field with nodal values (k, n, 3)."""
+        k, q = self.weights.shape
+        product = np.swapaxes(nodal, 1, 2) @ self._columns
+        return np.ascontiguousarray(product.reshape(k, 3, q, 2).transpose(0, 2, 1, 3))
 
     def metric(self, x: np.ndarray) -> np.ndarray:
         """C (k q, 2, 2)."""
@@ -82,9 +91,9 @@ class Membrane:
     def add_force(self, state: State, out: np.ndarray) -> None:
         f, _, stress, _ = self._evaluate(state.x)
         k, q = self.weights.shape
-        weighted = stress.reshape(k, q, 3) * self.weights[..., None]
-        forces = np.einsum("kqsd,kqs->kd", self._rates(f), weighted, optimize=True)
-        self.triangles.add_force(forces, out)
+        tensor = stress[:, PLACE].reshape(k, q, 2, 2) * self.weights[..., None, None]
+        first = (f @ tensor).transpose(0, 1, 3, 2).reshape(k, 2 * q, 3)  # first Piola-Kirchhoff
+        self.triangles.add_force(self._columns @ first, out)
 
     def add_tangent(self, state: State, origin: Origin | None) -> None:
         f, _, stress, moduli = self._evaluate(state.x)
@@ -96,8 +105,8 @@ class Membrane:
         matrices = rates.reshape(k, 3 * q, 3 * n).transpose(0, 2, 1) @ left
         carried = stress if origin is None else self._carried(state.x, origin)
         tensor = carried.reshape(k, q, 3)[..., PLACE] * self.weights[..., None, None]
-        b = self.gradients
-        geometric = np.einsum("kqni,kqij,kqmj->knm", b, tensor, b, optimize=True)
+        left = (self.gradients @ tensor).transpose(0, 2, 1, 3).reshape(k, n, 2 * q)
+        geometric = left @ np.swapaxes(self._columns, 1, 2)
         matrices = matrices.reshape(k, n, 3, n, 3)
         for c in range(3):
             matrices[:, :, c, :, c] += geometric
@@ -145,5 +154,4 @@ class BondedMembrane(Membrane):
     def deformation_gradient(self, x: np.ndarray) -> np.ndarray:
         """See ``Membrane.deformation_gradient``."""
         moved = x[self.triangles.dofs]
-        change = np.einsum("knc,kqni->kqci", moved, self.gradients, optimize=True)
-        return self.undeformed + change
+        return self.undeformed + self._gradient_of(moved)

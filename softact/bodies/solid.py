@@ -18,7 +18,6 @@ from softact.materials.base import Material
 from softact.materials.tensors import (
     COLUMNS,
     ROWS,
-    determinant,
     symmetric,
     symmetric_product,
     volumetric_response,
@@ -42,17 +41,12 @@ KEPT = 4
 
 @dataclass(frozen=True)
 class Anchor:
-    """A state beside which a solid is linearised: C (n, 3, 3), and there the stress S (n, 6) and
-    the moduli D (n, 6, 6)."""
+    """A state beside which a solid is linearised: C (n, 6), and there the stress S (n, 6) and the
+    moduli D (n, 6, 6)."""
 
     c: np.ndarray
     stress: np.ndarray
     moduli: np.ndarray
-
-    def stress_at(self, c: np.ndarray) -> np.ndarray:
-        """S (n, 6) at C (n, 3, 3) beside it."""
-        change = (c - self.c)[:, ROWS, COLUMNS] * [0.5, 0.5, 0.5, 1, 1, 1]
-        return self.stress + np.einsum("nij,nj->ni", self.moduli, change)
 
 
 class Solid:
@@ -150,6 +144,36 @@ class Solid:
         )
         return out
 
+    def right_cauchy_green(self, x: np.ndarray, gradients: np.ndarray | None = None) -> np.ndarray:
+        """C = FᵀF (cells, points, 6) where ``deformation_gradient`` gives F."""
+        f = self.deformation_gradient(x, gradients)
+        return self._strains(f).reshape(*f.shape[:2], 6)
+
+    def jacobian(
+        self, x: np.ndarray, gradients: np.ndarray | None = None, chosen: np.ndarray | None = None
+    ) -> np.ndarray:
+        """J = det F (cells, points) where ``deformation_gradient`` gives F."""
+        f = self.deformation_gradient(x, gradients, chosen)
+        return self._jacobians(f).reshape(f.shape[:2])
+
+    def _strains(self, f: np.ndarray) -> np.ndarray:
+        """C (n, 6) of F (n, 3, 3), or of as many however they are arranged."""
+        return self._at_points("right_cauchy_green", f.size // 9, f)
+
+    def _jacobians(self, f: np.ndarray) -> np.ndarray:
+        """J (n,) of F, as ``_strains``."""
+        return self._at_points("jacobians", f.size // 9, f, entries=1)[:, 0]
+
+    def _at_points(
+        self, loop: str, count: int, *known: np.ndarray | None, entries: int = 6
+    ) -> np.ndarray:
+        """What a loop of ``_assembly.c`` over points makes of arrays: (count, entries)."""
+        out = np.empty((count, entries))
+        arrays = [None if a is None else np.ascontiguousarray(a, float) for a in known]
+        given = [None if a is None else pointer(a) for a in arrays]
+        getattr(self.assembler.library, loop)(ctypes.c_int64(count), *given, pointer(out))
+        return out
+
     def fibre_stretch(self, x: np.ndarray) -> np.ndarray:
         """Stretch along the fibres (cells · points, families), for a material that has some."""
         if self.fibres is None:
@@ -160,8 +184,7 @@ class Solid:
     def hydrostatic_pressure(self, x: np.ndarray) -> np.ndarray:
         """p (cells, points) MPa at the quadrature points, positive in tension."""
         if self.pressure_values is None:
-            jacobian = determinant(self.deformation_gradient(x))
-            return self._volumetric_stress(jacobian)
+            return self._volumetric_stress(self.jacobian(x))
         dofs = self.assembler.unknowns.cell_dofs[self.cells, 3 * self._functions :]
         return x[dofs] @ self.pressure_values.T
 
@@ -175,17 +198,22 @@ class Solid:
         Raises InvertedElementError where J is not positive.
         """
         f = self.deformation_gradient(state.x).reshape(-1, 3, 3)
-        jacobian = determinant(f)
+        jacobian = self._jacobians(f)
         if not (jacobian > 0).all():  # also true of NaN
             raise InvertedElementError
-        c = np.matmul(f.transpose(0, 2, 1), f)
         if self._anchor is not None:
-            return self._anchor.stress_at(c), self._anchor.moduli, jacobian
+            return self._linearised(self._anchor, f), self._anchor.moduli, jacobian
+        c = np.matmul(f.transpose(0, 2, 1), f)
         stress, moduli = self._isochoric(c, state)
         if state.motion is not None and state.motion.resistance:
             more_stress, more_moduli = self._viscous(c, state.motion)
             stress, moduli = stress + more_stress, moduli + more_moduli
         return *self._add_volumetric(stress, moduli, c, jacobian), jacobian
+
+    def _linearised(self, anchor: Anchor, f: np.ndarray) -> np.ndarray:
+        """S (n, 6) at F (n, 3, 3) beside an anchor."""
+        known = anchor.c, anchor.stress, anchor.moduli
+        return self._at_points("linearised_stress", len(f), self._strains(f), *known)
 
     def _isochoric(self, c: np.ndarray, state: State) -> tuple[np.ndarray, np.ndarray]:
         """Isochoric stress (n, 6) and moduli (n, 6, 6) at C (n, 3, 3)."""
@@ -305,11 +333,11 @@ class Solid:
         differs a little in the places of its points or in its material."""
         self.forget()
         stress, moduli, jacobian = other._evaluate(state)
-        c = other._right_cauchy_green(state.x)
         if not self._is_made_of(other):
+            c = other._right_cauchy_green(state.x)
             own, _ = self.material.stress_tangent(c, self.fibres)
             stress, _ = self._add_volumetric(own, np.zeros_like(moduli), c, jacobian)
-        self._anchor = Anchor(c, stress, moduli)
+        self._anchor = Anchor(other.right_cauchy_green(state.x).reshape(-1, 6), stress, moduli)
 
     def _is_made_of(self, other: Solid) -> bool:
         """Whether the material, and the direction of its fibres, is another solid's."""
@@ -327,12 +355,11 @@ class Solid:
     def cauchy(self, state: State) -> np.ndarray:
         """Cauchy stress (cells, points, 3, 3) MPa at the quadrature points: F S Fᵀ/J + p I."""
         f = self.deformation_gradient(state.x)
-        s = self._evaluate(state)[0].reshape(*f.shape[:2], 6)
-        tensor = s[..., [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(f.shape)
-        pushed = f @ tensor @ np.swapaxes(f, -1, -2) / determinant(f)[..., None, None]
-        if self._mixed:
-            pushed += self.hydrostatic_pressure(state.x)[..., None, None] * np.eye(3)
-        return pushed
+        more = [self.hydrostatic_pressure(state.x)] if self._mixed else [None]
+        known = f, self._evaluate(state)[0], *more
+        return self._at_points("cauchy_stress", self.volumes.size, *known, entries=9).reshape(
+            f.shape
+        )
 
     # --- as a body --------------------------------------------------------------------------------
 
@@ -368,7 +395,7 @@ class Solid:
 
     def energy(self, state: State) -> float:
         f = self.deformation_gradient(state.x).reshape(-1, 3, 3)
-        jacobian = determinant(f)
+        jacobian = self._jacobians(f)
         c = np.matmul(f.transpose(0, 2, 1), f)
         density = self._stored(c, state) + self._extra_volumetric(jacobian)[0]
         if self._mixed:

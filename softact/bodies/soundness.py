@@ -21,7 +21,6 @@ import numpy as np
 
 from softact import compat
 from softact.bodies.solid import Solid
-from softact.materials.tensors import determinant
 
 DEGREE = 3  # of J
 MIDDLE = np.full((1, 3), 0.25)  # reference coordinates
@@ -94,7 +93,7 @@ def smallest_in_the_middle(solid: Solid, x: np.ndarray) -> Smallest:
     if not len(solid.cells):
         return NOTHING
     gradients = compat.tabulate_gradients(solid.degree, MIDDLE)
-    jacobian = determinant(solid.deformation_gradient(x, gradients))[:, 0]
+    jacobian = solid.jacobian(x, gradients)[:, 0]
     least = int(np.argmin(jacobian))
     return Smallest(float(jacobian[least]), _place(solid.centres()[least]))
 
@@ -107,7 +106,7 @@ def smallest_jacobian(solid: Solid, x: np.ndarray) -> Smallest:
             return best
         barycentric, members = _pieces(cuts)
         gradients = compat.tabulate_gradients(solid.degree, barycentric[:, 1:])
-        jacobian = determinant(solid.deformation_gradient(x, gradients, cells))
+        jacobian = solid.jacobian(x, gradients, cells)
         least = np.unravel_index(np.argmin(jacobian), jacobian.shape)
         if jacobian[least] < best.jacobian:
             place = solid.places(barycentric[least[1]][None, 1:], cells[least[0]])[0]

@@ -28,17 +28,15 @@ class SheetCavity:
         self._values = walls[0].values(points)
         gradients = shape_gradients(points, walls[0].nodes.shape[1])
         self._values_r, self._values_s = gradients[..., 0], gradients[..., 1]
+        # Values and both derivatives at all points in one matrix product: (3 q, n).
+        self._tables = np.concatenate([self._values, self._values_r, self._values_s])
 
     def _pressure(self, state: State) -> float:
         return float(state["pressure"].get(self.name, 0.0))
 
     def _places(self, wall: Triangles, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """W x and the tangents ∂x/∂r and ∂x/∂s at the quadrature points, each (k, q, 3)."""
-        current = wall.current(x)
-        place, r, s = (
-            np.einsum("qn,knc->kqc", table, current)
-            for table in (self._values, self._values_r, self._values_s)
-        )
+        place, r, s = np.split(self._tables @ wall.current(x), 3, axis=1)
         return place * self._flux, r, s
 
     def volume(self, x: np.ndarray) -> float:
@@ -54,16 +52,9 @@ class SheetCavity:
         (local,)."""
         for wall in self._walls:
             place, r, s = self._places(wall, x)
-            weight = factor * self._weights[:, None]
-            forces = sum(
-                np.einsum("qn,kqc->knc", weight * table, vector)
-                for table, vector in (
-                    (self._values, self._flux * np.cross(r, s)),
-                    (self._values_r, np.cross(s, place)),
-                    (self._values_s, np.cross(place, r)),
-                )
-            )
-            wall.add_force(forces, out)
+            vectors = [self._flux * np.cross(r, s), np.cross(s, place), np.cross(place, r)]
+            weighted = factor * np.tile(self._weights, 3)[:, None] * self._tables
+            wall.add_force(weighted.T @ np.concatenate(vectors, axis=1), out)
 
     def add_force(self, state: State, out: np.ndarray) -> None:
         """See ``Term``."""
@@ -80,7 +71,9 @@ class SheetCavity:
 
         def cross(one: np.ndarray, two: np.ndarray, vectors: np.ndarray) -> np.ndarray:
             """Σ one_a two_b [v]× over the quadrature points: (k, a, b, 3, 3)."""
-            axial = np.einsum("qa,qb,kqc->kabc", one, two, vectors, optimize=True)
+            n = one.shape[1]
+            pairs = (one[:, :, None] * two[:, None, :]).reshape(-1, n * n)
+            axial = (pairs.T @ vectors).reshape(-1, n, n, 3)
             return np.tensordot(axial, _CROSS, 1)
 
         for wall in self._walls:

@@ -19,7 +19,6 @@ from softact.materials.tensors import (
     bounds,
     largest_eigenvalue,
     nominal_in_space,
-    right_cauchy_green,
     symmetric,
 )
 from softact.measures.base import Measure, per_cavity, vector_columns
@@ -89,9 +88,22 @@ def exceeded(comm: MPI.Comm, values: np.ndarray, volumes: np.ndarray, share: flo
 
 def _top(values: np.ndarray, volumes: np.ndarray, share: float) -> np.ndarray:
     """Numbers of the largest values, descending, that together have the volume ``share``."""
-    order = np.argsort(-values, kind="stable")
-    above = np.cumsum(volumes[order])
-    return order[: np.searchsorted(above, share) + 1]
+    some = max(64, len(values) // 100)
+    while True:  # a share is small: rather the largest than to sort all
+        first = _largest(values, some)
+        order = first[np.argsort(-values[first], kind="stable")]
+        above = np.cumsum(volumes[order])
+        if len(first) == len(values) or above[-1] > share:
+            return order[: np.searchsorted(above, share) + 1]
+        some *= 8
+
+
+def _largest(values: np.ndarray, some: int) -> np.ndarray:
+    """Numbers, ascending, of at least so many of the largest values, with all that are as large as
+    the least of them."""
+    if some >= len(values):
+        return np.arange(len(values))
+    return np.flatnonzero(values >= np.partition(values, -some)[-some])
 
 
 def of_region(title: str, region: str, regions: Sequence[str]) -> str:
@@ -137,7 +149,7 @@ def _region(
     tensors = {
         "nominal": nominal_in_space(cauchy, f),
         "cauchy": cauchy,
-        "stretch": right_cauchy_green(f),
+        "stretch": solid.right_cauchy_green(snapshot.state.x).reshape(-1, 6),
     }
     found = {
         criterion: percentile(comm, values, volumes, places_of)

@@ -15,7 +15,7 @@ import scipy.sparse
 
 from softact import compat
 from softact.bodies.soundness import NOTHING, Smallest, smallest_jacobian
-from softact.materials.tensors import largest_eigenvalue, right_cauchy_green, symmetric, von_mises
+from softact.materials.tensors import largest_eigenvalue, symmetric, von_mises
 from softact.measures.sheet_fields import sheet_stress, sheet_stretch, sheet_wrinkles
 from softact.mesh.node_order import vtk_order
 from softact.model import Model
@@ -191,8 +191,7 @@ class Snapshot:
         )
         values = []
         for solid in self.model.solids.values():
-            f = solid.deformation_gradient(self.state.x, gradients)
-            values.append(right_cauchy_green(f).reshape(*f.shape[:2], 6))
+            values.append(solid.right_cauchy_green(self.state.x, gradients))
         found = np.sqrt(np.maximum(largest_eigenvalue(self.average_at_nodes(values)), 0.0))
         return self._with_sheets(found, lambda: sheet_stretch(self.model, self.state))
 

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softact.materials.tensors import determinant
 from softact.measures.base import Measure, vector_columns
 from softact.measures.failure import exceeded
 
@@ -53,7 +52,7 @@ def _volume_change(snapshot: Snapshot) -> dict[str, float]:
     largest, place, grown, whole = 0.0, np.zeros(3), 0.0, 0.0
     changes, volumes, beyond = [np.zeros(0)], [np.zeros(0)], 0.0
     for solid in model.solids.values():
-        change = determinant(solid.deformation_gradient(snapshot.state.x)) - 1
+        change = solid.jacobian(snapshot.state.x) - 1
         size, volume = np.abs(change).ravel(), solid.volumes.ravel()
         if size.max(initial=0.0) > largest:
             largest = float(size.max())

@@ -32,6 +32,9 @@ NO_KEYS = {
 }
 #: What of a number is a small step, and of what where the number is zero, by internal unit.
 SMALL = 1e-5
+#: And of what lacks to a Poisson's ratio of ½, towards which the bulk modulus grows without bound.
+#: Its inverse, on which the actuator depends almost linearly, changes by as much.
+OF_COMPRESSIBILITY = 1e-2
 OF_ZERO = {"MPa": 1e-3, "degree": 10.0, "mm/s^2": 1e3, "mm^3": 100.0}
 
 
@@ -64,7 +67,7 @@ class Parameter:
     @property
     def part(self) -> float:
         """The step by the value."""
-        return self.step / abs(self.value) if self.value else SMALL
+        return abs(self.step / self.value) if self.value else SMALL
 
     @property
     def of_geometry(self) -> bool:
@@ -155,9 +158,11 @@ def _parameter(place: Place, value: float, entry: FieldInfo | None) -> Parameter
 
 
 def _step(place: Place, value: float, internal: str) -> float:
-    if place[-1] == "poissons_ratio":
-        return SMALL * (0.5 - value)  # the bulk modulus grows without bound towards 0.5
-    return SMALL * (abs(value) or OF_ZERO.get(internal, 1.0))
+    small = SMALL * (abs(value) or OF_ZERO.get(internal, 1.0))
+    if place[-1] != "poissons_ratio":
+        return small
+    room = OF_COMPRESSIBILITY * (0.5 - value)
+    return min(small, room) if room else -small
 
 
 def _unit(dimension: Dimension | None, value: float) -> tuple[str, float]:

@@ -110,7 +110,7 @@ def _points_let_go(model: Model, state: State) -> Iterator[str]:
         if solid.pressure_values is None or solid.pressure_values.shape[1] == 1:
             continue
         p = solid.hydrostatic_pressure(state.x)
-        off = np.abs(determinant(solid.deformation_gradient(state.x)) - solid.pressure_volume(p))
+        off = np.abs(solid.jacobian(state.x) - solid.pressure_volume(p))
         over = model.sum(float(solid.volumes[off > LET_GO].sum()))
         part = over / model.sum(float(solid.volumes.sum()))
         largest = max(model.comm.allgather(float(np.abs(p).max(initial=0.0))))

@@ -256,3 +256,66 @@ void deformation_gradient(int64_t count, const int32_t *cells, const int32_t *no
         }
     }
 }
+
+/* Voigt's order 11, 22, 33, 12, 13, 23 in a full tensor. */
+static const int place_of[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
+
+static double determinant(const double *f)
+{
+    return f[0] * (f[4] * f[8] - f[5] * f[7]) - f[1] * (f[3] * f[8] - f[5] * f[6])
+         + f[2] * (f[3] * f[7] - f[4] * f[6]);
+}
+
+/* J (count) of deformation gradients f (count, 9). */
+void jacobians(int64_t count, const double *f, double *out)
+{
+    for (int64_t n = 0; n < count; ++n)
+        out[n] = determinant(f + 9 * n);
+}
+
+/* C = F^T F: out (count, 6). f: (count, 9). */
+void right_cauchy_green(int64_t count, const double *f, double *out)
+{
+    for (int64_t n = 0; n < count; ++n, f += 9, out += 6)
+        for (int a = 0; a < 3; ++a)
+            for (int b = a; b < 3; ++b)
+                out[place_of[a][b]] = f[a] * f[b] + f[3 + a] * f[3 + b] + f[6 + a] * f[6 + b];
+}
+
+/* S + D : (C - C0)/2 in Voigt pairs: out (count, 6). c, c0, s: (count, 6); d: (count, 6, 6), of
+   which each shear strain counts twice. */
+void linearised_stress(int64_t count, const double *c, const double *c0, const double *s,
+                       const double *d, double *out)
+{
+    for (int64_t n = 0; n < count; ++n, c += 6, c0 += 6, s += 6, d += 36, out += 6) {
+        double e[6];
+        for (int a = 0; a < 6; ++a)
+            e[a] = (a < 3 ? 0.5 : 1.0) * (c[a] - c0[a]);
+        for (int a = 0; a < 6; ++a) {
+            double sum = s[a];
+            for (int b = 0; b < 6; ++b)
+                sum += d[6 * a + b] * e[b];
+            out[a] = sum;
+        }
+    }
+}
+
+/* Cauchy stress F S F^T/J + p 1: out (count, 9). f: (count, 9); s: (count, 6); p: (count) or null. */
+void cauchy_stress(int64_t count, const double *f, const double *s, const double *p, double *out)
+{
+    for (int64_t n = 0; n < count; ++n, f += 9, s += 6, out += 9) {
+        const double scale = 1.0 / determinant(f);
+        double fs[3][3] = {{0}};
+        for (int i = 0; i < 3; ++i)
+            for (int b = 0; b < 3; ++b)
+                for (int a = 0; a < 3; ++a)
+                    fs[i][b] += f[3 * i + a] * s[place_of[a][b]];
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) {
+                double sum = 0.0;
+                for (int b = 0; b < 3; ++b)
+                    sum += fs[i][b] * f[3 * j + b];
+                out[3 * i + j] = sum * scale + (p && i == j ? p[n] : 0.0);
+            }
+    }
+}
