@@ -151,12 +151,18 @@ def _parameters(entries: list[dict[str, Any]]) -> "Table":
 
 
 def _materials(records: list[dict[str, Any]]) -> "Table":
-    table = _table("card", "law", "constants", "density", "strength", "source")
+    table = _table("card", "law", "constants", "density", "strength", "elongation", "source")
     for record in records:
         constants = ", ".join(f"{key} {value}" for key, value in record["constants"].items())
-        rest = (_text(record[key]) for key in ("density", "strength", "source"))
+        record = {**record, "strength": _strength(record)}
+        rest = (_text(record[key]) for key in ("density", "strength", "elongation", "source"))
         table.add_row(record["name"], record["law"], constants, *rest)
     return table
+
+
+def _strength(record: dict[str, Any]) -> str | None:
+    """A card's strength and by which area it is."""
+    return f"{record['strength']} ({record['strength_is']})" if record["strength"] else None
 
 
 def _loads(records: list[dict[str, Any]]) -> "Table":

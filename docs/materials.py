@@ -49,7 +49,9 @@ all of them. `softact fit` writes such files:
     c20: 0.02 MPa
     density: 1130 kg/m^3
     stretch_range: [1, 2.6]     # optional: a run warns where it is left
-    strength: 6.5 MPa           # optional, nominal
+    strength: 6.5 MPa           # optional
+    strength_is: nominal        # per undeformed area; or true: per area at break
+    elongation: 7               # optional, at break: 700 %
 
 `softact calibrate SPEC --data angle.csv --vary materials.body.c10` adjusts constants until a run of
 the actuator meets a curve that was measured on it. Each run carries its
@@ -224,13 +226,18 @@ def cards() -> list[str]:
     """A section per card."""
     lines = ["", "## Cards"]
     skip = ("name", "law", "source", "test", "strength", "stretch_range", "notes", "density")
+    skip += ("strength_is", "elongation", "strength_source")
     for name in CARDS:
         data = card_data(name)
         values = ", ".join(f"{key} {value}" for key, value in data.items() if key not in skip)
         lines += ["", f"### {name}", "", f"{data['law']}: {values}.", ""]
         lines.append(f"- density {data['density']}")
         if "strength" in data:
-            lines.append(f"- strength {data['strength']}")
+            lines.append(f"- strength {data['strength']}, {data['strength_is']}")
+        if "elongation" in data:
+            lines.append(f"- elongation at break {100 * data['elongation']:g} %")
+        if "strength_source" in data:
+            lines.append(f"- strength and elongation: {data['strength_source']}")
         if "stretch_range" in data:
             low, high = data["stretch_range"]
             lines.append(f"- tested to a stretch of {high:g}" + (f", from {low:g}" * (low < 1)))

@@ -19,7 +19,10 @@ from softact.spec import Step, SupportSpec
 from softact.spec.checks import made_of_sheets
 from softact.units import dimension_of
 
-CARD_TEXTS = ("name", "source", "test", "stretch_range", "strength", "notes")
+CARD_TEXTS = (
+    "name", "source", "test", "stretch_range", "strength", "strength_is", "elongation",
+    "strength_source", "notes",
+)  # fmt: skip
 NAMES = ("regions", "cavities", "surfaces", "sheets", "curves")  # of a layout, for a spec
 NO_LOADS = ("name", "max_increment", "duration", "amplitude")  # fields of a step that are none
 
@@ -87,6 +90,11 @@ def _default(entry: FieldInfo) -> Any:
     return dimension.format(value) if dimension and isinstance(value, float) else value
 
 
+_TOLD_OF_CARDS = (
+    "density", "strength", "strength_is", "elongation", "strength_source", "stretch_range", "source"
+)  # fmt: skip
+
+
 def laws() -> list[dict[str, Any]]:
     """Return every law: its energy, when to use it, its source and its constants."""
     return [
@@ -113,7 +121,7 @@ def materials() -> list[dict[str, Any]]:
         data = card_data(name)
         other = ("law", "density", *CARD_TEXTS)
         constants = {key: value for key, value in data.items() if key not in other}
-        texts = {key: data.get(key) for key in ("density", "strength", "stretch_range", "source")}
+        texts = {key: data.get(key) for key in _TOLD_OF_CARDS}
         records.append({"name": name, "law": data["law"], "constants": constants, **texts})
     return records
 

@@ -32,8 +32,9 @@ def bulk_modulus(shear_modulus: float, poissons_ratio: float) -> float:
 class CardInfo:
     """Where a material comes from and how far it was tested.
 
-    name: of the card, None for a material written in the spec. strength: nominal tensile strength
-    in MPa or None. stretch_range: smallest and largest stretch of the test or None.
+    name: of the card, None for a material written in the spec. strength: tensile strength in MPa or
+    None; strength_is: by which area it is, "nominal" (undeformed) or "true". elongation: at break,
+    1.6 for 160 %, or None. stretch_range: smallest and largest stretch of the test or None.
     """
 
     name: str | None
@@ -41,6 +42,8 @@ class CardInfo:
     test: str | None
     strength: float | None
     stretch_range: tuple[float, float] | None
+    strength_is: Literal["nominal", "true"] = "nominal"
+    elongation: float | None = None
 
 
 @dataclass(frozen=True)
@@ -90,7 +93,17 @@ class Law(BaseModel):
     stretch_range: tuple[Dimensionless, Dimensionless] | None = Field(
         default=None, description="smallest and largest stretch of the test"
     )
-    strength: Pressure | None = Field(default=None, gt=0, description="nominal tensile strength")
+    strength: Pressure | None = Field(default=None, gt=0, description="tensile strength")
+    strength_is: Literal["nominal", "true"] = Field(
+        default="nominal",
+        description="nominal: force per undeformed area; true: per area at break (Cauchy stress)",
+    )
+    elongation: Dimensionless | None = Field(
+        default=None, gt=0, description="at break, 1.6 for 160 %"
+    )
+    strength_source: str | None = Field(
+        default=None, description="where strength and elongation come from"
+    )
     notes: str | None = None
     viscoelastic: Viscoelastic | None = Field(
         default=None, description="how it creeps and relaxes: {g, tau, constants, wlf}"
@@ -148,7 +161,15 @@ class Law(BaseModel):
     @property
     def card(self) -> CardInfo:
         """Where the material comes from and how far it was tested."""
-        return CardInfo(self.name, self.source, self.test, self.strength, self.stretch_range)
+        return CardInfo(
+            self.name,
+            self.source,
+            self.test,
+            self.strength,
+            self.stretch_range,
+            self.strength_is,
+            self.elongation,
+        )
 
     @property
     def shear_modulus(self) -> float:

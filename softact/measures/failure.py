@@ -1,8 +1,10 @@
-"""At which pressure a region's largest principal stress and stretch reach what its card bears.
+"""At which pressure a region breaks, by three criteria: nominal stress, Cauchy stress, stretch.
 
-The peak at a re-entrant corner grows with every refinement, so it decides nothing: the stress that
-0.1 % of the region's undeformed volume exceeds does. The pressure at which the nodal peak gets
-there is told beside it.
+In uniaxial tension the stresses say the same; where a wall is pulled in two directions they do not,
+and which is right depends on the material. The largest principal value of each is held against what
+the card bears (``softact.materials.breaking``). The peak at a re-entrant corner grows with every
+refinement, so it decides nothing: the value that 0.1 % of the region's undeformed volume exceeds
+does. The pressure at which the nodal peak gets there is told beside it.
 """
 
 from __future__ import annotations
@@ -12,7 +14,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softact.materials.tensors import bounds, largest_eigenvalue, symmetric
+from softact.materials.breaking import breaking
+from softact.materials.tensors import (
+    bounds,
+    largest_eigenvalue,
+    nominal_in_space,
+    symmetric,
+)
 from softact.measures.base import Measure, per_cavity, vector_columns
 from softact.measures.pressure import PRESSURE
 
@@ -20,14 +28,26 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
     from softact.bodies.solid import Solid
+    from softact.materials.base import Material
     from softact.measures.snapshot import Snapshot
 
 SHARE = 1e-3  # of the volume, which is above the percentile
 ROUNDING = 1e-12  # of the largest value
 STRESS_COLUMN = "principal_stress_p999_<region>_MPa"
+NOMINAL_COLUMN = "principal_nominal_stress_p999_<region>_MPa"
 STRETCH_COLUMN = "principal_stretch_p999_<region>"
 PEAK_COLUMN = "principal_stress_peak_<region>_MPa"
 PLACE_COLUMN = "failure_<region>_<xyz>_mm"
+FAILURE_COLUMN = "failure_pressure_<region>_kPa"
+#: By which column each criterion is judged. "Nominal" comes first in all that is told.
+CRITERIA = {"nominal": NOMINAL_COLUMN, "cauchy": STRESS_COLUMN, "stretch": STRETCH_COLUMN}
+#: What each criterion is called.
+CRITERIA_TEXTS = {"nominal": "nominal stress", "cauchy": "Cauchy stress", "stretch": "stretch"}
+
+
+def criterion_column(criterion: str) -> str:
+    """Title of the failure pressure by one of ``CRITERIA``."""
+    return FAILURE_COLUMN.replace("_<region>", f"_{criterion}_<region>")
 
 
 def percentile(
@@ -86,7 +106,8 @@ def _largest(values: np.ndarray, some: int) -> np.ndarray:
     return np.flatnonzero(values >= np.partition(values, -some)[-some])
 
 
-def _name(title: str, region: str, regions: Sequence[str]) -> str:
+def of_region(title: str, region: str, regions: Sequence[str]) -> str:
+    """A column's name for one of the regions; it is left out where there is one alone."""
     return title.replace("_<region>", "" if len(regions) == 1 else f"_{region}")
 
 
@@ -113,25 +134,64 @@ def reached(
     return start + (limit - before) / (value - before) * (pressure - start)
 
 
-def _region(snapshot: Snapshot, name: str, solid: Solid) -> tuple[dict[str, float], np.ndarray]:
-    """Columns of stress and stretch of one region, and where the stress stands."""
+def _region(
+    snapshot: Snapshot, name: str, solid: Solid
+) -> tuple[dict[str, float], dict[str, np.ndarray]]:
+    """Columns of stress and stretch of one region, and the place (3,) of each of ``CRITERIA``."""
     regions, comm = snapshot.layout.regions, snapshot.model.comm
     volumes = solid.volumes.ravel()
-    stretches = solid.right_cauchy_green(snapshot.state.x).reshape(-1, 6)
+    f = solid.deformation_gradient(snapshot.state.x)
+    cauchy = symmetric(snapshot.cauchy_at_points(name))
 
     def places_of(chosen: np.ndarray) -> np.ndarray:
         return snapshot.quadrature_places(solid, chosen)
 
-    stress, place = percentile(comm, symmetric(snapshot.cauchy_at_points(name)), volumes, places_of)
-    squared, _ = percentile(comm, stretches, volumes, places_of)
+    tensors = {
+        "nominal": nominal_in_space(cauchy, f),
+        "cauchy": cauchy,
+        "stretch": solid.right_cauchy_green(snapshot.state.x).reshape(-1, 6),
+    }
+    found = {
+        criterion: percentile(comm, values, volumes, places_of)
+        for criterion, values in tensors.items()
+    }
     nodes = np.unique(snapshot.model.cell_nodes[solid.cells])
     peak = float(snapshot.max_principal_stress[nodes].max(initial=-np.inf))
     columns = {
-        _name(STRESS_COLUMN, name, regions): stress,
-        _name(PEAK_COLUMN, name, regions): max(comm.allgather(peak)),
-        _name(STRETCH_COLUMN, name, regions): float(np.sqrt(squared)),
+        of_region(STRESS_COLUMN, name, regions): found["cauchy"][0],
+        of_region(PEAK_COLUMN, name, regions): max(comm.allgather(peak)),
+        of_region(NOMINAL_COLUMN, name, regions): found["nominal"][0],
+        of_region(STRETCH_COLUMN, name, regions): float(np.sqrt(found["stretch"][0])),
     }
-    return columns, place
+    return columns, {criterion: place for criterion, (_, place) in found.items()}
+
+
+def _limits(material: Material) -> dict[str, tuple[str, float | None]]:
+    """Title of each pressure -> the column that is judged, and the largest value it may have."""
+    bears, card = breaking(material), material.card
+    limits = {
+        criterion_column(criterion): (column, getattr(bears, criterion))
+        for criterion, column in CRITERIA.items()
+    }
+    return limits | {
+        "failure_pressure_peak_<region>_kPa": (PEAK_COLUMN, bears.cauchy),
+        "tested_stretch_pressure_<region>_kPa": (
+            STRETCH_COLUMN,
+            card.stretch_range and card.stretch_range[1],
+        ),
+    }
+
+
+def _first(
+    row: Mapping[str, float], region: str, regions: Sequence[str]
+) -> tuple[str, float] | None:
+    """The criterion that was reached first and its pressure, None where none was."""
+    told = {
+        criterion: row[title]
+        for criterion in CRITERIA
+        if (title := of_region(criterion_column(criterion), region, regions)) in row
+    }
+    return min(told.items(), key=lambda item: abs(item[1])) if told else None
 
 
 def _evaluate(snapshot: Snapshot) -> dict[str, float]:
@@ -141,30 +201,23 @@ def _evaluate(snapshot: Snapshot) -> dict[str, float]:
     pressures = PRESSURE.evaluate(snapshot)
     safe = []
     for name, solid in snapshot.model.solids.items():
-        found, place = _region(snapshot, name, solid)
+        found, places = _region(snapshot, name, solid)
         columns |= found
-        card = solid.material.card
-        if not names or card is None:
+        if not names or solid.material.card is None:
             continue
-        limits = {
-            "failure_pressure_<region>_kPa": (STRESS_COLUMN, card.strength),
-            "failure_pressure_peak_<region>_kPa": (PEAK_COLUMN, card.strength),
-            "tested_stretch_pressure_<region>_kPa": (
-                STRETCH_COLUMN,
-                card.stretch_range and card.stretch_range[1],
-            ),
-        }
-        for title, (column, limit) in limits.items():
-            title, column = _name(title, name, regions), _name(column, name, regions)
+        for title, (column, limit) in _limits(solid.material).items():
+            title, column = (of_region(text, name, regions) for text in (title, column))
             now = previous.get(title)
             if now is None and limit:
                 now = reached(found | pressures, previous, column, limit, names)
             if now is not None:
                 columns[title] = now
-        failed = columns.get(_name("failure_pressure_<region>_kPa", name, regions))
-        if failed is not None:
-            safe.append(failed / snapshot.safety_factor)
-            titles = vector_columns(_name(PLACE_COLUMN, name, regions), place)
+        if first := _first(columns, name, regions):
+            criterion, pressure = first
+            failed = of_region(FAILURE_COLUMN, name, regions)
+            columns[failed] = previous.get(failed, pressure)
+            safe.append(columns[failed] / snapshot.safety_factor)
+            titles = vector_columns(of_region(PLACE_COLUMN, name, regions), places[criterion])
             columns |= {title: previous.get(title, at) for title, at in titles.items()}
     if safe:
         columns["safe_pressure_kPa"] = min(safe, key=abs)
@@ -173,18 +226,28 @@ def _evaluate(snapshot: Snapshot) -> dict[str, float]:
 
 FAILURE = Measure(
     "failure",
-    "pressure at which the stress reaches the card's strength, and the stretch its tested range",
+    "pressure at which a region breaks: by nominal stress, by Cauchy stress and by stretch",
     {
         STRESS_COLUMN: "largest principal Cauchy stress, exceeded in 0.1 % of the region's volume",
         PEAK_COLUMN: "its largest nodal mean in the region; grows under refinement at corners",
+        NOMINAL_COLUMN: "largest principal nominal stress (force per undeformed area), exceeded in "
+        "0.1 % of the region's volume",
         STRETCH_COLUMN: "largest principal stretch, exceeded in 0.1 % of the region's volume",
-        "failure_pressure_<region>_kPa": "pressure at which the former reaches the strength; empty "
-        "before. Of several cavities the largest pressure counts",
-        "failure_pressure_peak_<region>_kPa": "the same for the largest nodal mean",
+        FAILURE_COLUMN: "pressure at which a region first reaches the strength or the stretch at break of its card, the smallest of the next three; empty before. Of several cavities the "
+        "largest pressure counts",
+        criterion_column("nominal"): "pressure at which the nominal stress reaches the card's "
+        "strength",
+        criterion_column(
+            "cauchy"
+        ): "pressure at which the Cauchy stress reaches what a bar of this "
+        "law has at the card's strength",
+        criterion_column("stretch"): "pressure at which the stretch reaches that at break, 1 + "
+        "elongation of the card",
+        "failure_pressure_peak_<region>_kPa": "as by the Cauchy stress, for its largest nodal mean",
         "tested_stretch_pressure_<region>_kPa": "pressure at which the stretch leaves the range in "
         "which the material was tested",
         **{
-            f"failure_<region>_{c}_mm": f"undeformed {c} coordinate of where it is reached"
+            f"failure_<region>_{c}_mm": f"undeformed {c} coordinate of where it first breaks"
             for c in "xyz"
         },
         "safe_pressure_kPa": "smallest failure pressure over the safety factor of the spec",

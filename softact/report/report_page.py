@@ -170,7 +170,8 @@ def _cards(results: Results, bars: dict[str, str], bands: scatter.Bands) -> list
     for name in [n for n in wanted if n in curves.measures(results) and n not in shown]:
         cards.append(card(headline.figure(results, name, main, _where(results, name, main))))
     extra = {k: v for k, v in results.summary.items() if k not in curve and "." not in k}
-    for name in ("failure_pressure_kPa", "blocked_force_N"):
+    broken = [f"failure_pressure{by}_kPa" for by in ("", "_nominal", "_cauchy", "_stretch")]
+    for name in (*broken, "blocked_force_N"):
         if isinstance(value := extra.get(name), float):
             cards.append(_card(headline.Figure(name, labels.column(name), value)))
     return cards

@@ -28,6 +28,7 @@ NO_KEYS = {
     "max_increment": "it says how the solver goes on, and nothing of the actuator",
     "stretch_range": "it is what a test covered, and nothing of the actuator",
     "strength": "the failure pressure follows from the stress: read it off curve.csv",
+    "elongation": "the failure pressure follows from the stretch: read it off curve.csv",
 }
 #: What of a number is a small step, and of what where the number is zero, by internal unit.
 SMALL = 1e-5

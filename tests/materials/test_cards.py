@@ -6,6 +6,7 @@ from pydantic import ValidationError
 
 from softact.errors import SpecError
 from softact.materials import CARDS, LAWS, load_card, parse_material
+from softact.materials.cards import card_data
 
 REFERENCE = {
     "ecoflex-00-30", "elastosil-m4601", "elastic-50a-v2", "elastic-resin-uncured",
@@ -39,6 +40,15 @@ def test_ecoflex_constants_give_the_published_poissons_ratio():
 def test_palacios_card_has_the_published_strength_and_range():
     card = load_card("elastic-50a-v2").material().card
     assert (card.strength, card.stretch_range) == (3.4, (1.0, 2.6))
+
+
+@pytest.mark.parametrize("name", CARDS)
+def test_every_strength_says_what_it_is_and_where_it_comes_from(name):
+    data = card_data(name)
+    if data.get("strength") or data.get("elongation"):
+        assert data.get("strength_source")
+    if data.get("strength"):
+        assert data["strength_is"] in ("nominal", "true") and data["elongation"]
 
 
 def test_override_replaces_a_constant_and_keeps_the_rest():
