@@ -33,7 +33,7 @@ def test_held_out_states(states):
 
 def test_nothing_is_extrapolated(states):
     response = fit(states, answers(states), 3)
-    with pytest.raises(ValueError, match="pressure 0.05 to 0.05 is outside of the table"):
+    with pytest.raises(ValueError, match=r"pressure 0\.05 to 0\.05 is outside of the table"):
         response.conjugates(np.array([[0.0, 1.0, 0.05]]))
 
 
