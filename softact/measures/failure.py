@@ -233,14 +233,13 @@ FAILURE = Measure(
         NOMINAL_COLUMN: "largest principal nominal stress (force per undeformed area), exceeded in "
         "0.1 % of the region's volume",
         STRETCH_COLUMN: "largest principal stretch, exceeded in 0.1 % of the region's volume",
-        FAILURE_COLUMN: "pressure at which a region first reaches the strength or the stretch at break of its card, the smallest of the next three; empty before. Of several cavities the "
+        FAILURE_COLUMN: "pressure at which the region first reaches the strength or the stretch at "
+        "break of its card, the smallest of the next three; empty before. Of several cavities the "
         "largest pressure counts",
         criterion_column("nominal"): "pressure at which the nominal stress reaches the card's "
         "strength",
-        criterion_column(
-            "cauchy"
-        ): "pressure at which the Cauchy stress reaches what a bar of this "
-        "law has at the card's strength",
+        criterion_column("cauchy"): "pressure at which the Cauchy stress reaches what a bar of "
+        "this law has at the card's strength",
         criterion_column("stretch"): "pressure at which the stretch reaches that at break, 1 + "
         "elongation of the card",
         "failure_pressure_peak_<region>_kPa": "as by the Cauchy stress, for its largest nodal mean",
