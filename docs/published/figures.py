@@ -33,6 +33,8 @@ BOUNDS = {
 }
 # Keys of a spec that change no number of its run.
 _TEXTS = ("name", "description", "source", "assumptions")
+#: Kinds of rows, which are never mixed: what softact stands beside.
+TEST, MODEL, CLAIM, AIM = "test", "model", "claim", "aim"
 
 
 class Strict(BaseModel):
@@ -121,7 +123,9 @@ class Figure(Strict):
     """A published figure: a number (``value``), a bound, or a trend over several runs.
 
     what, where: what it is, and the place in the source. said: the source's words where they are
-    no number. kind: how the source got it.
+    no number. kind: how the source got it. variant_of: the figure that this one is, computed under
+    another assumption; differs: in what. cause: why softact's number is off, or that this is not
+    known.
     """
 
     id: str
@@ -139,6 +143,9 @@ class Figure(Strict):
     runs: tuple[str, ...] = Field(min_length=1)
     read: Reading
     assumes: str = ""
+    variant_of: str = ""
+    differs: str = ""
+    cause: str = ""
 
     @model_validator(mode="after")
     def _one_claim(self) -> Figure:
@@ -149,6 +156,22 @@ class Figure(Strict):
         if (self.trend is None) != (len(self.runs) == 1):
             raise ValueError(f"{self.id}: a trend is over several runs, all else over one")
         return self
+
+    @property
+    def row(self) -> str:
+        """The kind of its row: a number that was measured is a test, a computed one the source's
+        model, what is no number a claim."""
+        if self.kind == "aimed at":
+            return AIM
+        if self.value is None:
+            return CLAIM
+        return TEST if self.kind == "measured" else MODEL
+
+    @property
+    def published(self) -> tuple[Any, ...]:
+        """What the source says, which variants of a figure have in common."""
+        bounds = (getattr(self, name) for name in BOUNDS)
+        return (self.kind, self.unit, self.value, self.trend, *bounds)
 
     @property
     def bound(self) -> str | None:
@@ -174,6 +197,15 @@ class Source(Strict):
     runs: dict[str, Run]
     figures: tuple[Figure, ...]
 
+    @property
+    def groups(self) -> list[tuple[Figure, ...]]:
+        """Each figure with its variants after it."""
+        own = {figure.id: [figure] for figure in self.figures if not figure.variant_of}
+        for figure in self.figures:
+            if figure.variant_of:
+                own[figure.variant_of].append(figure)
+        return [tuple(group) for group in own.values()]
+
 
 class _File(Strict):
     sources: tuple[Source, ...]
@@ -193,7 +225,22 @@ def read(path: Path = DATA) -> tuple[Source, ...]:
             unknown = [name for name in figure.runs if name not in source.runs]
             if unknown:
                 raise ValueError(f"{figure.id}: there is no run {unknown[0]} of {source.name}")
+        check_variants(source)
     return sources
+
+
+def check_variants(source: Source) -> None:
+    """Raises ValueError where a variant leads nowhere or is of another published figure."""
+    known = {figure.id: figure for figure in source.figures if not figure.variant_of}
+    for figure in source.figures:
+        if not figure.variant_of:
+            continue
+        if figure.variant_of not in known:
+            raise ValueError(f"{figure.id}: there is no figure {figure.variant_of}")
+        if figure.published != known[figure.variant_of].published:
+            raise ValueError(f"{figure.id}: {figure.variant_of} is published otherwise")
+        if not figure.differs:
+            raise ValueError(f"{figure.id}: say in what it differs from {figure.variant_of}")
 
 
 def _plain(number: float) -> float | None:

@@ -1,30 +1,39 @@
-"""The tables of the page: every published figure, whatever became of its run."""
+"""The tables of the page, one for each kind of rows; every published figure is in one of them,
+whatever became of its runs."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from published.figures import BOUNDS, Figure, Run, Source
+from published.figures import AIM, BOUNDS, CLAIM, MODEL, TEST, Figure, Run, Source
 from published.results import COMPLETE, FAILED, NO_EQUILIBRIUM, STOPPED, Outcome
 
-NOT_COMPUTED = "not computed"
+NOT_COMPUTED, NOT_REACHED, NOT_HELD = "not computed", "not reached", "does not hold"
+NEAR, FAR = "within 10 %", "farther off"
+KINDS = {
+    TEST: "Against a test",
+    MODEL: "Against the paper's own model",
+    CLAIM: "What the paper claims",
+    AIM: "What the paper aims at",
+}
+TITLES = ("figure", "published", "softact", "deviation", "cause", "run", "assumption")
+CLOSE = 10.0  # percent of deviation from which on a row says its cause
 _ENDED = {COMPLETE: "all steps", NO_EQUILIBRIUM: "exit 4", FAILED: "failed"}
 
 
 def lines(sources: Sequence[Source], known: Mapping[str, Outcome]) -> Iterator[str]:
     """The part of the page, line by line."""
-    figures = [figure for source in sources for figure in source.figures]
-    yield f"{len(figures)} figures; {_counted(sources, known)}."
+    yield from table(("row", "rows", "how they stand"), _counted(sources, known))
     for source in sources:
         yield from ("", f"### {source.name}", "", f"{source.source}.")
         if source.remark:
             yield from ("", source.remark)
-        yield ""
-        yield from table(
-            ("figure", "published", "softact", "deviation", "run", "assumption"),
-            (_row(figure, source, known) for figure in source.figures),
-        )
+        for kind, title in KINDS.items():
+            groups = [group for group in source.groups if group[0].row == kind]
+            if groups:
+                yield from ("", f"**{title}**", "")
+                yield from table(TITLES, (_row(group, source, known) for group in groups))
         yield ""
         yield from table(
             ("run", "command", "outcome"),
@@ -62,18 +71,70 @@ def table(titles: Iterable[str], rows: Iterable[Iterable[str]]) -> list[str]:
     ]
 
 
-def _row(figure: Figure, source: Source, known: Mapping[str, Outcome]) -> tuple[str, ...]:
-    kind = "computed there" if figure.kind == "computed" else figure.kind
-    assumed = [figure.assumes, *(source.runs[name].assumes for name in figure.runs)]
-    found = [_found(figure, name, source, known) for name in figure.runs]
+def causes_lacking(source: Source, known: Mapping[str, Outcome]) -> list[str]:
+    """Names of the figures that are off by more than ``CLOSE``, or fail, without a cause."""
+    return [
+        group[0].id
+        for group in source.groups
+        if not group[0].cause and any(_is_off(f, source, known) for f in group)
+    ]
+
+
+def _is_off(figure: Figure, source: Source, known: Mapping[str, Outcome]) -> bool:
+    return _standing(figure, source, known) in (FAR, NOT_HELD, NOT_REACHED)
+
+
+def _standing(figure: Figure, source: Source, known: Mapping[str, Outcome]) -> str:
+    """In a few words how a figure stands."""
+    text = _deviation(figure, _readings(figure, source, known)) or NOT_COMPUTED
+    if not text.endswith("%"):
+        return text.strip("*")
+    percent = abs(float(text.removesuffix(" %").replace("−", "-")))
+    return NEAR if percent <= CLOSE else FAR
+
+
+def _readings(
+    figure: Figure, source: Source, known: Mapping[str, Outcome]
+) -> list[dict[str, Any] | None]:
+    return [_found(figure, name, source, known) for name in figure.runs]
+
+
+def _row(group: Sequence[Figure], source: Source, known: Mapping[str, Outcome]) -> tuple[str, ...]:
+    """Of a figure and its variants: one row, with the spread over what is assumed."""
+    first, runs = group[0], [name for figure in group for name in figure.runs]
+    kind = "computed there" if first.kind == "computed" else first.kind
+    assumed = [f.assumes for f in group] + [source.runs[name].assumes for name in runs]
+    found = [_readings(figure, source, known) for figure in group]
+    values = [
+        ", ".join(_value(reading, figure) for reading in readings)
+        for figure, readings in zip(group, found, strict=True)
+    ]
+    if len(group) > 1:
+        values = [f"{v} ({f.differs or 'as assumed'})" for v, f in zip(values, group, strict=True)]
     return (
-        figure.what,
-        f"{_published(figure)} ({kind}; {figure.where})",
-        ", ".join(_value(reading, figure) for reading in found),
-        _deviation(figure, found),
-        ", ".join(f"`{name}`" for name in figure.runs),
+        first.what,
+        f"{_published(first)} ({kind}; {first.where})",
+        "; ".join(values),
+        _spread([_deviation(f, readings) for f, readings in zip(group, found, strict=True)]),
+        first.cause,
+        ", ".join(f"`{name}`" for name in dict.fromkeys(runs)),
         "; ".join(dict.fromkeys(text for text in assumed if text)),
     )
+
+
+def _spread(deviations: Sequence[str]) -> str:
+    """Of several deviations the least and the largest, and how often there is none."""
+    if len(deviations) == 1:
+        return deviations[0]
+    numbers = sorted(
+        int(text.removesuffix(" %").replace("−", "-")) for text in deviations if text.endswith("%")
+    )
+    words = [text or NOT_COMPUTED for text in deviations if not text.endswith("%")]
+    told = [f"{words.count(text)} × {text}" for text in dict.fromkeys(words)]
+    if numbers:
+        ends = dict.fromkeys((numbers[0], numbers[-1]))
+        told.insert(0, " to ".join(f"{n:+d}" for n in ends).replace("-", "−") + " %")
+    return "; ".join(told)
 
 
 def _found(
@@ -134,9 +195,9 @@ def _deviation(figure: Figure, found: Sequence[Mapping[str, Any] | None]) -> str
     if len(values) < len(found):
         return ""
     if any(value is None for value in values):
-        return "not reached"
+        return NOT_REACHED
     if figure.value is None:
-        return "holds" if figure.holds(values) else "**does not hold**"
+        return "holds" if figure.holds(values) else f"**{NOT_HELD}**"
     return f"{100 * (values[0] / figure.value - 1):+.0f} %".replace("-", "−")
 
 
@@ -156,16 +217,15 @@ def _outcome(outcome: Outcome | None, run: Run) -> str:
     return "; ".join(words)
 
 
-def _counted(sources: Sequence[Source], known: Mapping[str, Outcome]) -> str:
-    """How many figures stand where."""
-    counts: dict[str, int] = {}
-    for source in sources:
-        for figure in source.figures:
-            readings = [_found(figure, name, source, known) for name in figure.runs]
-            text = _deviation(figure, readings) or NOT_COMPUTED
-            text = "a number beside softact's" if text.endswith("%") else text.strip("*")
-            counts[text] = counts.get(text, 0) + 1
-    return ", ".join(f"{counts[text]} {text}" for text in sorted(counts))
+def _counted(
+    sources: Sequence[Source], known: Mapping[str, Outcome]
+) -> Iterator[tuple[str, str, str]]:
+    """For each kind of rows, how many there are and how they stand as the specs are."""
+    for kind, title in KINDS.items():
+        rows = [(g[0], source) for source in sources for g in source.groups if g[0].row == kind]
+        stand = [_standing(figure, source, known) for figure, source in rows]
+        counts = ", ".join(f"{stand.count(text)} {text}" for text in sorted(set(stand)))
+        yield title, str(len(rows)), counts
 
 
 def _readable(column: str, value: float) -> str:

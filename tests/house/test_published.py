@@ -69,10 +69,74 @@ def test_every_run_has_a_right_spec_and_all_columns_that_are_read(sources):
 
 def test_no_figure_is_left_out_whatever_became_of_its_run(sources):
     made = list(page.lines(sources, {}))
+    runs = {name for paper in sources for name in paper.runs}
     shown = [line for line in made if " | not computed" in line and "softact run" not in line]
-    assert len(shown) == sum(len(paper.figures) for paper in sources)
+    shown += [line for line in made if "× not computed" in line]
+    assert len(set(shown)) == sum(len(paper.groups) for paper in sources)
+    assert all(sum(f"`{name}`" in line for line in shown) for name in runs)
+    for figure in (figure for paper in sources for figure in paper.figures if figure.variant_of):
+        assert any(f"({figure.differs})" in line for line in shown), figure.id
     xavier = next(line for line in made if line.startswith("| blocked force, NinjaFlex, two of f"))
     assert "1.1524 N (computed there; Table 3)" in xavier
+
+
+def test_four_kinds_of_rows_are_never_mixed(sources):
+    made = list(page.lines(sources, {}))
+    starts = {f"**{title}**": kind for kind, title in page.KINDS.items()}
+    kind, found = "", {}
+    for line in made:
+        kind = starts.get(line, "" if line.startswith("### ") else kind)
+        found.setdefault(kind, []).append(line)
+    for paper in sources:
+        for first, *variants in paper.groups:
+            assert {figure.row for figure in variants} <= {first.row}
+            assert any(line.startswith(f"| {first.what} |") for line in found[first.row])
+    of_tests = [line for line in found["test"] if "not computed" in line]
+    assert all("(measured; " in line for line in of_tests if "softact run" not in line)
+    assert not any("(measured; " in line for line in found["model"])
+
+
+def test_what_is_off_says_why(sources):
+    known = results.read()
+    lacking = {paper.name: page.causes_lacking(paper, known) for paper in sources}
+    assert not any(lacking.values()), lacking
+
+
+def test_variants_share_a_row_with_the_spread(run):
+    first = figure(value=4.0, cause="a guess")
+    other = figure(id="g", value=4.0, variant_of="f", differs="twice as long", runs=["s"])
+    both = figures.Source(
+        name="S", source="paper", runs={"r": run, "s": run}, figures=(first, other)
+    )
+    outcomes = {
+        name: results.Outcome(
+            input=run.fingerprint(),
+            status="complete",
+            commit="x",
+            readings={f.id: {"read": results.asked(f), "value": value}},
+        )
+        for name, f, value in (("r", first, 3.0), ("s", other, 5.0))
+    }
+    (row,) = rows(page.lines([both], outcomes))
+    assert row[2:5] == ["3° (as assumed); 5° (twice as long)", "−25 to +25 %", "a guess"]
+    assert page.causes_lacking(both, outcomes) == []
+
+
+@pytest.mark.parametrize(
+    ("keys", "line"),
+    [
+        ({"variant_of": "x", "differs": "longer"}, "g: there is no figure x"),
+        ({"variant_of": "f", "differs": "longer", "value": 5.0}, "g: f is published otherwise"),
+        ({"variant_of": "f"}, "g: say in what it differs from f"),
+    ],
+)
+def test_wrong_variants_are_refused(keys, line, run):
+    other = figure(**({"id": "g", "value": 4.0} | keys))
+    shown = figures.Source(
+        name="S", source="paper", runs={"r": run}, figures=(figure(value=4.0), other)
+    )
+    with pytest.raises(ValueError, match=line):
+        figures.check_variants(shown)
 
 
 @pytest.fixture(scope="module")
