@@ -355,11 +355,21 @@ class Solid:
     def cauchy(self, state: State) -> np.ndarray:
         """Cauchy stress (cells, points, 3, 3) MPa at the quadrature points: F S Fᵀ/J + p I."""
         f = self.deformation_gradient(state.x)
-        more = [self.hydrostatic_pressure(state.x)] if self._mixed else [None]
-        known = f, self._evaluate(state)[0], *more
-        return self._at_points("cauchy_stress", self.volumes.size, *known, entries=9).reshape(
-            f.shape
-        )
+        pressure = self.hydrostatic_pressure(state.x) if self._mixed else None
+        known = f, self._evaluate(state)[0], pressure
+        pushed = self._at_points("cauchy_stress", self.volumes.size, *known, entries=9)
+        return pushed.reshape(f.shape)
+
+    def nominal(self, state: State, cauchy: np.ndarray) -> np.ndarray:
+        """sym(J σ V⁻¹) (n, 6) at the quadrature points: its eigenvalues are the principal nominal
+        stresses, force per undeformed area.
+
+        cauchy: σ (cells, points, 3, 3). It is Biot's stress sym(Rᵀ P), turned by the rotation R of
+        F = V R; where σ and V have the same axes, as in an isotropic material, its eigenvalues are
+        J σᵢ/λᵢ.
+        """
+        f = self.deformation_gradient(state.x)
+        return self._at_points("nominal_stress", self.volumes.size, f, cauchy)
 
     # --- as a body --------------------------------------------------------------------------------
 

@@ -7,6 +7,7 @@ uniaxial tension, so that a bar in tension breaks at the same load by both.
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +31,7 @@ class Breaking:
     stretch: float | None
 
 
+@functools.lru_cache(maxsize=128)  # asked for at each state, of the same few materials
 def breaking(material: Material) -> Breaking:
     """What a material bears, from the strength and the elongation of its card.
 

@@ -19,36 +19,6 @@ def determinant(f: np.ndarray) -> np.ndarray:
     )
 
 
-def right_cauchy_green(f: np.ndarray) -> np.ndarray:
-    """C = FᵀF (n, 6) of deformation gradients (..., 3, 3)."""
-    columns = np.ascontiguousarray(f.reshape(-1, 3, 3).transpose(2, 1, 0))
-    return np.column_stack(
-        [np.einsum("in,in->n", columns[i], columns[j]) for i, j in zip(ROWS, COLUMNS, strict=True)]
-    )
-
-
-def nominal_in_space(cauchy: np.ndarray, f: np.ndarray) -> np.ndarray:
-    """sym(J σ V⁻¹) (n, 6): its eigenvalues are the principal nominal stresses.
-
-    cauchy: σ (n, 6). f: F = V R (..., 3, 3). It is Biot's stress sym(Rᵀ P), turned by R; where σ
-    and V have the same axes, as in an isotropic material, its eigenvalues are J σᵢ/λᵢ, force per
-    undeformed area. V and V⁻¹ by their invariants (Hoger and Carlson 1984, J. Elasticity 14:329).
-    """
-    f = f.reshape(-1, 3, 3)
-    b = f @ f.transpose(0, 2, 1)
-    l1, l2, l3 = np.sqrt(np.maximum(eigen_system(list(symmetric(b).T.copy()))[0], 0.0))
-    i1, i2, i3 = l1 + l2 + l3, l1 * l2 + l2 * l3 + l3 * l1, l1 * l2 * l3
-
-    def times(scalar: np.ndarray, tensor: np.ndarray) -> np.ndarray:
-        return scalar[:, None, None] * tensor
-
-    one = np.eye(3)
-    v = times(1 / (i1 * i2 - i3), times(i1**2 - i2, b) + times(i1 * i3, one) - b @ b)
-    inverse = times(1 / i3, b - times(i1, v) + times(i2, one))
-    product = times(determinant(f), full(cauchy) @ inverse)
-    return symmetric((product + product.transpose(0, 2, 1)) / 2)
-
-
 def volumetric_response(
     inverse: np.ndarray, jacobian: np.ndarray, slope: np.ndarray, curvature: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -73,11 +43,6 @@ def symmetric_product(a: np.ndarray) -> np.ndarray:
 def symmetric(full: np.ndarray) -> np.ndarray:
     """(n, 6) of symmetric tensors (..., 3, 3)."""
     return full.reshape(-1, 3, 3)[:, ROWS, COLUMNS]
-
-
-def full(tensors: np.ndarray) -> np.ndarray:
-    """(n, 3, 3) of symmetric tensors (n, 6)."""
-    return tensors[:, [[0, 3, 4], [3, 1, 5], [4, 5, 2]]]
 
 
 def largest_eigenvalue(tensors: np.ndarray) -> np.ndarray:

@@ -15,12 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softact.materials.breaking import breaking
-from softact.materials.tensors import (
-    bounds,
-    largest_eigenvalue,
-    nominal_in_space,
-    symmetric,
-)
+from softact.materials.tensors import bounds, largest_eigenvalue, symmetric
 from softact.measures.base import Measure, per_cavity, vector_columns
 from softact.measures.pressure import PRESSURE
 
@@ -41,8 +36,6 @@ PLACE_COLUMN = "failure_<region>_<xyz>_mm"
 FAILURE_COLUMN = "failure_pressure_<region>_kPa"
 #: By which column each criterion is judged. "Nominal" comes first in all that is told.
 CRITERIA = {"nominal": NOMINAL_COLUMN, "cauchy": STRESS_COLUMN, "stretch": STRETCH_COLUMN}
-#: What each criterion is called.
-CRITERIA_TEXTS = {"nominal": "nominal stress", "cauchy": "Cauchy stress", "stretch": "stretch"}
 
 
 def criterion_column(criterion: str) -> str:
@@ -140,15 +133,14 @@ def _region(
     """Columns of stress and stretch of one region, and the place (3,) of each of ``CRITERIA``."""
     regions, comm = snapshot.layout.regions, snapshot.model.comm
     volumes = solid.volumes.ravel()
-    f = solid.deformation_gradient(snapshot.state.x)
-    cauchy = symmetric(snapshot.cauchy_at_points(name))
+    cauchy = snapshot.cauchy_at_points(name)
 
     def places_of(chosen: np.ndarray) -> np.ndarray:
         return snapshot.quadrature_places(solid, chosen)
 
     tensors = {
-        "nominal": nominal_in_space(cauchy, f),
-        "cauchy": cauchy,
+        "nominal": solid.nominal(snapshot.state, cauchy),
+        "cauchy": symmetric(cauchy),
         "stretch": solid.right_cauchy_green(snapshot.state.x).reshape(-1, 6),
     }
     found = {

@@ -4,6 +4,7 @@
    every element matrix to MatSetValues, which searches the row for each entry; here the place of
    each entry is found once per mesh (find_pairs) and a matrix entry costs one addition. */
 
+#include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -317,5 +318,47 @@ void cauchy_stress(int64_t count, const double *f, const double *s, const double
                     sum += fs[i][b] * f[3 * j + b];
                 out[3 * i + j] = sum * scale + (p && i == j ? p[n] : 0.0);
             }
+    }
+}
+
+/* The rotation R of F = V R with det F > 0: Newton's iteration for the polar decomposition (Higham
+   1986, SIAM J. Sci. Stat. Comput. 7:1160). Ten steps do for stretches of 20. */
+static void rotation(const double *f, double r[3][3])
+{
+    double k[3][3];
+    memcpy(r, f, 9 * sizeof(double));
+    for (int step = 0; step < 64; ++step) {
+        const double det = adjugate(r, k);
+        double change = 0.0;
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) {
+                const double next = 0.5 * (r[i][j] + k[j][i] / det);
+                change = fmax(change, fabs(next - r[i][j]));
+                r[i][j] = next;
+            }
+        if (!(change > 1e-14))
+            return;
+    }
+}
+
+/* sym(J sigma V^-1) = sym(sigma R adj F): out (count, 6). f: (count, 9); sigma: (count, 9). */
+void nominal_stress(int64_t count, const double *f, const double *sigma, double *out)
+{
+    for (int64_t n = 0; n < count; ++n, f += 9, sigma += 9, out += 6) {
+        double r[3][3], m[3][3], k[3][3], turned[3][3] = {{0}}, p[3][3] = {{0}};
+        memcpy(m, f, sizeof m);
+        adjugate(m, k);
+        rotation(f, r);
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j)
+                for (int a = 0; a < 3; ++a)
+                    turned[i][j] += r[i][a] * k[a][j];
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j)
+                for (int a = 0; a < 3; ++a)
+                    p[i][j] += sigma[3 * i + a] * turned[a][j];
+        for (int i = 0; i < 3; ++i)
+            for (int j = i; j < 3; ++j)
+                out[place_of[i][j]] = 0.5 * (p[i][j] + p[j][i]);
     }
 }

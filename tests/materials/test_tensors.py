@@ -20,11 +20,6 @@ def test_determinant():
     assert tensors.determinant(F) == pytest.approx(np.linalg.det(F), rel=1e-12)
 
 
-def test_right_cauchy_green():
-    exact = tensors.symmetric(F.swapaxes(-1, -2) @ F)
-    assert tensors.right_cauchy_green(F) == pytest.approx(exact, rel=1e-12)
-
-
 def test_largest_eigenvalue_lies_between_its_bounds():
     largest = EIGENVALUES[:, 2]
     assert tensors.largest_eigenvalue(S) == pytest.approx(largest, rel=1e-12, abs=1e-14)
