@@ -4,7 +4,6 @@
    every element matrix to MatSetValues, which searches the row for each entry; here the place of
    each entry is found once per mesh (find_pairs) and a matrix entry costs one addition. */
 
-#include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -333,10 +332,10 @@ static void rotation(const double *f, double r[3][3])
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j) {
                 const double next = 0.5 * (r[i][j] + k[j][i] / det);
-                change = fmax(change, fabs(next - r[i][j]));
+                change += (next - r[i][j]) * (next - r[i][j]);
                 r[i][j] = next;
             }
-        if (!(change > 1e-14))
+        if (!(change > 1e-18)) /* the error is about its square by now */
             return;
     }
 }
