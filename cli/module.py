@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from softact.cli._force import force_option
 from softact.cli._options import set_option
 from softact.errors import SpecError
+
+if TYPE_CHECKING:
+    from softact.results.own_folder import Output
+    from softact.spec import Spec
 
 
 @click.command(short_help="One module of a chain: angle, stretch, air, stiffness, in seconds.")
@@ -28,6 +33,12 @@ from softact.errors import SpecError
     help="Modules of the whole actuator.  [default: those of the geometry]",
 )
 @click.option("--no-weight", is_flag=True, help="Leave the spec's gravity out.")
+@click.option(
+    "--table",
+    is_flag=True,
+    help="Instead of the runs: table.json and table.h5, the energy of a module over curvature, "
+    "stretch and pressure.",
+)
 @click.option("-o", "--output", metavar="DIR", help="[default: results/<name>-module]")
 @force_option
 def module(
@@ -36,6 +47,7 @@ def module(
     hold: tuple[str, ...],
     modules: float | None,
     no_weight: bool,
+    table: bool,
     output: str | None,
     force: bool,
 ) -> None:
@@ -50,6 +62,7 @@ def module(
     Examples:
       softact module benchmarks/pneunet8.yaml
       softact module benchmarks/pneunet8.yaml --hold turn_y='10 deg'
+      softact module benchmarks/pneunet8.yaml --table
     """
     from softact import spec as specs
     from softact.modules import output as files
@@ -58,9 +71,14 @@ def module(
     from softact.results.own_folder import Output
 
     loaded = specs.load(spec, overrides)
-    pair = module_specs(loaded, dict(_split(text) for text in hold), not no_weight)
     directory = Path(output) if output else Path("results") / f"{loaded.name}-module"
     folder = Output(directory, "module", force, [spec])
+    if table:
+        if hold or modules or no_weight:
+            raise SpecError("--table walks over the pressures alone; leave the other options out")
+        _write_table(loaded, folder)
+        return
+    pair = module_specs(loaded, dict(_split(text) for text in hold), not no_weight)
     with folder.opened(files.FILES):
         for name in pair.runs:
             folder.file(name)
@@ -69,6 +87,18 @@ def module(
     for line in files.lines(found):
         click.echo(line)
     click.echo(f"page: {page}")
+
+
+def _write_table(spec: Spec, folder: Output) -> None:
+    from softact.modules.rod_page import law
+    from softact.modules.table_file import FILES, JSON, made_or_read
+
+    with folder.opened(FILES):
+        known = folder.directory / JSON
+        found = made_or_read(spec, known, given=False, tell=click.echo)
+        found.write(*map(folder.file, FILES))
+    click.echo(law(found.table))
+    click.echo(f"table: {known}")
 
 
 def _split(text: str) -> tuple[str, str]:

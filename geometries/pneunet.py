@@ -7,7 +7,7 @@ Mosadegh et al. (2014) and Polygerinos et al. (2013). Run by itself it writes a 
 from collections.abc import Iterator
 from dataclasses import dataclass
 from types import ModuleType
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -23,6 +23,7 @@ from softact.geometry.steps import steps
 from softact.geometry.walls import Wall
 from softact.units import Length
 
+SHORT = 3  # chambers of a finger whose middle one knows nothing of the ends
 # Two lengths that should be the same are taken to be so within this, relative.
 SAME = 1e-6
 
@@ -174,6 +175,13 @@ class Pneunet(Chain):
     @property
     def pitches(self) -> float:
         return self.chambers
+
+    def short(self) -> dict[str, Any]:
+        row = self.row
+        found = {"chambers": SHORT, "chamber_length": row.chamber_length, "gap": row.gap}
+        if self.length is not None:
+            found["length"] = row.length - (self.chambers - SHORT) * row.pitch
+        return {k: v if k == "chambers" else f"{v!r} mm" for k, v in found.items()}
 
     def layout(self) -> Layout:
         surfaces = [*self.ends, "cavity", "outer", "base", "strain_limiting_layer"]

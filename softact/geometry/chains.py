@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field
 
@@ -26,6 +26,11 @@ class Chain(Geometry):
     def no_chain(self) -> Iterator[tuple[str, str]]:
         """Field and reason why there is no module, such as a single chamber."""
         return iter(())
+
+    def short(self) -> dict[str, Any]:
+        """Fields of the same chain of few modules, whose two ends are as far apart as they need to
+        be; empty where that is not known."""
+        return {}
 
     def module(self) -> Self:
         """See ``Geometry.module``."""

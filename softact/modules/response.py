@@ -23,14 +23,17 @@ class Response:
     constants: Array
 
     def derivative(self, states: Array, orders: tuple[int, int, int]) -> Array:
-        """A partial derivative at states (n, 3), shape (n,); ValueError outside of the range."""
+        """A partial derivative at states (n, 3), shape (n,), also outside of the range."""
+        return _columns(self.low, self.high, self.powers, states, orders) @ self.constants
+
+    def check(self, states: Array) -> None:
+        """Raise ValueError where states (n, 3) are outside of the range."""
         names = ("curvature", "stretch", "pressure")
         for name, column, low, high in zip(names, states.T, self.low, self.high, strict=True):
             slack = 1e-9 * (high - low)
             if column.min() < low - slack or column.max() > high + slack:
                 span = f"{column.min():g} to {column.max():g}"
                 raise ValueError(f"{name} {span} is outside of the table: {low:g} to {high:g}")
-        return _columns(self.low, self.high, self.powers, states, orders) @ self.constants
 
     def conjugates(self, states: Array) -> Array:
         """Moment in N mm, force in N and air by length in mm^2, shape (3, n)."""
@@ -47,22 +50,33 @@ class AtPressure:
     response: Response
     pressure: float
 
+    def states(self, curvature: Array, stretch: Array) -> Array:
+        """With the pressure, shape (n, 3)."""
+        return np.stack([curvature, stretch, np.full_like(stretch, self.pressure)], axis=1)
+
+    def energy(self, curvature: Array, stretch: Array) -> Array:
+        """Of each of n pieces, mJ/mm, shape (n,)."""
+        return self.response.derivative(self.states(curvature, stretch), (0, 0, 0))
+
     def derivatives(self, curvature: Array, stretch: Array) -> tuple[Array, Array]:
         """Moment and force, shape (2, n), and their derivatives, shape (2, 2, n)."""
-        states = np.stack([curvature, stretch, np.full_like(stretch, self.pressure)], axis=1)
+        states = self.states(curvature, stretch)
         bend, mixed, grow = (
             self.response.derivative(states, order) for order in ((2, 0, 0), (1, 1, 0), (0, 2, 0))
         )
         return self.response.conjugates(states)[:2], np.array([[bend, mixed], [mixed, grow]])
 
 
-def fit(states: Array, conjugates: Array, degree: int) -> Response:
+def fit(
+    states: Array, conjugates: Array, degree: int, within: tuple[Array, Array] | None = None
+) -> Response:
     """The energy of least squares to moment, force and air (3, n) at states (n, 3).
 
-    Each of the three counts by its own largest value. Raises ValueError where the states are too
+    Each of the three counts by its own largest value. within: the range, by default that of the
+    states. Raises ValueError where the states are too
     few, or do not spread in all directions.
     """
-    low, high = states.min(axis=0), states.max(axis=0)
+    low, high = within or (states.min(axis=0), states.max(axis=0))
     if np.any(high <= low):
         raise ValueError("curvature, stretch and pressure must each take two values or more")
     powers = np.array([p for p in product(range(degree + 1), repeat=3) if 0 < sum(p) <= degree])

@@ -1,0 +1,133 @@
+"""What ``softact rod`` writes: the curve and a page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from markupsafe import Markup
+
+from softact.files.text import csv_text, write_atomic
+from softact.modules.rod_run import RodRun, Row
+from softact.modules.table import Table
+from softact.report import base, labels
+from softact.report.base import Plot, Section
+from softact.results.own_folder import Output
+
+FILES = ("curve.csv", "rod.html")
+SHAPES = 6  # at most, in the picture
+STEEP = 20.0  # % of change of curvature by module: more and a module is no longer its neighbour
+SAID = ("bending_angle_deg", "tip_x_mm", "tip_z_mm", "blocked_force_N", "cavity_volume_mm3")
+
+
+def write(found: RodRun, table: Table, name: str, output: Output) -> Path:
+    """Write ``FILES``; returns the page's path. A rod without any state has no curve."""
+    csv, page = map(output.file, FILES)
+    write_atomic(csv, csv_text(found.rows))
+    write_atomic(page, html(found, table, name))
+    return page
+
+
+def html(found: RodRun, table: Table, name: str) -> str:
+    """The page: how the rod stands, what it does over the load, what the law is worth."""
+    sections = [
+        Section("shapes", "How it stands", base.figures(_shapes(found)), "Shapes"),
+        Section("plots", "Over the load", base.figures(_plots(found)), "Plots"),
+        Section("table", "All states", _table(found.rows), "Table"),
+        Section("law", "The law of the rod", base.note(law(table)), "Law"),
+    ]
+    return base.page(name, sections, kicker="A rod of modules", kind="rod", lead=_lead(found))
+
+
+def _lead(found: RodRun) -> Markup:
+    said = warnings(found)
+    if not said:
+        return Markup("")
+    return base.banner("bad" if found.stopped else "warn", "Look at this first", "", said)
+
+
+def warnings(found: RodRun) -> list[str]:
+    """What is to be thought of it, where that is anything."""
+    said = [found.stopped] if found.stopped else []
+    steepest = max((float(row["curvature_change_percent"]) for row in found.rows), default=0.0)
+    if steepest > STEEP:
+        said.append(
+            f"the curvature changes by up to {steepest:.0f}% of its largest from module to module; "
+            f"above {STEEP:.0f}% a module no longer stands for its place: solve the whole actuator"
+        )
+    return said
+
+
+def law(table: Table) -> str:
+    """What the law was made from, and its errors."""
+    walked, off = table.walked, 100 * table.errors
+    ends = "What the two ends take from the bending is not known here. "
+    if len(table.ends):
+        lost = table.ends[:, 1]
+        ends = (
+            "A short actuator said what the two ends take from the bending: "
+            f"{lost.min():.2f} to {lost.max():.2f} modules. "
+        )
+    return (
+        f"An energy of degree {table.degree} over curvature, stretch and pressure, fitted to "
+        f"{len(walked.states)} states of one module ({walked.lost} more had no equilibrium). "
+        f"At states that were held out moment, force and air were off by at most {off[0]:.2g}%, "
+        f"{off[1]:.2g}% and {off[2]:.2g}% of their largest values. {ends}A rod has no shear, and "
+        "its cross-section knows nothing of contact between chambers."
+    )
+
+
+def _shapes(found: RodRun) -> list[Plot]:
+    if not found.rows:
+        return []
+    chosen = np.unique(np.linspace(0, len(found.rows) - 1, SHAPES).round().astype(int))
+    traces, bent = [], []
+    for number in chosen:
+        row, line = found.rows[number], found.lines[number]
+        title = f"{row['step']}, {labels.number(float(row['pressure_kPa']))} kPa"
+        traces.append(base.xy(title, line[:, 0], line[:, 2], mode="lines"))
+        parts = (np.arange(len(found.curvatures[number])) + 0.5) / len(found.curvatures[number])
+        bent.append(base.xy(title, parts, 1e3 * found.curvatures[number], mode="lines"))
+    return [
+        base.lines("Line of the rod", "x (mm)", "z (mm)", traces, equal=True),
+        base.lines("Curvature along it", "Part of the length", "Curvature (1/m)", bent),
+    ]
+
+
+def _plots(found: RodRun) -> list[Plot]:
+    if not found.rows:
+        return []
+    loaded = [float(row["pressure_kPa"]) for row in found.rows]
+    plots = []
+    for name in SAID:
+        if name in found.rows[0]:
+            label = labels.column(name)
+            values = [float(row[name]) * label.factor for row in found.rows]
+            trace = base.xy(str(label.name), loaded, values)
+            plots.append(base.lines(str(label.name), "Pressure (kPa)", str(label), [trace]))
+    return plots
+
+
+def _table(rows: list[Row]) -> Markup:
+    if not rows:
+        return base.note("There is no state.")
+    heads = [str(labels.column(name)) for name in rows[0]]
+    shown = [
+        [v if isinstance(v, str) else v * labels.column(n).factor for n, v in row.items()]
+        for row in rows
+    ]
+    return base.table(heads, shown, file="curve.csv")
+
+
+def lines(found: RodRun) -> list[str]:
+    """What the last state says, in a few lines."""
+    if not found.rows:
+        return warnings(found)
+    last, said = found.rows[-1], []
+    for name in SAID:
+        if name in last:
+            label = labels.column(name)
+            value = labels.number(float(last[name]) * label.factor)
+            said.append(f"  {label.name}: {value} {label.unit}".rstrip())
+    at = f"at {labels.number(float(last['pressure_kPa']))} kPa:"
+    return [*(f"rod: {text}" for text in warnings(found)), at, *said]

@@ -1,0 +1,241 @@
+"""An actuator as a rod whose cross-section is its module: from the spec to states."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from softact.errors import SpecError
+from softact.fields import Fault
+from softact.geometry.base import make_mesh
+from softact.mesh.msh_file import read_msh
+from softact.modules.planar_rod import Array, Distance, Loads, Places, Points, Rod
+from softact.modules.response import AtPressure
+from softact.modules.table import Plane, Table, largest_pressures, pressures_of
+from softact.spec import Spec, Step
+
+LOADED = {"gravity", "pressure", "payload"}
+PIECES = 2  # by module
+NEAR = 1e-6  # mm/s² or N across the plane: none
+STRAIGHT = 1e-6  # 1/mm
+
+Row = dict[str, float | str]
+
+
+@dataclass(frozen=True)
+class Driven:
+    """What acts at the end of a step. gravity: mm/s², payload: N, both in the plane; pressure: MPa
+    of the cavities whose share in the table is 1."""
+
+    gravity: complex = 0.0
+    payload: complex = 0.0
+    pressure: float = 0.0
+
+    def towards(self, other: Driven, part: float) -> Driven:
+        """On the way to another one."""
+        return Driven(
+            *(
+                (1 - part) * a + part * b
+                for a, b in zip(vars(self).values(), vars(other).values(), strict=True)
+            )
+        )
+
+
+@dataclass(frozen=True)
+class RodRun:
+    """rows: as curve.csv. lines: places (pieces + 3, 3) from the clamp to the tip at each;
+    curvatures (pieces,), 1/mm. stopped: why it did not arrive, or empty."""
+
+    rows: list[Row]
+    lines: list[Array]
+    curvatures: list[Array]
+    stopped: str
+
+
+def faults(spec: Spec) -> Iterator[Fault]:
+    """What of a spec a rod cannot be asked."""
+    yield from (((key,), why) for key, why in _refused(spec) if why)
+    for name, obstacle in spec.obstacles.items():
+        if obstacle.friction:
+            yield ("obstacles", name, "friction"), "a rod slides on what it touches; write 0"
+        if not obstacle.active:
+            yield ("obstacles", name, "active"), "what a rod may touch stands there from the start"
+    for index, step in enumerate(spec.steps):
+        for key in sorted(set(step.loads) - LOADED):
+            yield ("steps", index, key), f"a rod takes {', '.join(sorted(LOADED))} alone"
+        if step.supports is not None:
+            yield ("steps", index, "supports"), "a rod stays clamped"
+        for load in _payloads(step):
+            if load.surface not in (None, spec.layout().tip):
+                yield ("steps", index, "payload"), "a rod is loaded at its tip"
+
+
+def check(spec: Spec) -> None:
+    """Raise SpecError with one line for each thing that a rod cannot be asked."""
+    if found := list(faults(spec)):
+        raise SpecError(*(f"{'.'.join(map(str, place))}: {text}" for place, text in found))
+    largest_pressures(spec)
+
+
+def _refused(spec: Spec) -> Iterator[tuple[str, str]]:
+    clamp = spec.layout().clamp
+    loose = [s for s in spec.supports or () if s.surface != clamp or s.spring or s.turn]
+    yield "supports", "a rod is clamped at its base, and nowhere else" if loose else ""
+    yield "contact", "a rod does not meet itself; leave contact out" if spec.contact else ""
+
+
+def _payloads(step: Step) -> list[Any]:
+    value = step.loads.get("payload")
+    return list(value) if isinstance(value, list | tuple) else [value] if value else []
+
+
+class Chain:
+    """A spec's actuator, which passes ``check``, as a rod of the modules of a table."""
+
+    def __init__(self, spec: Spec, table: Table):
+        self.spec, self.table = spec, table
+        self.layout = spec.layout()
+        self.plane = Plane.of(self.layout)
+        self.modules = spec.geometry.pitches
+        self.pieces = max(1, round(PIECES * self.modules))
+        height = 1j * table.origin.imag
+        self.base = complex(self.plane.flat(np.asarray(self.layout.origin)).real) + height
+        self.tip, self.edges = self._tip()
+
+    def _tip(self) -> tuple[complex, Places]:
+        """Where the middle of the tip's face is beside the rod's end, and its corners."""
+        with TemporaryDirectory(prefix="softact-") as scratch:
+            mesh = Path(scratch) / "actuator.msh"
+            make_mesh(self.spec.geometry, mesh)
+            found = read_msh(mesh, self.layout)
+        corners = self.plane.flat(found.points[found.surfaces[self.layout.tip]])
+        end = self.base + self.layout.length
+        a, b, c = found.points[found.surfaces[self.layout.tip]][:, :3].transpose(1, 0, 2)
+        areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        middle = (areas @ corners[:, :3].mean(axis=1)) / areas.sum() - end
+        across = corners.imag - end.imag
+        return complex(middle), middle.real + 1j * np.array([across.min(), across.max()])
+
+    def driven(self, step: Step, pressure: float, before: Driven) -> Driven:
+        """What acts at the end of a step. Raises SpecError."""
+        gravity, payload = before.gravity, before.payload
+        if (given := step.loads.get("gravity")) is not None:
+            gravity = self._in_plane(given, f"steps.{step.name}.gravity")
+        if loads := _payloads(step):
+            payload = sum(self._in_plane(p.force, f"steps.{step.name}.payload") for p in loads)
+        return Driven(gravity, payload, pressure)
+
+    def _in_plane(self, vector: Any, where: str) -> complex:
+        given = np.asarray(vector, dtype=float)
+        flat = self.plane.flat(given)
+        if np.linalg.norm(given) - abs(flat) > NEAR:
+            raise SpecError(f"{where}: a plane rod is not loaded across its plane")
+        return complex(flat)
+
+
+class Standing:
+    """A chain under what drives it: the rod, its loads and where it begins."""
+
+    def __init__(self, chain: Chain, driven: Driven):
+        self.chain = chain
+        self.law = AtPressure(chain.table.response, driven.pressure)
+        bending = chain.modules - chain.table.lost(driven.pressure)
+        pitch = bending * chain.table.pitch / chain.pieces
+        self.rod = Rod(self.law, chain.pieces, pitch)
+        self.spare = (chain.layout.length - chain.pieces * pitch) / 2
+        self.start = chain.base + self.spare
+        self.loads = self._loads(driven)
+
+    def _loads(self, driven: Driven) -> Loads:
+        table, last, spare = self.chain.table, self.chain.pieces - 1, self.spare
+        pull, height = table.mass * driven.gravity, 1j * table.centre.imag
+        weight = np.full(last + 1, pull * self.rod.pitch)
+        weight[last] /= 2  # each end carries half of the pieces beside it
+        carried = Points.ends(last + 1, height)
+        tip = [spare / 2 + height, spare + self.chain.tip]
+        points = Points(np.append(carried.at, [last, last]), np.append(carried.arms, np.array(tip)))
+        forces = np.append(weight, [pull * spare, driven.payload])
+        obstacles = [self._distance(o.shape()) for o in self.chain.spec.obstacles.values()]
+        return Loads(points, forces, 0.0, self._touching(), obstacles)
+
+    def _touching(self) -> Points:
+        """What may touch obstacles: both sides of the modules, and the edges of the tip."""
+        chain, last = self.chain, self.chain.pieces - 1
+        outline = chain.table.outline.imag
+        sides = [Points.ends(last + 1, 1j * side) for side in (outline.min(), outline.max())]
+        return Points(
+            np.concatenate([*(side.at for side in sides), [last, last]]),
+            np.concatenate([*(side.arms for side in sides), self.spare + chain.edges]),
+        )
+
+    def _distance(self, shape: Any) -> Distance:
+        plane = self.chain.plane
+
+        def distance(places: Places) -> tuple[Array, Places, Array]:
+            gaps, normals, second = shape.distance(plane.space(places + self.start))
+            flat = plane.flat(normals)
+            along = plane.space(1j * flat)
+            return gaps, flat, np.einsum("ni,nij,nj->n", along, second, along)
+
+        return distance
+
+    def line(self, strains: Array) -> Array:
+        """From the clamp to the middle of the tip, (pieces + 3, 3)."""
+        last = np.array([self.chain.pieces - 1])
+        tip = self.rod.positions(strains, Points(last, self.spare + np.array([self.chain.tip])))
+        ends = self.start + self.rod.places(*strains.reshape(2, -1))
+        places = np.concatenate([[self.chain.base, self.start], ends, self.start + tip])
+        return self.chain.plane.space(places)
+
+    def row(self, strains: Array) -> Row:
+        """The measures of a state."""
+        chain, rod, law, plane = self.chain, self.rod, self.law, self.chain.plane
+        curvature, stretch = strains.reshape(2, -1)
+        found: Row = {"pressure_kPa": 1e3 * law.pressure}
+        found["bending_angle_deg"] = float(np.degrees(rod.pitch * curvature.sum()))
+        tip = self.line(strains)[-1]
+        found |= {f"tip_{c}_mm": float(v) for c, v in zip("xyz", tip, strict=True)}
+        air = law.response.conjugates(law.states(curvature, stretch))[2]
+        found["cavity_volume_mm3"] = float(chain.modules * chain.table.pitch * air.mean())
+        held, cells = -self.loads.forces.sum(), []
+        pressed = rod.pressed(strains, self.loads)
+        for (name, obstacle), forces in zip(chain.spec.obstacles.items(), pressed, strict=True):
+            found |= plane.vector(f"contact_force_{name}", forces.sum())
+            held -= forces.sum()
+            cells += [forces.sum()] if obstacle.load_cell else []
+        if cells:
+            found["blocked_force_N"] = float(abs(sum(cells)))
+        found |= plane.vector("reaction", held)
+        steepest = np.abs(np.diff(curvature)).max(initial=0.0) * chain.pieces / chain.modules
+        most = np.abs(curvature).max()
+        found["curvature_change_percent"] = float(100 * steepest / most) if most > STRAIGHT else 0.0
+        return found
+
+
+def run(chain: Chain, increments: int, tell: Callable[[str], None]) -> RodRun:
+    """Carry a rod through the steps of its spec, each in so many increments."""
+    strains = np.concatenate([np.zeros(chain.pieces), np.ones(chain.pieces)])
+    before, found = Driven(), RodRun([], [], [], "")
+    for step, pressures in zip(chain.spec.steps, pressures_of(chain.spec), strict=True):
+        after = chain.driven(step, max(pressures.values(), default=0.0), before)
+        for number in range(1 if found.rows else 0, increments + 1):
+            part = number / increments
+            standing = Standing(chain, before.towards(after, part))
+            try:
+                strains = standing.rod.settle(strains, standing.loads)
+                chain.table.check(standing.law, strains.reshape(2, -1))
+            except (ArithmeticError, ValueError) as error:
+                stopped = f"step '{step.name}' stops at {part:.0%}: {error}"
+                tell(stopped)
+                return replace(found, stopped=stopped)
+            place: Row = {"step": step.name, "increment": float(number), "step_fraction": part}
+            found.rows.append(place | standing.row(strains))
+            found.lines.append(standing.line(strains))
+            found.curvatures.append(strains[: chain.pieces].copy())
+        before = after
+    return found
