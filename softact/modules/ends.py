@@ -15,6 +15,7 @@ from softact.run.start import run
 from softact.spec import Spec
 
 Array = NDArray[np.float64]
+TINY = 1e-9  # MPa
 PARTS = 4  # increments of the short actuator at least
 
 
@@ -32,20 +33,26 @@ def short_spec(spec: Spec) -> Spec | None:
     return short if short.geometry.pitches < spec.geometry.pitches else None
 
 
-def lost_modules(spec: Spec, pressures: Array, turns: Array) -> Array:
-    """How many modules the ends of a short actuator bend less than all of its modules would.
+def lost(spec: Spec, pitch: float, pressures: Array, curvatures: Array, air: Array) -> Array:
+    """What the ends of a short actuator take from the bending and the air of all of its modules.
 
-    spec: of ``short_spec``. pressures (n,) MPa, turns (n,) rad: of a free module. Returns rows of
-    pressure, MPa, and modules. Raises NoEquilibriumError.
+    spec: of ``short_spec``. pitch: mm. Of a free module at pressures (n,) MPa: curvatures, 1/mm,
+    and air by length, mm². Returns rows of pressure MPa, modules, mm³. Raises NoEquilibriumError.
     """
     with TemporaryDirectory(prefix="softact-") as scratch:
         run(spec, Path(scratch) / "run", report=False)
         curve = read(Path(scratch) / "run").curve
-    name = next(name for name in curve if name.startswith("pressure_"))
-    driven = np.asarray(curve[name], dtype=float) / 1e3
-    angle = np.radians(np.asarray(curve["bending_angle_deg"], dtype=float))
-    seen = np.flatnonzero(driven > 1e-9)
+    driven, angle, volume = (
+        np.asarray(curve[next(name for name in curve if name.startswith(start))], dtype=float)
+        for start in ("pressure_", "bending_angle_deg", "cavity_volume_")
+    )
+    driven, length = driven / 1e3, spec.geometry.pitches * pitch
+    seen = np.flatnonzero(driven > TINY)
     if not len(seen):
         raise NoEquilibriumError("the short actuator that shows what the ends take has no state")
-    turn = np.interp(driven[seen], pressures, turns)
-    return np.column_stack([driven[seen], spec.geometry.pitches - angle[seen] / turn])
+    bent = np.interp(driven, pressures, curvatures)
+    modules = np.radians(angle[seen]) / (bent[seen] * pitch)
+    modules = np.append(modules[0], modules)  # at rest as soon after
+    at = np.append(0, seen)
+    whole = length * np.interp(driven, pressures, air)
+    return np.column_stack([driven[at], spec.geometry.pitches - modules, (whole - volume)[at]])

@@ -61,6 +61,11 @@ class Points:
         """One at each end."""
         return cls(np.arange(pieces), np.full(pieces, arm, dtype=complex))
 
+    @classmethod
+    def joined(cls, *parts: "Points") -> "Points":
+        """All of several."""
+        return cls(np.concatenate([p.at for p in parts]), np.concatenate([p.arms for p in parts]))
+
 
 @dataclass(frozen=True)
 class Loads:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from softact.errors import SpecError
+from softact.estimate.weight import last_loads, mass
 from softact.fields import Fault
 from softact.geometry.base import make_mesh
 from softact.mesh.msh_file import read_msh
@@ -82,6 +83,13 @@ def check(spec: Spec) -> None:
     largest_pressures(spec)
 
 
+def dead_moment(spec: Spec) -> float:
+    """Of weight and payload about the clamp of the straight actuator, N mm."""
+    gravity, force = last_loads(spec)
+    length = spec.geometry.layout().length
+    return length * float(mass(spec) * np.linalg.norm(gravity) / 2 + np.linalg.norm(force))
+
+
 def _refused(spec: Spec) -> Iterator[tuple[str, str]]:
     clamp = spec.layout().clamp
     loose = [s for s in spec.supports or () if s.surface != clamp or s.spring or s.turn]
@@ -144,7 +152,8 @@ class Standing:
     def __init__(self, chain: Chain, driven: Driven):
         self.chain = chain
         self.law = AtPressure(chain.table.response, driven.pressure)
-        bending = chain.modules - chain.table.lost(driven.pressure)
+        lost, self.lost_air = chain.table.lost(driven.pressure)
+        bending = chain.modules - lost
         pitch = bending * chain.table.pitch / chain.pieces
         self.rod = Rod(self.law, chain.pieces, pitch)
         self.spare = (chain.layout.length - chain.pieces * pitch) / 2
@@ -168,10 +177,8 @@ class Standing:
         chain, last = self.chain, self.chain.pieces - 1
         outline = chain.table.outline.imag
         sides = [Points.ends(last + 1, 1j * side) for side in (outline.min(), outline.max())]
-        return Points(
-            np.concatenate([*(side.at for side in sides), [last, last]]),
-            np.concatenate([*(side.arms for side in sides), self.spare + chain.edges]),
-        )
+        tip = Points(np.full(2, last), (self.spare + chain.edges).astype(complex))
+        return Points.joined(*sides, tip)
 
     def _distance(self, shape: Any) -> Distance:
         plane = self.chain.plane
@@ -201,7 +208,8 @@ class Standing:
         tip = self.line(strains)[-1]
         found |= {f"tip_{c}_mm": float(v) for c, v in zip("xyz", tip, strict=True)}
         air = law.response.conjugates(law.states(curvature, stretch))[2]
-        found["cavity_volume_mm3"] = float(chain.modules * chain.table.pitch * air.mean())
+        whole = chain.modules * chain.table.pitch * air.mean()
+        found["cavity_volume_mm3"] = float(whole - self.lost_air)
         held, cells = -self.loads.forces.sum(), []
         pressed = rod.pressed(strains, self.loads)
         for (name, obstacle), forces in zip(chain.spec.obstacles.items(), pressed, strict=True):

@@ -17,7 +17,7 @@ from softact.loads.load_step import LoadStep
 from softact.measures.cross_section import CrossSection
 from softact.mesh.layout import COMPONENTS, Layout
 from softact.model import Model
-from softact.modules.ends import lost_modules
+from softact.modules.ends import lost
 from softact.modules.response import AtPressure, Response, errors, fit
 from softact.run.from_spec import build_model
 from softact.solve.progress import Attempt, Trying
@@ -26,6 +26,7 @@ from softact.spec import Spec
 from softact.system.term import EVERYTHING, State
 
 Array = NDArray[np.float64]
+SAGS = 1.2  # times what the dead loads bend the clamped module without pressure
 BEYOND = 0.3  # of the largest free curvature: how far the table goes past straight and past free
 PULLED = 0.5  # of the force that keeps the length of a straight module
 HELD_OUT = 5  # each such state is not in the fit whose error is told
@@ -38,8 +39,8 @@ class Grid:
     """How many pressures above zero, curvatures at each, and axial forces at each."""
 
     pressures: int = 4
-    curvatures: int = 6
-    forces: int = 3
+    curvatures: int = 5
+    forces: int = 2
 
 
 @dataclass(frozen=True)
@@ -87,15 +88,18 @@ class Walked:
     """What was found on the way.
 
     states (n, 3): curvature 1/mm, stretch, pressure MPa. conjugates (3, n): moment N mm, force N,
-    air by length mm^2. levels: pressures at which all curvatures were walked. free: curvature of
-    the free module there. lost: how many states of the grid had no equilibrium. iterations: of
-    Newton's method, in all.
+    air by length mm². levels: pressures at which all curvatures were walked. free: curvature of the
+    free module there, and free_air: its air by length. moment: of dead loads, N mm, for which there
+    is room. lost: how many states of the grid had no equilibrium. iterations: of Newton's method,
+    in all.
     """
 
     states: Array
     conjugates: Array
     levels: Array
     free: Array
+    free_air: Array
+    moment: float
     lost: int
     iterations: int
 
@@ -124,9 +128,13 @@ class Table:
     pressures: dict[str, float]
     ends: Array
 
-    def lost(self, pressure: float) -> float:
-        """Modules that the two ends of an actuator take from its bending at a pressure, MPa."""
-        return float(np.interp(pressure, *self.ends.T)) if len(self.ends) else 0.0
+    def lost(self, pressure: float) -> tuple[float, float]:
+        """What the two ends of an actuator take from its bending at a pressure, MPa: modules; and
+        from its air, mm^3."""
+        if not len(self.ends):
+            return 0.0, 0.0
+        at, modules, air = self.ends.T
+        return float(np.interp(pressure, at, modules)), float(np.interp(pressure, at, air))
 
     def reach(self, pressure: float) -> tuple[float, float]:
         """Least and largest curvature, 1/mm, that was walked near a pressure, MPa."""
@@ -167,6 +175,12 @@ class Walker:
         settings = replace(spec.solver.settings, initial_increment=1.0, max_increment=1.0)
         self._stepper = Stepper(model, settings, self._accept, on_iteration=self._count)
 
+    def compliance(self) -> float:
+        """Curvature by moment of the undeformed module, 1/(N mm²)."""
+        section = CrossSection(self.model, self.model.initial_state())
+        about = int(np.flatnonzero(np.flatnonzero(section.free) == self.plane.about)[0])
+        return float(np.linalg.inv(section.stiffness())[about, about])
+
     def clear(self) -> None:
         """Forget the states so far."""
         self.states: list[tuple[float, float, float]] = []
@@ -179,19 +193,20 @@ class Walker:
         if attempt.fraction == 0.0:
             return
         section, plane = CrossSection(self.model, state), self.plane
-        strain, load, layout = section.strain, section.load, self.model.mesh.layout
-        name, full = max(self.pressures.items(), key=lambda item: abs(item[1]))
-        part = float(state["pressure"][name]) / full
-        air = sum(
+        bent, moment = (plane.sign * six[plane.about] for six in (section.strain, section.load))
+        stretch, axial = (float(six[3:] @ plane.axis) for six in (section.strain, section.load))
+        name = max(self.pressures, key=self.pressures.__getitem__)
+        self.states.append((bent, stretch, float(state["pressure"][name])))
+        self.conjugates.append((moment, axial, self.air(state)))
+
+    def air(self, state: State) -> float:
+        """Of the whole module by its length, mm², the cavities by their share of the pressure."""
+        full = max(self.pressures.values())
+        whole = sum(
             value / full * self.model.cavity_volume(state, cavity)
             for cavity, value in self.pressures.items()
         )
-        sign, about = plane.sign, plane.about
-        self.states.append((sign * strain[about], strain[3:] @ plane.axis, part * full))
-        axial = load[3:] @ plane.axis
-        self.conjugates.append(
-            (sign * load[about], axial, layout.copies * air / self.repeat.length)
-        )
+        return self.model.mesh.layout.copies * whole / self.repeat.length
 
     def to(
         self,
@@ -255,16 +270,20 @@ def pressures_of(spec: Spec) -> Iterator[dict[str, float]]:
         yield now
 
 
-def walk(walker: Walker, grid: Grid, tell: Callable[[str], None]) -> Walked:
-    """Visit a grid of states, each from its neighbour. Raises NoEquilibriumError where the free
-    or the clamped module does not reach the full pressure."""
+def walk(walker: Walker, grid: Grid, moment: float, tell: Callable[[str], None]) -> Walked:
+    """Visit a grid of states, each from its neighbour. moment: of dead loads, N mm. Raises
+    NoEquilibriumError where the free or the clamped module does not reach the full pressure."""
     parts = np.linspace(0, 1, grid.pressures + 1)
+    sagging = SAGS * moment * walker.compliance()
+    rest = walker.air(walker.model.initial_state())
     if not walker.to(1.0, increments=grid.pressures):
         raise NoEquilibriumError("the free module does not reach the full pressure")
     reached, bent = np.array([(p, k) for k, _, p in walker.states]).T
     full = reached[-1]
     free = np.interp(parts, np.append(0, reached / full), np.append(0, bent))
-    beyond = BEYOND * max(free, key=abs)
+    air = np.array([conjugates[2] for conjugates in walker.conjugates])
+    free_air = np.interp(parts, np.append(0, reached / full), np.append(rest, air))
+    beyond = BEYOND * max(abs(free)) + sagging
     if not walker.to(1.0, 0.0, clamped=True):
         raise NoEquilibriumError("the clamped module does not reach the full pressure")
     force = PULLED * abs(walker.conjugates[-1][1])
@@ -277,7 +296,7 @@ def walk(walker: Walker, grid: Grid, tell: Callable[[str], None]) -> Walked:
         lost += max(0, grid.curvatures - len(walker.states) + found)
         tell(f"table: {number} of {len(sweeps)} sweeps, {len(walker.states)} states, {lost} lost")
     states, conjugates = np.array(walker.states), np.array(walker.conjugates).T
-    return Walked(states, conjugates, parts * full, free, lost, walker.iterations)
+    return Walked(states, conjugates, parts * full, free, free_air, moment, lost, walker.iterations)
 
 
 def _sweeps(
@@ -288,8 +307,9 @@ def _sweeps(
     up, pulls = True, np.linspace(-force, force, grid.forces)
     for part, bent in list(zip(parts, free, strict=True))[::-1]:
         for pull in pulls:
-            ends = (-beyond, bent + beyond) if up else (bent + beyond, -beyond)
-            yield float(part), float(ends[0]), float(ends[1]), float(pull)
+            low, high = min(bent, 0.0) - beyond, max(bent, 0.0) + beyond
+            first, last = (low, high) if up else (high, low)
+            yield float(part), float(first), float(last), float(pull)
             up = not up
         pulls = pulls[::-1]
 
@@ -314,9 +334,15 @@ def best_fit(walked: Walked) -> tuple[Response, Array, int]:
     return fit(walked.states, walked.conjugates, degree), off, degree
 
 
-def table(spec: Spec, grid: Grid, tell: Callable[[str], None], short: Spec | None = None) -> Table:
-    """Mesh a module's spec, walk it and fit. short: a whole actuator of few modules, for what its
-    ends take. Raises what its parts raise."""
+def table(
+    spec: Spec,
+    grid: Grid,
+    moment: float,
+    tell: Callable[[str], None],
+    short: Spec | None = None,
+) -> Table:
+    """Mesh a module's spec, walk it and fit. moment: see ``walk``. short: a whole actuator of few
+    modules, for what its ends take. Raises what its parts raise."""
     with TemporaryDirectory(prefix="softact-") as scratch:
         mesh = Path(scratch) / "module.msh"
         make_mesh(spec.geometry, mesh, curved=spec.solver.curved)
@@ -325,12 +351,12 @@ def table(spec: Spec, grid: Grid, tell: Callable[[str], None], short: Spec | Non
     mass, centre = _mass(model)
     repeat, plane = walker.repeat, walker.plane
     origin = plane.flat(repeat.centre)
-    walked = walk(walker, grid, tell)
+    walked = walk(walker, grid, moment, tell)
     response, off, degree = best_fit(walked)
-    ends = np.empty((0, 2))
+    ends = np.empty((0, 3))
     if short is not None:
         tell("table: a short actuator, for its ends")
-        ends = lost_modules(short, walked.levels, repeat.length * walked.free)
+        ends = lost(short, repeat.length, walked.levels, walked.free, walked.free_air)
     full = max(walker.pressures.values(), key=abs)
     return Table(
         response,

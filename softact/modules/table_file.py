@@ -16,12 +16,14 @@ from softact.files.text import json_text, replacing, write_atomic
 from softact.modules.ends import short_spec
 from softact.modules.module_spec import module_specs
 from softact.modules.response import Response
+from softact.modules.rod_run import dead_moment
 from softact.modules.table import Grid, Table, Walked, largest_pressures, table
 from softact.spec import Spec
 
 FORMAT = 1
 JSON, HDF5 = "table.json", "table.h5"
 FILES = (JSON, HDF5)
+ENOUGH = 1 - 1e-9
 SAMPLE = 1e-3  # MPa: the pressure of the specs whose hash tells tables apart
 UNITS = {
     "response.low": "1/mm, 1, MPa",
@@ -37,7 +39,9 @@ UNITS = {
     "walked.conjugates": "moment N mm, force N, air by length mm^2",
     "walked.levels": "MPa",
     "walked.free": "1/mm",
-    "ends": "pressure MPa, modules",
+    "ends": "pressure MPa, modules, mm^3",
+    "walked.free_air": "mm^2",
+    "walked.moment": "N mm",
 }
 COMPLEX = ("centre", "outline", "origin")
 
@@ -95,10 +99,10 @@ def read(path: Path) -> tuple[Table, str]:
             data[name] = np.asarray(data[name]) @ [1, 1j]
         response = {name: np.asarray(value) for name, value in data.pop("response").items()}
         walked = data.pop("walked")
-        for name in ("states", "conjugates", "levels", "free"):
+        for name in ("states", "conjugates", "levels", "free", "free_air"):
             walked[name] = np.asarray(walked[name])
         data["errors"] = np.asarray(data["errors"])
-        data["ends"] = np.asarray(data["ends"]).reshape(-1, 2)
+        data["ends"] = np.asarray(data["ends"]).reshape(-1, 3)
         return Table(response=Response(**response), walked=Walked(**walked), **data), made_from
     except OSError as error:
         raise SpecError(f"{path}: cannot be read: {error.strerror}") from None
@@ -127,22 +131,24 @@ def made_or_read(
     given: the user named the file: another module's is then refused. Raises SpecError.
     """
     grid = grid or Grid()
-    pressures = largest_pressures(spec)
+    pressures, moment = largest_pressures(spec), dead_moment(spec)
     full = max(pressures.values())
     shares = {name: value / full for name, value in pressures.items()}
     made_from = key(_specs(spec, {name: SAMPLE * part for name, part in shares.items()}), grid)
     if given or known.exists():
         found, source = read(known)
-        if source == made_from and found.walked.levels[-1] >= full * (1 - 1e-9):
+        wide = found.walked.levels[-1] >= full * ENOUGH and found.walked.moment >= moment * ENOUGH
+        if source == made_from and wide:
             tell(f"table: that of {known}")
             return MadeTable(found, source)
         if given:
             raise SpecError(
-                f"{known}: is the table of another module, or of less pressure than "
-                f"{1e3 * full:g} kPa; geometry, materials, layers and solver are to be the same"
+                f"{known}: is the table of another module, or of less than {1e3 * full:g} kPa or "
+                f"{moment:.3g} N mm of weight and payload; geometry, materials, layers and solver "
+                "are to be the same"
             )
     free, *short = _specs(spec, pressures)
-    return MadeTable(table(free, grid, tell, *short), made_from)
+    return MadeTable(table(free, grid, moment, tell, *short), made_from)
 
 
 def _specs(spec: Spec, pressures: Mapping[str, float]) -> list[Spec]:
