@@ -15,15 +15,17 @@ from softact.estimate.weight import last_loads, mass
 from softact.fields import Fault
 from softact.geometry.base import make_mesh
 from softact.mesh.msh_file import read_msh
-from softact.modules.planar_rod import Array, Distance, Loads, Places, Points, Rod
+from softact.modules.planar_rod import Array, Distance, Linear, Loads, Places, Points, Rod
 from softact.modules.response import AtPressure
-from softact.modules.table import Plane, Table, largest_pressures, pressures_of
+from softact.modules.table import Dead, Plane, Table, largest_pressures, pressures_of
 from softact.spec import Spec, Step
 
 LOADED = {"gravity", "pressure", "payload"}
 PIECES = 2  # by module
 NEAR = 1e-6  # mm/s² or N across the plane: none
 STRAIGHT = 1e-6  # 1/mm
+SAMPLES = 32  # pieces of the linear rod that says how far weight bends
+STIFF = 1e4  # its stiffness against stretch, by that against bending and its length
 
 Row = dict[str, float | str]
 
@@ -83,11 +85,23 @@ def check(spec: Spec) -> None:
     largest_pressures(spec)
 
 
-def dead_moment(spec: Spec) -> float:
-    """Of weight and payload about the clamp of the straight actuator, N mm."""
+def dead(spec: Spec) -> Dead:
+    """Weight and payload of a spec at the end of its steps, on the actuator without pressure."""
     gravity, force = last_loads(spec)
-    length = spec.geometry.layout().length
-    return length * float(mass(spec) * np.linalg.norm(gravity) / 2 + np.linalg.norm(force))
+    layout, weight = spec.geometry.layout(), mass(spec)
+    plane, length = Plane.of(layout), layout.length
+    points = Points.ends(SAMPLES)
+    forces = np.full(SAMPLES, plane.flat(weight * gravity) / SAMPLES)
+    forces[-1] += plane.flat(force)
+
+    def sags(bending: float) -> tuple[float, float]:
+        rod = Rod(Linear(bending, STIFF * bending / length**2), SAMPLES, length / SAMPLES)
+        start = np.concatenate([np.zeros(SAMPLES), np.ones(SAMPLES)])
+        bent = rod.equilibrium(start, Loads(points, forces))[:SAMPLES]
+        return min(0.0, float(bent.min())), max(0.0, float(bent.max()))
+
+    moment = float(weight * np.linalg.norm(gravity) / 2 + np.linalg.norm(force)) * length
+    return Dead(moment, sags)
 
 
 def _refused(spec: Spec) -> Iterator[tuple[str, str]]:
@@ -194,7 +208,8 @@ class Standing:
     def line(self, strains: Array) -> Array:
         """From the clamp to the middle of the tip, (pieces + 3, 3)."""
         last = np.array([self.chain.pieces - 1])
-        tip = self.rod.positions(strains, Points(last, self.spare + np.array([self.chain.tip])))
+        arm = np.array([self.spare + self.chain.tip], dtype=complex)
+        tip = self.rod.positions(strains, Points(last, arm))
         ends = self.start + self.rod.places(*strains.reshape(2, -1))
         places = np.concatenate([[self.chain.base, self.start], ends, self.start + tip])
         return self.chain.plane.space(places)

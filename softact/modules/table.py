@@ -26,7 +26,7 @@ from softact.spec import Spec
 from softact.system.term import EVERYTHING, State
 
 Array = NDArray[np.float64]
-SAGS = 1.2  # times what the dead loads bend the clamped module without pressure
+SAGS = 1.2  # times how far the dead loads bend a linear rod
 BEYOND = 0.3  # of the largest free curvature: how far the table goes past straight and past free
 PULLED = 0.5  # of the force that keeps the length of a straight module
 HELD_OUT = 5  # each such state is not in the fit whose error is told
@@ -41,6 +41,16 @@ class Grid:
     pressures: int = 4
     curvatures: int = 5
     forces: int = 2
+
+
+@dataclass(frozen=True)
+class Dead:
+    """Weight and payload for which a table has room. moment: of them about the clamp of the
+    straight actuator, N mm. sags: from its stiffness against bending, N mm², to the least and the
+    largest curvature, 1/mm, that they alone give it."""
+
+    moment: float
+    sags: Callable[[float], tuple[float, float]]
 
 
 @dataclass(frozen=True)
@@ -270,11 +280,11 @@ def pressures_of(spec: Spec) -> Iterator[dict[str, float]]:
         yield now
 
 
-def walk(walker: Walker, grid: Grid, moment: float, tell: Callable[[str], None]) -> Walked:
-    """Visit a grid of states, each from its neighbour. moment: of dead loads, N mm. Raises
-    NoEquilibriumError where the free or the clamped module does not reach the full pressure."""
+def walk(walker: Walker, grid: Grid, dead: Dead, tell: Callable[[str], None]) -> Walked:
+    """Visit a grid of states, each from its neighbour. Raises NoEquilibriumError where the free or
+    the clamped module does not reach the full pressure."""
     parts = np.linspace(0, 1, grid.pressures + 1)
-    sagging = SAGS * moment * walker.compliance()
+    sags = SAGS * np.array(dead.sags(1 / walker.compliance()))
     rest = walker.air(walker.model.initial_state())
     if not walker.to(1.0, increments=grid.pressures):
         raise NoEquilibriumError("the free module does not reach the full pressure")
@@ -283,12 +293,13 @@ def walk(walker: Walker, grid: Grid, moment: float, tell: Callable[[str], None])
     free = np.interp(parts, np.append(0, reached / full), np.append(0, bent))
     air = np.array([conjugates[2] for conjugates in walker.conjugates])
     free_air = np.interp(parts, np.append(0, reached / full), np.append(rest, air))
-    beyond = BEYOND * max(abs(free)) + sagging
+    beyond = BEYOND * max(abs(free))
+    around = sags[0] - beyond, sags[1] + beyond
     if not walker.to(1.0, 0.0, clamped=True):
         raise NoEquilibriumError("the clamped module does not reach the full pressure")
     force = PULLED * abs(walker.conjugates[-1][1])
     walker.clear()
-    lost, sweeps = 0, list(_sweeps(parts, free, beyond, force, grid))
+    lost, sweeps = 0, list(_sweeps(parts, free, around, force, grid))
     for number, (part, first, last, pull) in enumerate(sweeps, 1):
         found = len(walker.states)
         if walker.to(part, first, pull):
@@ -296,18 +307,20 @@ def walk(walker: Walker, grid: Grid, moment: float, tell: Callable[[str], None])
         lost += max(0, grid.curvatures - len(walker.states) + found)
         tell(f"table: {number} of {len(sweeps)} sweeps, {len(walker.states)} states, {lost} lost")
     states, conjugates = np.array(walker.states), np.array(walker.conjugates).T
-    return Walked(states, conjugates, parts * full, free, free_air, moment, lost, walker.iterations)
+    return Walked(
+        states, conjugates, parts * full, free, free_air, dead.moment, lost, walker.iterations
+    )
 
 
 def _sweeps(
-    parts: Array, free: Array, beyond: float, force: float, grid: Grid
+    parts: Array, free: Array, around: tuple[float, float], force: float, grid: Grid
 ) -> Iterator[tuple[float, float, float, float]]:
     """Part of the pressure, first and last curvature, and force: each begins near the last one's
     end."""
     up, pulls = True, np.linspace(-force, force, grid.forces)
     for part, bent in list(zip(parts, free, strict=True))[::-1]:
         for pull in pulls:
-            low, high = min(bent, 0.0) - beyond, max(bent, 0.0) + beyond
+            low, high = min(bent, 0.0) + around[0], max(bent, 0.0) + around[1]
             first, last = (low, high) if up else (high, low)
             yield float(part), float(first), float(last), float(pull)
             up = not up
@@ -337,12 +350,12 @@ def best_fit(walked: Walked) -> tuple[Response, Array, int]:
 def table(
     spec: Spec,
     grid: Grid,
-    moment: float,
+    dead: Dead,
     tell: Callable[[str], None],
     short: Spec | None = None,
 ) -> Table:
-    """Mesh a module's spec, walk it and fit. moment: see ``walk``. short: a whole actuator of few
-    modules, for what its ends take. Raises what its parts raise."""
+    """Mesh a module's spec, walk it and fit. short: a whole actuator of few modules, for what
+    its ends take. Raises what its parts raise."""
     with TemporaryDirectory(prefix="softact-") as scratch:
         mesh = Path(scratch) / "module.msh"
         make_mesh(spec.geometry, mesh, curved=spec.solver.curved)
@@ -351,7 +364,7 @@ def table(
     mass, centre = _mass(model)
     repeat, plane = walker.repeat, walker.plane
     origin = plane.flat(repeat.centre)
-    walked = walk(walker, grid, moment, tell)
+    walked = walk(walker, grid, dead, tell)
     response, off, degree = best_fit(walked)
     ends = np.empty((0, 3))
     if short is not None:

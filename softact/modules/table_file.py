@@ -16,7 +16,7 @@ from softact.files.text import json_text, replacing, write_atomic
 from softact.modules.ends import short_spec
 from softact.modules.module_spec import module_specs
 from softact.modules.response import Response
-from softact.modules.rod_run import dead_moment
+from softact.modules.rod_run import dead
 from softact.modules.table import Grid, Table, Walked, largest_pressures, table
 from softact.spec import Spec
 
@@ -131,24 +131,27 @@ def made_or_read(
     given: the user named the file: another module's is then refused. Raises SpecError.
     """
     grid = grid or Grid()
-    pressures, moment = largest_pressures(spec), dead_moment(spec)
+    pressures, loads = largest_pressures(spec), dead(spec)
     full = max(pressures.values())
     shares = {name: value / full for name, value in pressures.items()}
     made_from = key(_specs(spec, {name: SAMPLE * part for name, part in shares.items()}), grid)
     if given or known.exists():
         found, source = read(known)
-        wide = found.walked.levels[-1] >= full * ENOUGH and found.walked.moment >= moment * ENOUGH
+        wide = (
+            found.walked.levels[-1] >= full * ENOUGH
+            and found.walked.moment >= loads.moment * ENOUGH
+        )
         if source == made_from and wide:
             tell(f"table: that of {known}")
             return MadeTable(found, source)
         if given:
             raise SpecError(
                 f"{known}: is the table of another module, or of less than {1e3 * full:g} kPa or "
-                f"{moment:.3g} N mm of weight and payload; geometry, materials, layers and solver "
-                "are to be the same"
+                f"{loads.moment:.3g} N mm of weight and payload; geometry, materials, layers and "
+                "solver are to be the same"
             )
     free, *short = _specs(spec, pressures)
-    return MadeTable(table(free, grid, moment, tell, *short), made_from)
+    return MadeTable(table(free, grid, loads, tell, *short), made_from)
 
 
 def _specs(spec: Spec, pressures: Mapping[str, float]) -> list[Spec]:

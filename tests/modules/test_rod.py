@@ -1,0 +1,159 @@
+"""A table of a module and the rod of it, beside the whole actuator."""
+
+import json
+
+import h5py
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from softact.cli.main import softact
+from softact.errors import SpecError
+from softact.modules import rod_run, table_file
+from softact.modules.rod_run import Chain
+from softact.modules.table import Grid, largest_pressures
+from softact.results.folder import read
+from softact.run.start import run
+from softact.spec import Spec
+
+GRID = Grid(3, 4, 2)
+SPEC = {
+    "name": "small",
+    "geometry": {
+        "type": "pneunet",
+        "chambers": 5,
+        "chamber_height": "12 mm",
+        "base": "3 mm",
+        "mesh_size": "4 mm",
+    },
+    "materials": {"body": "elastosil-m4601"},
+    "steps": [
+        {"name": "weight", "gravity": [0, 0, -1], "payload": {"force": ["0 N", "0 N", "-0.02 N"]}},
+        {"name": "inflate", "pressure": "12 kPa"},
+    ],
+}
+
+
+def made(spec, folder, given=False):
+    said = []
+    known = folder / table_file.JSON
+    return table_file.made_or_read(spec, known, given, said.append, GRID), said
+
+
+@pytest.fixture(scope="module")
+def spec():
+    return Spec.model_validate(SPEC)
+
+
+@pytest.fixture(scope="module")
+def folder(spec, tmp_path_factory):
+    """With the table's files."""
+    folder = tmp_path_factory.mktemp("table")
+    made(spec, folder)[0].write(*(folder / name for name in table_file.FILES))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def table(folder):
+    return table_file.read(folder / table_file.JSON)[0]
+
+
+def test_states_that_are_not_in_the_fit(table):
+    assert len(table.walked.states) >= 32 and table.walked.lost == 0
+    assert table.errors.max() < 5e-3
+
+
+def test_both_files_hold_the_same(table, folder):
+    plain = json.loads((folder / table_file.JSON).read_text())
+    with h5py.File(folder / table_file.HDF5) as file:
+        assert file["response/constants"][:] == pytest.approx(plain["response"]["constants"])
+        assert file["walked/conjugates"].shape == table.walked.conjugates.shape
+        assert file["pitch"].attrs["unit"] == "mm"
+    found = table.response.conjugates(table.walked.states)
+    scale = np.abs(table.walked.conjugates).max(axis=1)
+    assert (np.abs(found - table.walked.conjugates).max(axis=1) / scale).max() < 5e-3
+
+
+def test_less_load_takes_the_same_table_and_more_does_not(spec, folder):
+    _, said = made(spec.with_({"steps.inflate.pressure": "8 kPa"}), folder)
+    assert said == [f"table: that of {folder / table_file.JSON}"]
+    for path, value in {
+        "steps.inflate.pressure": "14 kPa",
+        "steps.weight.payload.force": ["0 N", "0 N", "-1 N"],
+        "geometry.roof": "1.5 mm",
+    }.items():
+        with pytest.raises(SpecError, match="is the table of another module, or of less than"):
+            made(spec.with_({path: value}), folder, given=True)
+
+
+def test_beside_the_whole_actuator(spec, table, tmp_path):
+    """Weight, payload and pressure: the angle within 3 %, the tip within 1 % of the length, air
+    within 1 %."""
+    assert run(spec, tmp_path / "run", report=False).status == "complete"
+    whole = read(tmp_path / "run").curve
+    rod = rod_run.run(Chain(spec, table), 2, print)
+    assert not rod.stopped
+    for row in rod.rows[2:]:
+        at = (whole["step"] == row["step"]) & np.isclose(
+            whole["step_fraction"], row["step_fraction"]
+        )
+        (at,) = np.flatnonzero(at)
+        assert row["bending_angle_deg"] == pytest.approx(whole["bending_angle_deg"][at], rel=0.03)
+        for name in ("tip_x_mm", "tip_z_mm"):
+            length = spec.geometry.layout().length
+            assert row[name] == pytest.approx(whole[name][at], abs=0.01 * length)
+        volume = next(v for name, v in whole.items() if name.startswith("cavity_volume"))
+        assert row["cavity_volume_mm3"] == pytest.approx(volume[at], rel=0.01)
+        assert row["reaction_z_N"] == pytest.approx(whole["reaction_z_N"][at], rel=0.01)
+
+
+def test_it_stands_on_a_plate(spec, table):
+    """What presses on the plate, hangs on the finger and holds the clamp is in balance."""
+    plate = {
+        "type": "block",
+        "center": ["30 mm", "0 mm", "-10 mm"],
+        "size": ["100 mm"] * 2 + ["20 mm"],
+    }
+    blocked = spec.with_({"obstacles": {"plate": plate | {"load_cell": True}}})
+    rod = rod_run.run(Chain(blocked, table), 4, print)
+    assert not rod.stopped
+    last = rod.rows[-1]
+    assert last["blocked_force_N"] > 0.01
+    assert last["contact_force_plate_z_N"] == pytest.approx(last["blocked_force_N"])
+    weight = rod.rows[4]["reaction_z_N"] + rod.rows[4]["contact_force_plate_z_N"]
+    assert last["reaction_z_N"] + last["blocked_force_N"] == pytest.approx(weight, rel=0.02)
+    assert rod.lines[-1][-1, 2] > -0.1 + spec.geometry.base / 2  # the tip did not go through
+
+
+def test_what_a_rod_is_not_asked(spec):
+    changes = {
+        "contact": [{"self": "outer"}],
+        "obstacles": {
+            "ball": {"type": "sphere", "center": ["9 mm"] * 3, "radius": "1 mm", "friction": 0.3}
+        },
+    }
+    with pytest.raises(SpecError) as error:
+        rod_run.check(spec.with_(changes))
+    assert "contact: a rod does not meet itself" in str(error.value)
+    assert "obstacles.ball.friction: a rod slides" in str(error.value)
+    with pytest.raises(SpecError, match=r"walked over its pressure; no step has one"):
+        largest_pressures(spec.with_({"steps": SPEC["steps"][:1]}))
+    with pytest.raises(SpecError, match=r"one pressure above zero"):
+        largest_pressures(spec.with_({"steps.inflate.pressure": "-3 kPa"}))
+
+
+def test_the_command(folder, spec, tmp_path):
+    (tmp_path / "small.yaml").write_text(spec.with_({"steps.inflate.pressure": "9 kPa"}).to_yaml())
+    (tmp_path / "table.json").write_bytes((folder / table_file.JSON).read_bytes())
+    arguments = ["rod", str(tmp_path / "small.yaml"), "-o", str(tmp_path / "out")]
+    called = CliRunner().invoke(softact, [*arguments, "--table", str(tmp_path / "table.json")])
+    assert called.exit_code != 0  # of another grid than the command's
+    assert "is the table of another module" in str(called.output) + str(called.exception)
+
+
+def test_a_broken_table(tmp_path):
+    (tmp_path / "t.json").write_text("{")
+    with pytest.raises(SpecError, match=r"t\.json: is no table of 'softact module --table'"):
+        table_file.read(tmp_path / "t.json")
+    with pytest.raises(SpecError, match="cannot be read"):
+        table_file.read(tmp_path / "none.json")
