@@ -53,7 +53,7 @@ def html(
     bars = {column: mesh_error.text(column, bar) for column, bar in errors.bars.items()}
     hanging, fault = slopes.section(results)
     bands = scatter.read(results)
-    faults = [*faults, *filter(None, (fault, bands.fault))]
+    faults = [*faults, *filter(None, (fault, bands.fault)), *headline.missing(results)]
     count, state = _count(results), headline.title(results)
     sections = [
         Section("figures", "Key figures", nav="Figures"),
@@ -164,6 +164,8 @@ def _cards(results: Results, bars: dict[str, str], bands: scatter.Bands) -> list
         return _card(noted, bars.get(figure.column, "") if last else "")
 
     cards = [card(figure) for figure in head]
+    if headline.chosen(results):
+        return cards
     shown = {figure.column for figure in head}
     wanted = [n for n in curve if n.startswith("cavity_volume")]
     wanted += ["max_principal_stress_MPa", "max_principal_stretch"]
