@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
@@ -92,7 +93,7 @@ def _ordered(outcome: Calibration) -> tuple[np.ndarray, np.ndarray]:
 def _curve(outcome: Calibration, name: str) -> Plot:
     label, (order, x) = column(name), _ordered(outcome)
 
-    def trace(said: str, values: np.ndarray, **look: object) -> dict:
+    def trace(said: str, values: np.ndarray, **look: Any) -> dict:
         return base.xy(said, x, values[order] * label.factor, **look)
 
     dashed = {"dash": "dash", "width": 2}
