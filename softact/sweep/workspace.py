@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from markupsafe import Markup
-from scipy.spatial import ConvexHull
 
 from softact.report import base, labels
 from softact.report.base import Plot, Section
@@ -45,6 +44,8 @@ class Workspace:
         rank = int((sizes > FLAT * sizes[0]).sum())
         if rank < 2 or len(self.tip) <= rank:
             return 0.0, 1
+        from scipy.spatial import ConvexHull  # takes longer than all of a small page
+
         return float(ConvexHull(self.tip @ directions[:rank].T).volume), rank
 
 
@@ -98,10 +99,11 @@ def sections(table: Sequence[Mapping[str, Any]]) -> list[Section]:
     found = workspace(table)
     if found is None:
         return []
-    body = _cards(found) + base.figures(_plots(found)) + base.note(
+    said = base.note(
         "The tip at the last state of each run. The hull is the smallest convex one about them: "
         "where the cloud has a hollow side, it takes in places that the tip does not reach."
-    )  # fmt: skip
+    )
+    body = _cards(found) + said + base.figures(_plots(found))
     return [Section("workspace", "Workspace of the tip", body, "Workspace")]
 
 
