@@ -115,11 +115,13 @@ def test_each_file_comes_to_its_pictures(name, sheets):
 @pytest.mark.parametrize("name", ["with names", "with slivers", "in mm, and says m",
                                   "closed surface"])  # fmt: skip
 def test_it_does_the_same_whatever_its_file(name, sheets):
-    """Elongation and volume as without names: to what meshes differ by, the lump's 0.01 mm too."""
+    """Elongation and volume as without names: to what meshes differ by, the lump's 0.01 mm too, and
+    a little further where the surface's triangles make another mesh."""
     wanted, found = sheets["without names"].summary, sheets[name].summary
     assert wanted["elongation_mm"] > 0.08
+    within = 0.03 if name == "closed surface" else 0.02
     for column in ("elongation_mm", "cavity_volume_mm3"):
-        assert found[column] == pytest.approx(wanted[column], rel=0.02)
+        assert found[column] == pytest.approx(wanted[column], rel=within)
 
 
 def test_the_plate_of_an_assembly_holds_its_side_back(sheets):
