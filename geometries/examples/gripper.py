@@ -117,6 +117,8 @@ def make(finger: Path, gripper: Path, fingers: int, radius: float) -> dict:
         if (2, "symmetry") in groups:
             raise SystemExit(f"{finger}: half a finger; write symmetry: false in its geometry")
         write(gmsh, points, groups, fingers, radius)
+        # meshio reads no entities without a boundary in the newer version.
+        gmsh.option.setNumber("Mesh.MshFileVersion", 2.2)
         gmsh.write(str(gripper))
     finally:
         gmsh.finalize()

@@ -14,11 +14,11 @@ from softact.spec import loads
 from softact.system.rotation import rotation_about
 
 SCRIPT = Path(__file__).parents[2] / "geometries/examples/gripper.py"
-FINGERS, RADIUS, BALL = 3, 9.0, 8.0
+FINGERS, RADIUS, BALL = 3, 6.5, 6.0
 MATERIALS = "{body: {law: neo_hookean, c10: 0.05 MPa}}"
-FINGER = "{type: pneunet, chambers: 2, mesh_size: 7 mm, symmetry: false}"
+FINGER = "{type: pneunet, chambers: 1, chamber_length: 8 mm, mesh_size: 12 mm, symmetry: false}"
 END = """
-obstacles: {{ball: {{type: sphere, center: [17 mm, 0 mm, {z} mm], radius: {ball} mm}}}}
+obstacles: {{ball: {{type: sphere, center: [12 mm, 0 mm, {z} mm], radius: {ball} mm}}}}
 steps: [{{name: close, pressure: {pressure}}}]
 solver: {{initial_increment: 0.25, max_increment: 0.5}}
 measures: [pressure, reaction, contact, volume]
