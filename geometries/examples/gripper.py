@@ -46,7 +46,7 @@ def turned(points: np.ndarray, angle: float, radius: float) -> np.ndarray:
     """Points of a finger at the radius, turned about x by an angle (radians)."""
     c, s = math.cos(angle), math.sin(angle)
     turn = np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
-    return (points + [0.0, 0.0, radius]) @ turn.T
+    return (points + np.array([0.0, 0.0, radius])) @ turn.T
 
 
 def copies(

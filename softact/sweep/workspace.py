@@ -120,7 +120,7 @@ def _cards(found: Workspace) -> Markup:
     if dimension == 3:
         cards.append(base.card("Convex hull", labels.number(size / 1e3), "mL"))
     elif dimension == 2:
-        cards.append(base.card("Convex hull", labels.number(size / 1e2), "cm²"))
+        cards.append(base.card("Convex hull", labels.number(size), "mm²"))
     return Markup("<div class='cards'>") + Markup("").join(cards) + Markup("</div>")
 
 

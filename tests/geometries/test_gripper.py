@@ -102,13 +102,28 @@ def test_each_is_a_finger_alone(last):
         assert volume == pytest.approx(one["cavity_volume_mm3"], rel=1e-4)
 
 
+def turned_back(points, n):
+    return points @ rotation_about((1, 0, 0), 360 * n / FINGERS)
+
+
+def clamped(solid, name):
+    """Points (k, 3) of a clamp, in order."""
+    points = solid.points[np.unique(solid.surfaces[name])]
+    return points[np.lexsort(points.round(6).T)]
+
+
 def test_the_mesh_is_the_fingers_so_often(files, meshed):
-    """The volume of each, and the places of the clamps: a third of a turn apart at the radius."""
-    top, finger, parts = files
+    """Its volume three times, and each clamp a finger's end, at the radius and a third of a turn on
+    from the last."""
+    _, finger, parts = files
     whole = meshed(loads(yaml.safe_dump(parts) + f"materials: {MATERIALS}\n"
                          "steps: [{pressure: {cavity_1: 1 kPa}}]").geometry)  # fmt: skip
     assert whole.volumes.sum() == pytest.approx(FINGERS * finger.geometry.volumes()["body"])
-    assert whole.area("clamp_2") == pytest.approx(whole.area("clamp_1"))
+    wanted = clamped(meshed(finger.geometry), "clamp") + np.array([0.0, 0.0, RADIUS])
+    for n in range(FINGERS):
+        found = turned_back(clamped(whole, f"clamp_{n + 1}"), n)
+        found = found[np.lexsort(found.round(6).T)]
+        np.testing.assert_allclose(found, wanted, atol=1e-9)
 
 
 def test_half_a_finger_is_refused(tmp_path):

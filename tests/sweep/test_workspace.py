@@ -36,7 +36,7 @@ def test_a_flat_workspace_is_an_area():
     (section,) = workspace.sections(flat())
     text = str(section.body)
     assert "Reach along x" in text and "Reach along y" not in text
-    assert ">6" in text and "cm²" in text
+    assert ">600" in text and "mm²" in text
 
 
 def test_a_workspace_in_space_is_a_volume():
@@ -105,12 +105,12 @@ def page(tmp_path_factory):
 
 @pytest.mark.parametrize("width", [PHONE, DESK])
 def test_the_cloud_on_the_page(browser, page, width):
-    """20 by 7 mm: 1.4 cm². Each point has the colour of its pressure, and stands in the CSV."""
+    """20 by 7 mm: 140 mm². Each point has the colour of its pressure, and stands in the CSV."""
     browser.open(page, width)
     assert_quiet_and_fits(browser)
     cards = browser.run("return [...document.querySelectorAll('#workspace .card')].map("
                         "c => c.textContent)")  # fmt: skip
-    assert cards[-1].startswith("Convex hull1.4")
+    assert cards[-1].startswith("Convex hull140")
     x, z, colours = browser.run(
         "const t = document.querySelectorAll('#workspace .js-plotly-plot')[1].data[0];"
         "return [t.x, t.y, t.marker.color];"
