@@ -117,6 +117,19 @@ class DataSheet:
         """
         return self._table(result_folder.TOLERANCES)
 
+    @cached_property
+    def along(self) -> pandas.DataFrame:
+        """A row for each state and place on the undeformed axis: curvature, twist and stretch there
+        (``softact.results.along.COLUMNS``). Empty for an actuator without an axis.
+
+        Raises SoftactError where pandas is not installed, DamagedResultError where the fields
+        cannot be read.
+        """
+        from softact.results.along import along, rows
+
+        found = along(self.results)
+        return _pandas().DataFrame([] if found is None else rows(self.results, found))
+
     def _table(self, name: str) -> pandas.DataFrame:
         path, pandas = self.directory / name, _pandas()
         return pandas.read_csv(path) if path.is_file() else pandas.DataFrame()

@@ -15,7 +15,7 @@ from scipy.optimize import least_squares
 from scipy.stats import t as student
 
 from softact.errors import NoEquilibriumError, SpecError
-from softact.fit.calibration import Calibration, CalibrationRequest, Trial
+from softact.fit.calibration import Calibration, CalibrationRequest, Trial, differences, misfit
 from softact.fit.calibration_files import files, tell, write
 from softact.fit.exact import refusal, sensitivities
 from softact.fit.knobs import Knob, read_knobs, turned
@@ -102,16 +102,10 @@ class _Search:
         return trial
 
     def _scaled(self, trial: Trial) -> np.ndarray:
-        if trial.columns is None:
-            return np.full(self.measured.count, np.inf)
-        parts = []
-        for name in self.measured.names:
-            data = self.measured.values[name]
-            parts.append((trial.columns[name] - data) / np.max(np.abs(data)))
-        return np.concatenate(parts)
+        return differences(self.measured, trial)
 
     def _error(self, trial: Trial) -> float:
-        return float(np.sqrt(np.mean(self._scaled(trial) ** 2)))
+        return misfit(self.measured, trial)
 
     @property
     def best(self) -> Trial:
@@ -219,15 +213,16 @@ def calibrate(
     except _EnoughError:
         if len(search.trials) == request.max_runs:
             remarks.append(f"stopped after {request.max_runs} runs (--max-runs): not settled")
-    first = next(iter(search.trials.values()))
-    best, runs = search.best, len(search.trials)
+    best, trials = search.best, list(search.trials.values())
     if search.exact and (own := search._own(best)) is not None:
         search.jacobian = own
     covariance, freedom = _covariance(search, remarks)
     with np.errstate(invalid="ignore"):
         interval = student.ppf(0.975, max(freedom, 1)) * np.sqrt(np.diag(covariance))
     found = turned(spec, knobs, best.values)
-    return Calibration(found, knobs, measured, first, best, interval, covariance, runs, remarks)
+    return Calibration(
+        found, knobs, measured, trials[0], best, interval, covariance, trials, remarks
+    )
 
 
 def _measured(request: CalibrationRequest, spec: Spec) -> Measured:

@@ -46,13 +46,31 @@ class Trial:
         return self.columns
 
 
+def differences(measured: Measured, trial: Trial) -> np.ndarray:
+    """Run minus measured (count,), in parts of the largest measured value of their column; infinite
+    for a run that ended early."""
+    if trial.columns is None:
+        return np.full(measured.count, np.inf)
+    parts = []
+    for name in measured.names:
+        data = measured.values[name]
+        parts.append((trial.columns[name] - data) / np.max(np.abs(data)))
+    return np.concatenate(parts)
+
+
+def misfit(measured: Measured, trial: Trial) -> float:
+    """Root mean square of ``differences``."""
+    return float(np.sqrt(np.mean(differences(measured, trial) ** 2)))
+
+
 @dataclass
 class Calibration:
     """The outcome.
 
     spec: with the constants that were found. first, best: the runs before and after. interval:
     half width of the 95 % interval per knob; NaN at a bound, infinite where the data do not
-    determine it. covariance: (k, k) of the knobs, in their units, likewise.
+    determine it. covariance: (k, k) of the knobs, in their units, likewise. trials: all runs
+    in their order, those for differences among them.
     """
 
     spec: Spec
@@ -62,8 +80,17 @@ class Calibration:
     best: Trial
     interval: np.ndarray
     covariance: np.ndarray
-    runs: int
+    trials: Sequence[Trial]
     remarks: list[str] = field(default_factory=list)
+
+    @property
+    def runs(self) -> int:
+        """How many runs it took."""
+        return len(self.trials)
+
+    def misfit(self, trial: Trial) -> float:
+        """Root mean square of its ``differences`` from the data."""
+        return misfit(self.measured, trial)
 
     def rmse(self, trial: Trial) -> dict[str, float]:
         """Root mean square error of each measured column in its unit."""

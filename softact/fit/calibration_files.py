@@ -6,6 +6,7 @@ import numpy as np
 
 from softact.files.text import csv_text, json_text, replacing, write_atomic
 from softact.fit.calibration import Calibration, CalibrationRequest
+from softact.fit.calibration_page import html
 from softact.report.labels import column
 from softact.results.own_folder import Output
 from softact.spec import Spec
@@ -36,15 +37,16 @@ def _interval(half: float) -> str:
 
 
 def files(spec: Spec) -> tuple[str, ...]:
-    """Names of spec, curves, numbers, plot, and the folder of the best run."""
-    return f"{spec.name}.yaml", "curves.csv", "calibration.json", "calibration.png", "run"
+    """Names of spec, curves, numbers, plot, page, and the folder of the best run."""
+    names = "curves.csv", "calibration.json", "calibration.png", "calibration.html", "run"
+    return f"{spec.name}.yaml", *names
 
 
 def write(request: CalibrationRequest, outcome: Calibration, output: Output) -> list[str]:
     """Write all files; return a line for each."""
     head = [f"# Calibrated by softact to {request.data.name} over {outcome.measured.x}:"]
     head += [f"# {line}" for line in tell(outcome)[1:]]
-    spec, curves, numbers, plot, run = files(outcome.spec)
+    spec, curves, numbers, plot, page, run = files(outcome.spec)
     texts = {
         "spec": (spec, "\n".join(head) + "\n" + outcome.spec.to_yaml()),
         "curves": (curves, csv_text(_rows(outcome))),
@@ -56,6 +58,9 @@ def write(request: CalibrationRequest, outcome: Calibration, output: Output) -> 
         lines.append(f"{what + ':':9s}{output.directory / name}")
     _plot(output.file(plot), outcome)
     lines.append(f"plot:    {output.directory / plot}")
+    text = html(outcome.spec.name, outcome, texts["spec"][1], output.directory / run)
+    write_atomic(output.file(page), text)
+    lines.append(f"page:    {output.directory / page}")
     folder = output.results(run, outcome.best.folder)
     return [*lines, f"run:     {folder} (softact report makes its report)"]
 

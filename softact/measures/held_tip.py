@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from softact.measures.base import Measure, vector_columns
 from softact.measures.bending import bending_axis
 
@@ -19,6 +21,7 @@ def _evaluate(snapshot: Snapshot) -> dict[str, float]:
     columns = vector_columns("tip_force_<xyz>_N", -force)
     columns |= vector_columns("tip_moment_<xyz>_Nmm", -moment)
     columns["blocked_torque_Nmm"] = float(-moment @ bending_axis(snapshot))
+    columns["blocked_axial_torque_Nmm"] = float(-moment @ np.asarray(snapshot.layout.axis))
     return columns
 
 
@@ -32,7 +35,9 @@ HELD_TIP = Measure(
     }
     | {
         "blocked_torque_Nmm": "the part of the moment about the bending axis: positive where the "
-        "tip would bend on if it were let go"
+        "tip would bend on if it were let go",
+        "blocked_axial_torque_Nmm": "the part of the moment about the undeformed axis: positive "
+        "where the tip would twist on if it were let go",
     },
     _evaluate,
 )

@@ -17,7 +17,10 @@ def _evaluate(snapshot: Snapshot) -> dict[str, float]:
     columns: dict[str, float] = {}
     origin = np.asarray(layout.origin)
     if layout.clamp and snapshot.held(layout.clamp):
-        columns = _columns("reaction", *snapshot.reaction)
+        force, moment = snapshot.reaction
+        columns = _columns("reaction", force, moment)
+        if layout.tip:
+            columns["pull_N"] = float(-force @ np.asarray(layout.axis))
     surfaces = dict.fromkeys(support.surface for support in snapshot.model.supports)
     for surface in surfaces:
         if surface != layout.clamp:
@@ -45,6 +48,10 @@ REACTION = Measure(
     "force and moment that each support exerts on the whole actuator, the clamp's first; where two "
     "hold the same edge, each has one half of the force there",
     _titles("reaction", "the clamp")
+    | {
+        "pull_N": "force along the undeformed axis with which the actuator pulls at its clamp, and "
+        "so on what its tip lifts or is held by; negative: it pushes"
+    }
     | _titles("reaction_<support>", "what holds another surface, line or point")
     | {f"spring_<support>_{c}_N": f"force of the springs on a surface along {c}" for c in "xyz"},
     _evaluate,

@@ -43,7 +43,7 @@ def write_report(
     where its figures cannot be read.
     """
     # Imported here: a sweep takes a label or a plot from this package, and makes no report.
-    from softact.report import curves, overlay, pictures, report_page, surface
+    from softact.report import curvature, curves, overlay, pictures, report_page, surface
     from softact.report.base import plotly
     from softact.report.remembered import remembered
     from softact.verdict.judge import judge
@@ -63,9 +63,11 @@ def write_report(
             faults.append(f"curve.png is missing: {reason(error)}")
         if there:
             view = _view(results, make_skin, faults)
+        along = curvature.write(results, pictures.MOST_STATES)
         plotly()
         verdict = judge(results)
         fault = finish(_marks(results, verdict))
+    faults += [along.fault] if along.fault else []
     if fault:
         faults.append(f"The pictures of the actuator are missing: {fault}")
     more, measured = [], []
@@ -81,7 +83,7 @@ def write_report(
             faults += error.lines
     faults = list(dict.fromkeys(faults))
     path = directory / "report.html"
-    write_atomic(path, report_page.html(results, verdict, view, faults, more))
+    write_atomic(path, report_page.html(results, verdict, view, faults, more, along.plots))
     for line in faults:
         warn(line)
     return path

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softact.report import labels
+from softact.nearest import nearest
+from softact.report import curves, labels
 from softact.report.curves import noise
 from softact.results.folder import COMPLETE, Results, load, load_name, load_text
 from softact.verdict.reached import Reached, reached
@@ -15,12 +16,16 @@ from softact.verdict.reached import Reached, reached
 TURN, CHANGE = 30.0, 0.1
 # Below these parts of them, and below this part of the most telling one, nothing has moved.
 STILL, BESIDE = 0.01, 0.1
+# A force below this part of the stored energy over the length is what the solver leaves.
+WEAK = 1e-4
 # Degrees of bending beyond which the tip's way along the axis is that of bending.
 BENT = 20.0
 
 BENDING, TWIST, ELONGATION = "bending_angle_deg", "twist_angle_deg", "elongation_mm"
-#: What an actuator exerts that something holds back; told before any motion.
-HELD = ("blocked_force_N", "blocked_torque_Nmm")
+FORCE, TORQUE, PULL = "blocked_force_N", "blocked_torque_Nmm", "pull_N"
+AXIAL_TORQUE = "blocked_axial_torque_Nmm"
+#: Columns that have another name where they are below zero.
+_OPPOSITES = {ELONGATION: ("Elongation", "Contraction"), PULL: ("Pull", "Push")}
 _SHORT = {BENDING: "bending", TWIST: "twist"}
 
 
@@ -40,20 +45,74 @@ class Figure:
         return f"{self.label.name.lower()} {shown.strip()}".replace(" °", "°")
 
 
-def motions(results: Results) -> list[str]:
-    """Columns that say what the actuator does, the most telling first, and none that hardly move.
+def told(results: Results) -> list[str]:
+    """Columns that say what the actuator does, the most telling first: those that the spec names
+    as its ``tiles``, else what holds it back, then what moves, then what it lifts."""
+    return chosen(results) or held(results) + moving(results) + _lifted(results)
 
-    What holds it back tells first, then the bending of an actuator that is made to bend.
-    """
+
+def chosen(results: Results) -> list[str]:
+    """The tiles of the spec that the run has."""
+    return [name for name in _wanted(results) if _is_number(results, name)]
+
+
+def missing(results: Results) -> list[str]:
+    """A line for each tile of the spec that the run has not."""
+    return [
+        f"tiles: the run has no column '{name}'; {nearest(name, curves.measures(results))}"
+        for name in _wanted(results)
+        if not _is_number(results, name)
+    ]
+
+
+def _wanted(results: Results) -> list[str]:
+    wanted = results.spec.get("tiles")
+    return [str(name) for name in wanted] if isinstance(wanted, list) else []
+
+
+def _is_number(results: Results, name: str) -> bool:
+    return name in results.curve and results.curve[name].dtype == float
+
+
+def held(results: Results) -> list[str]:
+    """What the actuator exerts: on a load cell, then on what holds its tip, the largest first and
+    none that is small beside it; torques count by the force that they are over the length."""
+    sizes: dict[str, float] = {}
+    if TORQUE in results.curve:
+        length = results.layout.length or 1.0
+        sizes = {name: _largest(results, name) / length for name in (TORQUE, AXIAL_TORQUE)}
+        sizes[PULL] = _largest(results, PULL)
+    most = max(sizes.values(), default=0.0)
+    floor = max(BESIDE * most, _weak(results))
+    found = [n for n in sizes if sizes[n] > floor and _largest(results, n) > noise(results, n)]
+    on_cell = [FORCE] if _largest(results, FORCE) > noise(results, FORCE) else []
+    return on_cell + sorted(found, key=lambda name: -sizes[name])
+
+
+def _lifted(results: Results) -> list[str]:
+    """The pull of an actuator that grows longer or shorter and is free to."""
+    stretches = TORQUE not in results.curve and moving(results)[:1] == [ELONGATION]
+    floor = max(noise(results, PULL), _weak(results))
+    return [PULL] if stretches and _largest(results, PULL) > floor else []
+
+
+def _weak(results: Results) -> float:
+    """A force that is nothing beside those within the actuator, N."""
+    length = results.layout.length
+    return WEAK * _largest(results, "strain_energy_mJ") / length if length else 0.0
+
+
+def moving(results: Results) -> list[str]:
+    """Motions, the largest first, and none that hardly move; the bending of an actuator that is
+    made to bend comes first."""
     sizes = {name: _largest(results, name) / TURN for name in (BENDING, TWIST)}
     length = results.layout.length
     if length and _largest(results, BENDING) < BENT:
         sizes[ELONGATION] = _largest(results, ELONGATION) / (CHANGE * length)
     most = max(sizes.values())
     moved = [name for name in sizes if sizes[name] > max(STILL, BESIDE * most)]
-    held = [name for name in HELD if _largest(results, name) > noise(results, name)]
     bends = results.layout.bending_axis is not None
-    return held + sorted(moved, key=lambda name: (not (bends and name == BENDING), -sizes[name]))
+    return sorted(moved, key=lambda name: (not (bends and name == BENDING), -sizes[name]))
 
 
 def _largest(results: Results, name: str) -> float:
@@ -64,15 +123,16 @@ def _largest(results: Results, name: str) -> float:
 
 
 def figure(results: Results, name: str, row: int, note: str = "") -> Figure:
-    """The figure of a column in a state; an elongation below zero is a contraction."""
+    """The figure of a column in a state; an elongation below zero is a contraction, a pull a
+    push."""
     label, value = labels.column(name), float(results.curve[name][row])
-    if name == ELONGATION:
-        label = labels.Label("Contraction" if value < 0 else "Elongation", label.unit)
+    if name in _OPPOSITES:
+        label = labels.Label(_OPPOSITES[name][value < 0], label.unit, label.factor)
         value = abs(value)
-        length = results.layout.length
-        if length:
-            part = f"{100 * value / length:.3g} % of the length"
-            note = f"{part}, {note}" if note else part
+    length = results.layout.length
+    if name == ELONGATION and length:
+        part = f"{100 * value / length:.3g} % of the length"
+        note = f"{part}, {note}" if note else part
     return Figure(name, label, value, note)
 
 
@@ -80,15 +140,16 @@ def short(results: Results, name: str, value: float) -> str:
     """A motion on a picture: "155° bending", "12.3 mm contraction"."""
     label = labels.column(name)
     words = _SHORT.get(name, label.name.lower())
-    if name == ELONGATION:
-        words, value = ("contraction" if value < 0 else "elongation"), abs(value)
+    if name in _OPPOSITES:
+        words, value = _OPPOSITES[name][value < 0].lower(), abs(value)
+    value *= label.factor
     shown = f"{round(value)}°" if label.unit == "°" else f"{labels.number(value, 3)} {label.unit}"
     return f"{shown} {words}"
 
 
 def state_text(results: Results, row: int) -> str:
     """What the actuator does in a state, in a few words; "" where nothing moves."""
-    there = [name for name in motions(results) if np.isfinite(results.curve[name][row])]
+    there = [name for name in told(results) if np.isfinite(results.curve[name][row])]
     return figure(results, there[0], row).text if there else ""
 
 
@@ -98,7 +159,8 @@ def figures(results: Results) -> list[Figure]:
     far = reached(results)
     if far.main is None:
         return []
-    name, moved = load_name(results), motions(results)
+    name = load_name(results)
+    moved = [each for each in told(results) if each != name]
     if not _ends_at_limit(results, far):
         found = [figure(results, name, far.main)] if name else []
         return found + [figure(results, each, far.main) for each in moved]

@@ -1,9 +1,7 @@
 """How columns and fields are called in a report, and in which unit they are shown."""
 
 import math
-import re
 from dataclasses import dataclass
-from functools import cache
 
 #: Endings of column names: (unit as shown, factor from the stored unit to the shown one).
 _UNITS = {
@@ -87,23 +85,12 @@ def column(name: str) -> Label:
     return Label(words[:1].upper() + words[1:] if words[:3] != "von" else words, unit, factor)
 
 
-@cache
-def _templates() -> list[tuple[re.Pattern, str]]:
-    """Patterns of all columns, those without the name of a part first, then the longest."""
-    from softact.measures import MEASURES
-
-    said = {title: what for m in MEASURES.values() for title, what in m.columns.items()}
-    patterns = []
-    for title in sorted(said, key=lambda title: ("<" in title, -len(title))):
-        parts = re.split(r"(_<\w+>)", title)
-        pattern = "".join("(_.+)?" if p.startswith("_<") else re.escape(p) for p in parts)
-        patterns.append((re.compile(pattern), said[title]))
-    return patterns
-
-
 def meaning(name: str) -> str:
     """What a column of curve.csv is, in a sentence; "" where no measure has it."""
-    return next((said for pattern, said in _templates() if pattern.fullmatch(name)), "")
+    from softact.measures.titles import title_of
+
+    found = title_of(name)
+    return found.meaning if found else ""
 
 
 def number(value: float, digits: int = 4, largest: float | None = None) -> str:

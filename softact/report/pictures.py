@@ -148,9 +148,10 @@ def state_title(results: Results, number: float) -> str:
         said = f"{labels.number(value(load(results)))} {label.unit}"
     else:
         said = _part_of_step(results, number)
-    moved = headline.motions(results)
-    if moved:
-        shown = headline.short(results, moved[0], value(results.curve[moved[0]]))
+    known = ((each, value(results.curve[each])) for each in headline.told(results))
+    first = next((pair for pair in known if np.isfinite(pair[1])), None)
+    if first:
+        shown = headline.short(results, *first)
         said += f"   ·   {shown}"
     return said
 

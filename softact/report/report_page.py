@@ -42,9 +42,10 @@ def html(
     view: dict | None,
     faults: list[str],
     more: Sequence[Section] = (),
+    along: Sequence[Plot] = (),
 ) -> str:
     """The whole page. verdict: on the run; view: what ``viewer.pack`` gave; faults: what is missing
-    and why; more: sections that were asked for.
+    and why; more: sections that were asked for; along: plots over the axis, see ``curvature``.
     """
     spec = results.spec
     name = str(spec.get("name") or results.directory.resolve().name)
@@ -53,7 +54,7 @@ def html(
     bars = {column: mesh_error.text(column, bar) for column, bar in errors.bars.items()}
     hanging, fault = slopes.section(results)
     bands = scatter.read(results)
-    faults = [*faults, *filter(None, (fault, bands.fault))]
+    faults = [*faults, *filter(None, (fault, bands.fault)), *headline.missing(results)]
     count, state = _count(results), headline.title(results)
     sections = [
         Section("figures", "Key figures", nav="Figures"),
@@ -85,7 +86,7 @@ def html(
         figures=_figures(results, bars),
         count=count.lower(),
         states=_image(results.directory / "states.png", f"The actuator: {count.lower()}"),
-        curves=base.figures(_plots(results, bands)),
+        curves=base.figures(_with(_plots(results, bands), along)),
         history=history.summary(results),
         assumptions=origin.assumptions(spec),
         resolved=results.spec_yaml,
@@ -164,6 +165,8 @@ def _cards(results: Results, bars: dict[str, str], bands: scatter.Bands) -> list
         return _card(noted, bars.get(figure.column, "") if last else "")
 
     cards = [card(figure) for figure in head]
+    if headline.chosen(results):
+        return cards
     shown = {figure.column for figure in head}
     wanted = [n for n in curve if n.startswith("cavity_volume")]
     wanted += ["max_principal_stress_MPa", "max_principal_stretch"]
@@ -219,6 +222,11 @@ def _count(results: Results) -> str:
         return "States"
     count = len(states(results, pictures.MOST_STATES))
     return ("One state", "Two states", "Three states", "Four states")[count - 1]
+
+
+def _with(plots: list[Plot], along: Sequence[Plot]) -> list[Plot]:
+    """The curves, and what stands over the axis beside the tip's path."""
+    return [*plots[:2], *along, *plots[2:]]
 
 
 def _plots(results: Results, bands: scatter.Bands) -> list[Plot]:

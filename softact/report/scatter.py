@@ -90,7 +90,7 @@ def section(results: Results, bands: Bands) -> list[Section]:
 
 def _shown(results: Results, bands: Bands) -> list[str]:
     """The figures that tell most first, then all others that are results."""
-    first = [name for name in headline.motions(results) if name in bands.of]
+    first = [name for name in headline.told(results) if name in bands.of]
     rest = [name for name in measures(results) if name in bands.of and name != load_name(results)]
     return list(dict.fromkeys([*first, *rest]))
 

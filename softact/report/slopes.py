@@ -41,7 +41,7 @@ def section(results: Results) -> tuple[list[Section], str]:
 
 def _shown(results: Results, found: Sequence[Slope]) -> list[str]:
     there = dict.fromkeys(s.measure for s in found)
-    wanted = [name for name in headline.motions(results) if name in there]
+    wanted = [name for name in headline.told(results) if name in there]
     wanted += [name for name in there if name.startswith(OTHERS)]
     return list(dict.fromkeys(wanted))[:FIGURES]
 

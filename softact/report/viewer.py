@@ -118,10 +118,11 @@ def _caption(results: Results, number: int) -> str:
     said = [load_text(results, number)]
     if name:
         said = [f"{labels.number(load(results)[number])} {labels.column(name).unit}".strip()]
-    moved = headline.motions(results)[:1]
-    for column in [*moved, "max_principal_stress_MPa"]:
-        if column in results.curve and np.isfinite(results.curve[column][number]):
-            said.append(headline.figure(results, column, number).text)
+    said += [headline.state_text(results, number)]
+    stress = "max_principal_stress_MPa"
+    if stress in results.curve and np.isfinite(results.curve[stress][number]):
+        said.append(headline.figure(results, stress, number).text)
+    said = list(dict.fromkeys(filter(None, said)))
     steps = results.curve.get("step", ())
     if name and len(set(steps)) > 1:
         said.insert(0, str(steps[number]))

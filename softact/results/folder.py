@@ -41,6 +41,7 @@ SPEC, CURVE, SUMMARY = "spec.yaml", "curve.csv", "summary.csv"
 FIELDS, XDMF = "fields.h5", "fields.xdmf"
 MESH_ERROR = "mesh_error.json"
 MEASURED = "measured.json"
+CURVATURE = "curvature.csv"
 SENSITIVITIES, TOLERANCES = "sensitivities.csv", "tolerances.csv"
 #: Files whose checksums run.json holds at the end of a run.
 SIGNED = (SPEC, CURVE, SUMMARY, MESH_ERROR, SENSITIVITIES)
@@ -70,6 +71,7 @@ OWN_FILES = (
     XDMF,
     FIELDS,
     "report.html",
+    CURVATURE,
     "curve.png",
     "states.png",
     "shape.png",

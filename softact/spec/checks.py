@@ -17,8 +17,9 @@ from softact.loads.pressure_file import read
 from softact.materials import Law
 from softact.materials.base import FibreLaw
 from softact.measures import MEASURES
+from softact.measures.titles import title_of, titles
 from softact.mesh.layout import Layout
-from softact.nearest import nearest
+from softact.nearest import likely, nearest
 from softact.spec.modules import module_faults, with_module
 from softact.units import show
 
@@ -52,6 +53,7 @@ def cross_faults(data: Any, geometry: Geometry | None) -> Iterator[Fault]:
     yield from _same_names("steps", steps)
     yield from _same_names("contact", _mappings(data.get("contact")))
     yield from _measures(data.get("measures"))
+    yield from _tiles(data.get("tiles"), data.get("measures", "all"))
     if geometry is None:
         if "materials" not in data and not data.get("sheets"):
             yield ("materials",), "missing; region -> card, {card:, ...} or {law:, ...}"
@@ -133,6 +135,21 @@ def _measures(value: Any) -> Iterator[Fault]:
             found = next((pair for pair in titles if pair[1].startswith(f"{name}_")), None)
             hint = f"measure {found[0]} has {found[1]}" if found else nearest(name, MEASURES)
             yield ("measures", index), f"there is no measure {show(name)}; {hint}"
+
+
+def _tiles(value: Any, measures: Any) -> Iterator[Fault]:
+    """Tiles that no measure gives, or none of those that are asked for."""
+    for index, name in enumerate(value if isinstance(value, list | tuple) else ()):
+        if not isinstance(name, str):
+            continue
+        found = title_of(name)
+        if found is None:
+            hint = likely(name, (each.title for each in titles()))
+            hint = hint or "softact list measures names all"
+            yield ("tiles", index), f"no measure has a column {show(name)}; {hint}"
+        elif isinstance(measures, list | tuple) and found.measure not in measures:
+            text = f"{show(name)} is of measure {found.measure}, which 'measures' leaves out"
+            yield ("tiles", index), text
 
 
 def _made_of(

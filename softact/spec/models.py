@@ -337,6 +337,12 @@ class SpecBase(Part):
         "{limits:}; paths with commas between them scatter together",
     )
     measures: Measures = Field("all", description="'all' or a list (softact list measures)")
+    tiles: tuple[str, ...] = Field(
+        (),
+        strict=False,
+        description="columns of curve.csv that stand as large figures at the head of the report, "
+        "the first one under each picture too; default: what the run held, moved and turned",
+    )
     solver: Solver = Field(Solver(), description="how the equilibrium is sought")
 
     @model_validator(mode="wrap")
@@ -415,6 +421,7 @@ class SpecBase(Part):
         for ply in (ply for sheet in data.get("sheets", {}).values() for ply in sheet["plies"]):
             if not ply["incompressible"]:
                 del ply["incompressible"]  # as before there was a choice
+        del data["tiles"]  # of the page alone
         del data["tolerances"]  # they are of other actuators than this one
         canonical = json.dumps(data, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(canonical.encode()).hexdigest()[:16]

@@ -57,8 +57,8 @@ function drawFront() {
   const traces = [
     some(good, { color: BLUE, size: 8, opacity: 0.75 }, "complete"),
     some(early, { color: ORANGE, size: 8, symbol: "x" }, "stopped early"),
-    { ...some(front, { color: BLUE, size: 11, line: { width: 2, color: ORANGE } }, "front"),
-      mode: "lines+markers", line: { color: ORANGE, width: 1.5 } },
+    // Not joined: between two of them nothing was computed.
+    some(front, { color: BLUE, size: 11, line: { width: 2, color: ORANGE } }, "front"),
   ];
   const box = byId("front");
   Plotly.react(box, themed(traces), chartLayout({

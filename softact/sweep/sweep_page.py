@@ -17,7 +17,7 @@ from softact.report import base, labels
 from softact.report.base import Section
 from softact.report.curves import is_place
 from softact.results.folder import COMPLETE
-from softact.sweep import shape
+from softact.sweep import shape, workspace
 from softact.sweep.study import Study
 from softact.sweep.table import Row, measure_columns
 from softact.sweep.trends import TrendFound
@@ -36,6 +36,7 @@ def html(
     sections = [
         *trends(verdicts),
         *more,
+        *workspace.sections(table),
         Section("pareto", "Two measures, and the points that none beats", nav="Pareto front"),
         Section("curvesection", "Curves"),
         Section("effectsection", "Main effects"),

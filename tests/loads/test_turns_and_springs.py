@@ -39,7 +39,8 @@ def moment(angle: float) -> float:
 @pytest.fixture
 def bar():
     tets = block((8, 8, 3), (1.0, 1.0, LENGTH), lambda points: disc(points, RADIUS))
-    return build(tets, LAWS["neo_hookean"].of(c10=C10, bulk_modulus=1e3))
+    ends = {"clamp": "z_min", "tip": "z_max", "axis": AXIS}
+    return build(tets, LAWS["neo_hookean"].of(c10=C10, bulk_modulus=1e3), **ends)
 
 
 def test_torsion_by_a_support_that_turns(bar):
@@ -56,6 +57,9 @@ def test_torsion_by_a_support_that_turns(bar):
         places = bar.nodes.places[nodes] + state.x[dofs]
         found = np.cross(places, forces[dofs]).sum(axis=0)[2]
         assert found == pytest.approx(moment(angle), rel=0.01)
+    # The face would turn back, as it is turned on against the bar.
+    row = MEASURES["held_tip"].evaluate(Snapshot(bar, solution.ends[0]))
+    assert row["blocked_axial_torque_Nmm"] == pytest.approx(-moment(1.0), rel=0.01)
     # On the way of the second step the face is a plate too, at an angle between.
     fraction = [a.fraction for a in solution.stepper.progress.attempts if a.converged][-2]
     assert 0 < fraction < 1

@@ -313,3 +313,13 @@ def test_half_gives_the_figures_of_the_whole():
             scale = max(abs(rows[1][title]), 1e-6)
             assert rows[0][title] == pytest.approx(rows[1][title], abs=1e-6 * scale), title
     assert rows[0]["bending_angle_deg"] != 0
+
+
+def test_the_pull_is_what_hangs_on_the_clamp():
+    """Its weight along the axis, in tension and, upside down, in compression."""
+    model = bar()
+    weight = SOFT.density * GRAVITY * LENGTH * 4
+    for sign in (1.0, -1.0):
+        load = LoadStep("gravity", gravity=(sign * GRAVITY, 0.0, 0.0))
+        row = rows_along(solve(model, load, [CLAMP], 0.5), ["reaction"])[-1]
+        assert row["pull_N"] == pytest.approx(sign * weight, rel=1e-7)

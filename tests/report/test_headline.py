@@ -1,10 +1,13 @@
 """What stands at the head of a data sheet and in its table: what moved, how far, in which step."""
 
+import html
+import re
+
 import numpy as np
 import pytest
 
 from softact.mesh.layout import Layout
-from softact.report import curves, headline, key_figures, labels, view
+from softact.report import curves, headline, key_figures, labels, view, write_report
 from softact.results.folder import read
 from softact.results.writer import ResultsWriter
 from softact.verdict.reached import reached
@@ -13,9 +16,9 @@ LENGTH = 80.0
 LAYOUT = Layout(regions=("body",), surfaces=("clamp", "tip"), cavities={}, length=LENGTH)
 
 
-def write(folder, rows, status="complete", layout=LAYOUT):
+def write(folder, rows, status="complete", layout=LAYOUT, spec="name: r\n"):
     """A result folder with these rows and one tetrahedron."""
-    writer = ResultsWriter(folder, "name: r\n", {})
+    writer = ResultsWriter(folder, spec, {})
     points = np.vstack([np.zeros(3), 10 * np.eye(3)])
     triangles = {"clamp": np.array([[0, 2, 3]]), "tip": np.array([[1, 2, 3]])}
     writer.mesh(points, np.array([[0, 1, 2, 3]]), np.zeros(1), ["body"], triangles, layout)
@@ -51,14 +54,74 @@ def test_a_bent_finger_is_headlined_by_its_angle_alone(tmp_path):
     """Where it is bent, the tip's way along the axis is no elongation."""
     rows = [{"pressure_kPa": 10.0 * n, "elongation_mm": -12.0 * n, "bending_angle_deg": 40.0 * n,
              "twist_angle_deg": 0.5 * n} for n in range(5)]  # fmt: skip
-    assert headline.motions(write(tmp_path / "r", rows)) == ["bending_angle_deg"]
+    assert headline.told(write(tmp_path / "r", rows)) == ["bending_angle_deg"]
 
 
 def test_what_is_held_back_is_told_by_what_it_exerts(tmp_path):
     rows = [{"pressure_kPa": 10.0 * n, "bending_angle_deg": 2.0 * n, "blocked_force_N": 0.3 * n}
             for n in range(5)]  # fmt: skip
-    found = headline.motions(write(tmp_path / "r", rows))
+    found = headline.told(write(tmp_path / "r", rows))
     assert found == ["blocked_force_N", "bending_angle_deg"]
+
+
+HELD_TIP = {"blocked_torque_Nmm": 0.0, "strain_energy_mJ": 1000.0}
+
+
+def test_a_held_muscle_is_told_by_its_pull_and_a_held_twister_by_its_torque(tmp_path):
+    """What the solver leaves of the others, 1e-5 of the stored energy, is nothing. A torque counts
+    by the force that it is over 80 mm: 8 N mm is 0.1 N, and nothing beside 10 N."""
+    muscle = {"pull_N": 10.0, "blocked_axial_torque_Nmm": 8.0}
+    results = write(tmp_path / "m", [HELD_TIP | muscle | {"pressure_kPa": 1.0 * n} for n in (0, 1)])
+    assert headline.told(results) == ["pull_N"]
+    twister = {"pull_N": -1.0, "blocked_axial_torque_Nmm": 800.0, "blocked_torque_Nmm": 1e-3}
+    results = write(tmp_path / "t", [HELD_TIP | twister | {"pressure_kPa": 1.0} for n in (0, 1)])
+    assert headline.told(results) == ["blocked_axial_torque_Nmm"]
+    assert headline.state_text(results, 1) == "blocked axial torque 800 N·mm"
+    assert headline.figure(results, "pull_N", 1).text == "push 1 N"
+    assert headline.short(results, "pull_N", -1.0) == "1 N push"
+
+
+def test_a_muscle_that_lifts_is_told_by_its_contraction_and_its_pull(tmp_path):
+    rows = [{"pressure_kPa": 50.0 * n, "elongation_mm": -4.0 * n, "pull_N": 20.0,
+             "strain_energy_mJ": 1000.0} for n in range(4)]  # fmt: skip
+    results = write(tmp_path / "lifts", rows)
+    assert [(f.label.name, f.value) for f in headline.figures(results)] == [
+        ("Pressure", 150.0), ("Contraction", 12.0), ("Pull", 20.0),
+    ]  # fmt: skip
+    free = write(tmp_path / "free", [row | {"pull_N": 1e-4} for row in rows])
+    assert headline.told(free) == ["elongation_mm"]
+    finger = [row | {"bending_angle_deg": 90.0 * n} for n, row in enumerate(rows)]
+    assert headline.told(write(tmp_path / "bends", finger)) == ["bending_angle_deg"]
+
+
+def chosen(folder, tiles):
+    """A bent finger whose spec chooses its tiles."""
+    rows = [{"pressure_kPa": 10.0 * n, "bending_angle_deg": 40.0 * n, "tip_z_mm": -9.0 * n,
+             "cavity_volume_mm3": 4000.0} for n in range(3)]  # fmt: skip
+    return write(folder, rows, spec=f"name: r\ntiles: [{tiles}]\n")
+
+
+def test_the_spec_chooses_the_tiles(tmp_path):
+    """They, and no others, in their order, in their units; the first is under the pictures."""
+    results = chosen(tmp_path / "r", "tip_z_mm, cavity_volume_mm3, pressure_kPa")
+    assert texts(results) == [
+        ("Pressure", 20.0, ""), ("Tip z", -18.0, ""), ("Cavity volume", 4000.0, ""),
+    ]  # fmt: skip
+    assert headline.state_text(results, 1) == "tip z −9 mm"
+    assert headline.short(results, "cavity_volume_mm3", 4000.0) == "4 mL cavity volume"
+    assert not headline.missing(results)
+    page = write_report(tmp_path / "r").read_text(encoding="utf-8")
+    cards = re.findall(r"<div class=.?card.?>.*?</div>", page, re.S)
+    assert len(cards) == 3 and not any("ending" in card for card in cards)
+
+
+def test_a_tile_that_the_run_has_not_is_said(tmp_path):
+    results = chosen(tmp_path / "r", "blocked_force_N, bending_angle_deg")
+    (line,) = headline.missing(results)
+    assert line.startswith("tiles: the run has no column 'blocked_force_N'")
+    assert headline.told(results) == ["bending_angle_deg"]
+    page = write_report(tmp_path / "r").read_text(encoding="utf-8")
+    assert line.split(";")[0] in html.unescape(page)
 
 
 UP = [(0.0, 0.0), (20.0, 60.0), (30.0, 140.0)]

@@ -53,6 +53,8 @@ def picture(browser):
 
 def test_quiet_and_fits(page):
     assert_quiet_and_fits(page)
+    level = page.run("return document.getElementById('curvature_per_m').data.at(-1).y")
+    np.testing.assert_allclose(level[1:-1], 1e3 * np.radians(ANGLE) / bent_beam.LENGTH, rtol=1e-4)
     for section, plots in (("curves", 4), ("convergence", 2)):
         drawn = page.run(f"return document.querySelectorAll('#{section} .js-plotly-plot').length")
         assert drawn >= plots

@@ -160,6 +160,8 @@ def test_choices_of_a_sweep_are_drawn(browser, files):
     assert browser.run(front) == pytest.approx([80, 60, 40])  # more of it and less of it
     browser.run(choose, "firstgoal", 1)
     assert browser.run(front) == pytest.approx([40])  # less of it twice
+    joined = "return document.querySelectorAll('#front .scatterlayer .js-line').length"
+    assert browser.run(joined) == 0  # between two points nothing was computed
     assert browser.errors() == []
 
 

@@ -335,6 +335,7 @@ def test_the_hash_follows_what_changes_a_result_and_nothing_else():
     assert first.hash == spec.loads("# a comment\n" + FINGER).hash
     assert first.hash == spec.loads(FINGER, overrides=["description=text", "name=other"]).hash
     assert first.hash == spec.loads(FINGER.replace("50 kPa", "0.5 bar")).hash
+    assert first.hash == spec.loads(FINGER, overrides=["tiles=[pull_N]"]).hash
     different = ["geometry.roof=1.1 mm", "materials.body.c10=0.2 MPa", "steps.1.pressure=51 kPa"]
     hashes = {spec.loads(FINGER, overrides=[change]).hash for change in different}
     assert len(hashes | {first.hash}) == 4

@@ -311,6 +311,14 @@ WRONG = {
         changed(16, "measures: [bendin, tip]"),
         [(16, "measures.0", "there is no measure 'bendin'; did you mean 'bending'?")],
     ),
+    "tile that no measure has": (
+        changed(16, "tiles: [blocked_force_M]"),
+        [(16, "tiles.0", "a column 'blocked_force_M'; did you mean 'blocked_force_N'?")],
+    ),
+    "tile of a measure left out": (
+        changed(16, "measures: [tip]\ntiles: [pull_N]"),
+        [(17, "tiles.0", "'pull_N' is of measure reaction, which 'measures' leaves out")],
+    ),
     "no measures": (changed(16, "measures: []"), [(16, "measures", "write 'all' or a list")]),
     "loose tolerance": (solver("tolerance: 0.5"), [(18, "solver.tolerance", "at most 0.01")]),
     "tolerance of nothing": (solver("tolerance: 0"), [(18, "solver.tolerance", "greater than 0")]),
