@@ -45,14 +45,18 @@ CONJUGATES = ((1, (1, 0, 0)), (1, (0, 1, 0)), (-1, (0, 0, 1)))
 
 @dataclass(frozen=True)
 class AtPressure:
-    """The law of a rod at one pressure in MPa."""
+    """The law of a rod at one pressure in MPa; more: curvature of the module beyond the rod's,
+    where the ends of the rod bend less than its modules."""
 
     response: Response
     pressure: float
+    more: float = 0.0
 
     def states(self, curvature: Array, stretch: Array) -> Array:
-        """With the pressure, shape (n, 3)."""
-        return np.stack([curvature, stretch, np.full_like(stretch, self.pressure)], axis=1)
+        """Of the modules, shape (n, 3)."""
+        return np.stack(
+            [curvature + self.more, stretch, np.full_like(stretch, self.pressure)], axis=1
+        )
 
     def energy(self, curvature: Array, stretch: Array) -> Array:
         """Of each of n pieces, mJ/mm, shape (n,)."""

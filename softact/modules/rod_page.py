@@ -62,11 +62,11 @@ def law(table: Table) -> str:
     """What the law was made from, and its errors."""
     walked, off = table.walked, 100 * table.errors
     ends = "What the two ends take from the bending is not known here. "
-    if len(table.ends):
-        lost = table.ends[:, 1]
+    if table.ends.air.any():
+        idle = table.ends.idle
         ends = (
-            "A short actuator said what the two ends take from the bending: "
-            f"{lost.min():.2f} to {lost.max():.2f} modules. "
+            f"By a short actuator the two ends are as {table.ends.stiff:.2f} modules that do not "
+            f"bend under a force, and {idle.min():.2f} to {idle.max():.2f} under the pressure. "
         )
     return (
         f"An energy of degree {table.degree} over curvature, stretch and pressure, fitted to "

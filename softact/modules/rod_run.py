@@ -14,7 +14,7 @@ from softact.errors import SpecError
 from softact.estimate.weight import last_loads, mass
 from softact.fields import Fault
 from softact.geometry.base import make_mesh
-from softact.mesh.msh_file import read_msh
+from softact.mesh.msh_file import Tetrahedra, read_msh
 from softact.modules.planar_rod import Array, Distance, Linear, Loads, Places, Points, Rod
 from softact.modules.response import AtPressure
 from softact.modules.table import Dead, Plane, Table, largest_pressures, pressures_of
@@ -24,6 +24,7 @@ LOADED = {"gravity", "pressure", "payload"}
 PIECES = 2  # by module
 NEAR = 1e-6  # mm/s² or N across the plane: none
 STRAIGHT = 1e-6  # 1/mm
+TINY = 1e-300  # tonne
 SAMPLES = 32  # pieces of the linear rod that says how far weight bends
 STIFF = 1e4  # its stiffness against stretch, by that against bending and its length
 
@@ -116,6 +117,12 @@ def _payloads(step: Step) -> list[Any]:
     return list(value) if isinstance(value, list | tuple) else [value] if value else []
 
 
+def _areas(corners: Array) -> Array:
+    """Of triangles (n, 3, 3)."""
+    a, b, c = corners.transpose(1, 0, 2)
+    return np.asarray(np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2)
+
+
 class Chain:
     """A spec's actuator, which passes ``check``, as a rod of the modules of a table."""
 
@@ -127,21 +134,38 @@ class Chain:
         self.pieces = max(1, round(PIECES * self.modules))
         height = 1j * table.origin.imag
         self.base = complex(self.plane.flat(np.asarray(self.layout.origin)).real) + height
-        self.tip, self.edges = self._tip()
-
-    def _tip(self) -> tuple[complex, Places]:
-        """Where the middle of the tip's face is beside the rod's end, and its corners."""
         with TemporaryDirectory(prefix="softact-") as scratch:
             mesh = Path(scratch) / "actuator.msh"
-            make_mesh(self.spec.geometry, mesh)
+            make_mesh(spec.geometry, mesh)
             found = read_msh(mesh, self.layout)
-        corners = self.plane.flat(found.points[found.surfaces[self.layout.tip]])
-        end = self.base + self.layout.length
-        a, b, c = found.points[found.surfaces[self.layout.tip]][:, :3].transpose(1, 0, 2)
-        areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-        middle = (areas @ corners[:, :3].mean(axis=1)) / areas.sum() - end
-        across = corners.imag - end.imag
-        return complex(middle), middle.real + 1j * np.array([across.min(), across.max()])
+        self.tip, self.edges = self._tip(found)
+        self.lumps = self._lumps(found)
+
+    def _tip(self, mesh: Tetrahedra) -> tuple[complex, Places]:
+        """Where the middle of the tip's face is beside the end of the rod's line, and its
+        corners."""
+        corners = mesh.points[mesh.surfaces[self.layout.tip][:, :3]]
+        places = self.plane.flat(corners) - (self.base + self.layout.length)
+        areas = _areas(corners)
+        middle = (areas @ places.mean(axis=1)) / areas.sum()
+        edges = np.array([places.imag.min(), places.imag.max()])
+        return complex(middle), middle.real + 1j * edges
+
+    def _lumps(self, mesh: Tetrahedra) -> tuple[Places, Array]:
+        """Places from the rod's base, and masses, tonne: one for each cell, and for each triangle
+        of a layer, of the whole actuator."""
+        cells = mesh.points[mesh.cells[:, :4]]
+        names = self.layout.regions
+        densities = np.array([self.spec.materials[name].density for name in names])
+        edges = cells[:, 1:] - cells[:, :1]
+        places = [self.plane.flat(cells).mean(axis=1)]
+        masses = [np.abs(np.linalg.det(edges)) / 6 * densities[mesh.region]]
+        for layer in self.spec.layers:
+            corners = mesh.points[mesh.surfaces[layer.surface][:, :3]]
+            places.append(self.plane.flat(corners).mean(axis=1))
+            masses.append(_areas(corners) * layer.thickness * layer.material.density)
+        whole = self.layout.copies * np.concatenate(masses)
+        return np.concatenate(places) - self.base, whole
 
     def driven(self, step: Step, pressure: float, before: Driven) -> Driven:
         """What acts at the end of a step. Raises SpecError."""
@@ -165,26 +189,40 @@ class Standing:
 
     def __init__(self, chain: Chain, driven: Driven):
         self.chain = chain
-        self.law = AtPressure(chain.table.response, driven.pressure)
-        lost, self.lost_air = chain.table.lost(driven.pressure)
-        bending = chain.modules - lost
-        pitch = bending * chain.table.pitch / chain.pieces
+        table, pressure = chain.table, driven.pressure
+        bending = chain.modules - table.ends.stiff
+        more = table.free(pressure) * (table.idle(pressure) - table.ends.stiff) / bending
+        self.law = AtPressure(table.response, pressure, more)
+        self.lost_air = float(np.interp(pressure, table.ends.pressures, table.ends.air))
+        pitch = bending * table.pitch / chain.pieces
         self.rod = Rod(self.law, chain.pieces, pitch)
         self.spare = (chain.layout.length - chain.pieces * pitch) / 2
         self.start = chain.base + self.spare
         self.loads = self._loads(driven)
 
     def _loads(self, driven: Driven) -> Loads:
-        table, last, spare = self.chain.table, self.chain.pieces - 1, self.spare
-        pull, height = table.mass * driven.gravity, 1j * table.centre.imag
-        weight = np.full(last + 1, pull * self.rod.pitch)
-        weight[last] /= 2  # each end carries half of the pieces beside it
-        carried = Points.ends(last + 1, height)
-        tip = [spare / 2 + height, spare + self.chain.tip]
-        points = Points(np.append(carried.at, [last, last]), np.append(carried.arms, np.array(tip)))
-        forces = np.append(weight, [pull * spare, driven.payload])
+        last = self.chain.pieces - 1
+        carried, masses, front = self._weights()
+        points = Points.joined(
+            carried, Points(np.array([last]), np.array([self.spare + self.chain.tip]))
+        )
+        forces = np.append(masses * driven.gravity, driven.payload)
+        self.front_weight = front * driven.gravity
         obstacles = [self._distance(o.shape()) for o in self.chain.spec.obstacles.values()]
         return Loads(points, forces, 0.0, self._touching(), obstacles)
+
+    def _weights(self) -> tuple[Points, Array, float]:
+        """What each piece's end carries of the undeformed actuator, and the mass, tonne, that lies
+        before them, in the clamp."""
+        (places, masses), pieces, pitch = self.chain.lumps, self.chain.pieces, self.rod.pitch
+        along = places - self.spare
+        at = np.clip(np.round(along.real / pitch).astype(int), 0, pieces)
+        whole = np.bincount(at, masses, pieces + 1).astype(float)
+        held = along - at * pitch
+        arms = np.bincount(at, masses * held.real, pieces + 1) + 0j
+        arms += 1j * np.bincount(at, masses * held.imag, pieces + 1)
+        arms /= np.maximum(whole, TINY)
+        return Points(np.arange(pieces), arms[1:]), whole[1:], float(whole[0])
 
     def _touching(self) -> Points:
         """What may touch obstacles: both sides of the modules, and the edges of the tip."""
@@ -225,7 +263,7 @@ class Standing:
         air = law.response.conjugates(law.states(curvature, stretch))[2]
         whole = chain.modules * chain.table.pitch * air.mean()
         found["cavity_volume_mm3"] = float(whole - self.lost_air)
-        held, cells = -self.loads.forces.sum(), []
+        held, cells = -self.loads.forces.sum() - self.front_weight, []
         pressed = rod.pressed(strains, self.loads)
         for (name, obstacle), forces in zip(chain.spec.obstacles.items(), pressed, strict=True):
             found |= plane.vector(f"contact_force_{name}", forces.sum())

@@ -17,17 +17,17 @@ from softact.loads.load_step import LoadStep
 from softact.measures.cross_section import CrossSection
 from softact.mesh.layout import COMPONENTS, Layout
 from softact.model import Model
-from softact.modules.ends import lost
+from softact.modules.ends import Ends, FreeModule, ends_of
 from softact.modules.response import AtPressure, Response, errors, fit
 from softact.run.from_spec import build_model
 from softact.solve.progress import Attempt, Trying
 from softact.solve.stepping import Stepper
 from softact.spec import Spec
-from softact.system.term import EVERYTHING, State
+from softact.system.term import State
 
 Array = NDArray[np.float64]
 SAGS = 1.2  # times how far the dead loads bend a linear rod
-BEYOND = 0.3  # of the largest free curvature: how far the table goes past straight and past free
+BEYOND = 0.5  # of the largest free curvature: how far the table goes past straight and past free
 PULLED = 0.5  # of the force that keeps the length of a straight module
 HELD_OUT = 5  # each such state is not in the fit whose error is told
 DEGREES = (3, 4, 5, 6)
@@ -97,11 +97,10 @@ class Plane:
 class Walked:
     """What was found on the way.
 
-    states (n, 3): curvature 1/mm, stretch, pressure MPa. conjugates (3, n): moment N mm, force N,
-    air by length mm². levels: pressures at which all curvatures were walked. free: curvature of the
-    free module there, and free_air: its air by length. moment: of dead loads, N mm, for which there
-    is room. lost: how many states of the grid had no equilibrium. iterations: of Newton's method,
-    in all.
+    states (n, 3): curvature 1/mm, stretch, pressure MPa; the first is at rest. conjugates (3, n):
+    moment N mm, force N, air by length mm². levels: pressures at which all curvatures were walked.
+    free: curvature of the free module there, and free_air: its air by length. lost: how many states
+    of the grid had no equilibrium. iterations: of Newton's method, in all.
     """
 
     states: Array
@@ -109,7 +108,6 @@ class Walked:
     levels: Array
     free: Array
     free_air: Array
-    moment: float
     lost: int
     iterations: int
 
@@ -118,11 +116,10 @@ class Walked:
 class Table:
     """The energy of a module and what a rod of such modules needs besides.
 
-    errors: of moment, force and air at states that were held out, a part of each largest.
-    pressures: of the cavities where the largest is 1. mass: tonne/mm, at ``centre`` beside the
-    middle of the left face, ``origin``. outline: (m,) corners of the convex hull of a module, from
-    the same point. ends (k, 2): pressure, MPa, and modules that the ends of an actuator take from
-    its bending (``softact.modules.ends``); none where that is not known. Places are complex
+    errors: of moment, force and air at states that were held out, a part of each largest. moment:
+    of dead loads, N mm, for which there is room. pressures: of the cavities where the largest is 1.
+    origin: the middle of the left face. outline: (m,) corners of the convex hull of a module, from
+    there. Places are complex
     (``Plane.flat``), mm.
     """
 
@@ -130,21 +127,20 @@ class Table:
     errors: Array
     degree: int
     pitch: float
-    mass: float
-    centre: complex
     outline: NDArray[np.complex128]
     origin: complex
     walked: Walked
+    moment: float
     pressures: dict[str, float]
-    ends: Array
+    ends: Ends
 
-    def lost(self, pressure: float) -> tuple[float, float]:
-        """What the two ends of an actuator take from its bending at a pressure, MPa: modules; and
-        from its air, mm^3."""
-        if not len(self.ends):
-            return 0.0, 0.0
-        at, modules, air = self.ends.T
-        return float(np.interp(pressure, at, modules)), float(np.interp(pressure, at, air))
+    def idle(self, pressure: float) -> float:
+        """Modules that do not bend under a pressure, MPa."""
+        return float(np.interp(pressure, self.ends.pressures, self.ends.idle))
+
+    def free(self, pressure: float) -> float:
+        """Curvature of the free module at a pressure, MPa."""
+        return float(np.interp(pressure, self.walked.levels, self.walked.free))
 
     def reach(self, pressure: float) -> tuple[float, float]:
         """Least and largest curvature, 1/mm, that was walked near a pressure, MPa."""
@@ -187,6 +183,7 @@ class Walker:
 
     def compliance(self) -> float:
         """Curvature by moment of the undeformed module, 1/(N mm²)."""
+        self._stepper.walk.set_supports(())  # or nothing is held in the planes of symmetry
         section = CrossSection(self.model, self.model.initial_state())
         about = int(np.flatnonzero(np.flatnonzero(section.free) == self.plane.about)[0])
         return float(np.linalg.inv(section.stiffness())[about, about])
@@ -280,11 +277,12 @@ def pressures_of(spec: Spec) -> Iterator[dict[str, float]]:
         yield now
 
 
-def walk(walker: Walker, grid: Grid, dead: Dead, tell: Callable[[str], None]) -> Walked:
+def walk(
+    walker: Walker, grid: Grid, sags: tuple[float, float], tell: Callable[[str], None]
+) -> Walked:
     """Visit a grid of states, each from its neighbour. Raises NoEquilibriumError where the free or
     the clamped module does not reach the full pressure."""
     parts = np.linspace(0, 1, grid.pressures + 1)
-    sags = SAGS * np.array(dead.sags(1 / walker.compliance()))
     rest = walker.air(walker.model.initial_state())
     if not walker.to(1.0, increments=grid.pressures):
         raise NoEquilibriumError("the free module does not reach the full pressure")
@@ -294,7 +292,7 @@ def walk(walker: Walker, grid: Grid, dead: Dead, tell: Callable[[str], None]) ->
     air = np.array([conjugates[2] for conjugates in walker.conjugates])
     free_air = np.interp(parts, np.append(0, reached / full), np.append(rest, air))
     beyond = BEYOND * max(abs(free))
-    around = sags[0] - beyond, sags[1] + beyond
+    around = SAGS * sags[0] - beyond, SAGS * sags[1] + beyond
     if not walker.to(1.0, 0.0, clamped=True):
         raise NoEquilibriumError("the clamped module does not reach the full pressure")
     force = PULLED * abs(walker.conjugates[-1][1])
@@ -306,10 +304,10 @@ def walk(walker: Walker, grid: Grid, dead: Dead, tell: Callable[[str], None]) ->
             walker.to(part, last, pull, increments=grid.curvatures - 1)
         lost += max(0, grid.curvatures - len(walker.states) + found)
         tell(f"table: {number} of {len(sweeps)} sweeps, {len(walker.states)} states, {lost} lost")
-    states, conjugates = np.array(walker.states), np.array(walker.conjugates).T
-    return Walked(
-        states, conjugates, parts * full, free, free_air, dead.moment, lost, walker.iterations
-    )
+    states = np.array([(0.0, 1.0, 0.0), *walker.states])
+    conjugates = np.array([(0.0, 0.0, rest), *walker.conjugates]).T
+    work = walker.iterations
+    return Walked(states, conjugates, parts * full, free, free_air, lost, work)
 
 
 def _sweeps(
@@ -361,42 +359,28 @@ def table(
         make_mesh(spec.geometry, mesh, curved=spec.solver.curved)
         model = build_model(MPI.COMM_SELF, spec, mesh)
     walker = Walker(spec, model)
-    mass, centre = _mass(model)
     repeat, plane = walker.repeat, walker.plane
     origin = plane.flat(repeat.centre)
-    walked = walk(walker, grid, dead, tell)
+    bending = 1 / walker.compliance()
+    walked = walk(walker, grid, dead.sags(bending), tell)
     response, off, degree = best_fit(walked)
-    ends = np.empty((0, 3))
+    ends, full = Ends(), max(walker.pressures.values())
     if short is not None:
         tell("table: a short actuator, for its ends")
-        ends = lost(short, repeat.length, walked.levels, walked.free, walked.free_air)
-    full = max(walker.pressures.values(), key=abs)
+        free = FreeModule(repeat.length, bending, walked.levels, walked.free, walked.free_air)
+        ends = ends_of(short, free, plane.across)
     return Table(
         response,
         off,
         degree,
         repeat.length,
-        mass / repeat.length,
-        complex(plane.flat(centre) - origin),
         hull(plane.flat(model.nodes.places)) - origin,
         complex(origin),
         walked,
+        dead.moment,
         {name: value / full for name, value in walker.pressures.items()},
         ends,
     )
-
-
-def _mass(model: Model) -> tuple[float, Array]:
-    """Mass of the whole module, tonne, and its centre (3,): the forces of a gravity of one."""
-    start = model.initial_state()
-    down = {EVERYTHING: np.array([0.0, 0.0, -1.0])}
-    state = State(start.x, {**start.loads, GRAVITY: down})
-    out = np.zeros(model.unknowns.local)
-    for term in model.external:
-        term.add_force(state, out)
-    weights = out[model.displacement_dofs[:, 2]]
-    mass = weights.sum()
-    return model.mesh.layout.copies * float(mass), weights @ model.nodes.places / mass
 
 
 def hull(points: NDArray[np.complex128]) -> NDArray[np.complex128]:

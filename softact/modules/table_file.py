@@ -13,7 +13,7 @@ import numpy as np
 
 from softact.errors import SpecError
 from softact.files.text import json_text, replacing, write_atomic
-from softact.modules.ends import short_spec
+from softact.modules.ends import Ends, short_spec
 from softact.modules.module_spec import module_specs
 from softact.modules.response import Response
 from softact.modules.rod_run import dead
@@ -31,19 +31,20 @@ UNITS = {
     "response.constants": "mJ/mm",
     "errors": "of moment, force and air at states held out, a part of each largest",
     "pitch": "mm",
-    "mass": "tonne/mm",
-    "centre": "mm, along and across",
     "outline": "mm, along and across",
     "origin": "mm, along and across",
     "walked.states": "curvature 1/mm, stretch, pressure MPa",
     "walked.conjugates": "moment N mm, force N, air by length mm^2",
     "walked.levels": "MPa",
     "walked.free": "1/mm",
-    "ends": "pressure MPa, modules, mm^3",
+    "ends.stiff": "modules",
+    "ends.pressures": "MPa",
+    "ends.idle": "modules",
+    "ends.air": "mm^3",
     "walked.free_air": "mm^2",
-    "walked.moment": "N mm",
+    "moment": "N mm",
 }
-COMPLEX = ("centre", "outline", "origin")
+COMPLEX = ("outline", "origin")
 
 
 def key(specs: Iterable[Spec], grid: Grid) -> str:
@@ -102,7 +103,9 @@ def read(path: Path) -> tuple[Table, str]:
         for name in ("states", "conjugates", "levels", "free", "free_air"):
             walked[name] = np.asarray(walked[name])
         data["errors"] = np.asarray(data["errors"])
-        data["ends"] = np.asarray(data["ends"]).reshape(-1, 3)
+        ends = data.pop("ends")
+        arrays = {name: np.asarray(ends[name]) for name in ("pressures", "idle", "air")}
+        data["ends"] = Ends(ends["stiff"], **arrays)
         return Table(response=Response(**response), walked=Walked(**walked), **data), made_from
     except OSError as error:
         raise SpecError(f"{path}: cannot be read: {error.strerror}") from None
@@ -137,10 +140,7 @@ def made_or_read(
     made_from = key(_specs(spec, {name: SAMPLE * part for name, part in shares.items()}), grid)
     if given or known.exists():
         found, source = read(known)
-        wide = (
-            found.walked.levels[-1] >= full * ENOUGH
-            and found.walked.moment >= loads.moment * ENOUGH
-        )
+        wide = found.walked.levels[-1] >= full * ENOUGH and found.moment >= loads.moment * ENOUGH
         if source == made_from and wide:
             tell(f"table: that of {known}")
             return MadeTable(found, source)
