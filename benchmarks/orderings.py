@@ -16,7 +16,6 @@ from pathlib import Path
 import click
 import numpy as np
 from mpi4py import MPI
-from petsc4py import PETSc
 
 from softact.geometry.base import make_mesh
 from softact.run.from_spec import build_model, supports_of

@@ -27,7 +27,7 @@ class Analysis:
 
     ordering: str
     operations: Mapping[str, float]
-    memory_MB: int
+    memory_MB: int  # noqa: N815 (a unit)
     untried: str = ""
 
 

@@ -1,4 +1,4 @@
-"""MUMPS behind PETSc: the analysis of a matrix, and an order of the pivots that PETSc cannot hand on.
+"""MUMPS behind PETSc: the analysis of a matrix, with an order of the pivots that PETSc cannot give.
 
 PETSc's factor begins with MUMPS's own structure, whose layout MUMPS's header says. It is used where
 the header is that of the library, which the structure's own version tells.
