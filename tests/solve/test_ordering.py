@@ -141,7 +141,7 @@ print("same")
 @pytest.mark.skipif(shutil.which("mpirun") is None, reason="no mpirun here")
 def test_both_give_the_same_solution_on_two_processes():
     done = subprocess.run(
-        ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", "2", sys.executable, "-c", PROGRAM],
+        [*"mpirun --allow-run-as-root --oversubscribe -n 2".split(), sys.executable, "-c", PROGRAM],
         capture_output=True, text=True, check=False, timeout=300,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr[-2000:]
