@@ -47,8 +47,8 @@ def nested_dissection(assembler: Assembler) -> np.ndarray | None:
     for c in range(width.max(initial=0)):
         vertex_of[first[width > c] + c] = vertex[width > c]
     weight = np.bincount(vertex, width).astype(np.int32)
-    ends = [vertex_of[np.concatenate(part)] for part in zip(*(p for _, p in gathered), strict=True)]
-    place = _dissected(_adjacency(*ends, len(vertices)), weight)
+    i, j = vertex_of[np.concatenate([pairs for _, pairs in gathered], axis=1)]
+    place = _dissected(_adjacency(i, j, len(vertices)), weight)
     return None if place is None else _expanded(place[vertex], first, width)
 
 
