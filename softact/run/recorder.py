@@ -135,6 +135,9 @@ class Recorder:
                 "memory_MB": round(memory / 1024),
                 "history": [asdict(a) for a in progress.attempts],
             }
+            analysis = self.stepper.walk.newton.factor.analysis
+            if analysis is not None:
+                record["factorisation"] = asdict(analysis)
             self.writer.finish(status, summary, record)
         done = {"stage": "done", "status": status, "message": progress.stopped}
         self.tell({**done, "verdict": self.verdict and self.verdict.data()})

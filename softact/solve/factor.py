@@ -8,6 +8,7 @@ import numpy as np
 from petsc4py import PETSc
 
 from softact.model import Model
+from softact.solve.analysis import Analysis, Analyst
 
 # MUMPS's INFOG(1) where it could not allocate its factors, and where its working space was too
 # small for them (users' guide, section 8).
@@ -44,7 +45,13 @@ class Factor:
         self._model, self._snes, self._pressures = model, snes, pressures
         self._space = SPACE.of_sheets if model.sheets else SPACE.usual
         self._modes = 0
+        self.analyst = Analyst(model)
         self._matrix = self._prepared()
+
+    @property
+    def analysis(self) -> Analysis | None:
+        """That of the last factorisation; None before the first."""
+        return self.analyst.last
 
     def set_up(self) -> None:
         """A factorisation for the matrix as it is laid out now, instead of the one there is."""
@@ -64,15 +71,18 @@ class Factor:
         pc.setFactorSolverType("mumps")
         pc.setFactorSetUpSolverType()
         factors = pc.getFactorMatrix()
-        self.fresh = False
+        self.fresh = self._analysed = False
         for control, value in {**MUMPS_CONTROLS, 14: self._space}.items():
             factors.setMumpsIcntl(control, value)
         return factors
 
     def follow_layout(self) -> None:
-        """Set up anew where the matrix has been laid out anew."""
+        """Set up anew where the matrix has been laid out anew; its values are there."""
         if self._model.assembler.layouts != self.layouts:
             self.set_up()
+        if not self._analysed:
+            self.analyst.analyse(self._matrix)
+            self._analysed = True
 
     def more_space(self) -> bool:
         """Whether the factors did not fit into their working space and may have more now."""

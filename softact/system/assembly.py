@@ -229,6 +229,17 @@ class Assembler:
         )
         return rows, columns
 
+    @property
+    def coupled(self) -> np.ndarray:
+        """(2, m) global numbers of unknowns that share an entry of the matrix as it is laid out: of
+        two blocks the first of each, and each pair that is coupled beyond. This process's share."""
+        u = self.unknowns
+        indptr, indices = self._graph
+        first = u.number[u.first]
+        blocks = first[np.repeat(np.arange(len(indptr) - 1), np.diff(indptr))], first[indices]
+        beyond = [*self._extra, *(loose.entries for loose in self._loose)]
+        return np.array([np.concatenate([p[k] for p in (blocks, *beyond)]) for k in range(2)])
+
     @functools.cached_property
     def _element_entries(self) -> tuple[np.ndarray, np.ndarray]:
         """Global row and column of each entry of ``values`` and ``extra_values``."""

@@ -92,10 +92,17 @@ def _machine() -> str:
     return hashlib.sha256(repr(key).encode()).hexdigest()[:12]
 
 
-def load_library(comm: MPI.Comm, source: Path) -> ctypes.CDLL:
-    """Compile one C file to a shared library (rank 0, once per machine) and load it."""
+def load_library(comm: MPI.Comm, source: Path, header: Path | None = None) -> ctypes.CDLL:
+    """Compile one C file to a shared library (rank 0, once per machine) and load it.
+
+    header: file on rank 0 that the source includes as ``HEADER``.
+    """
     text = source.read_text(encoding="utf-8")
-    return _load(comm, source.stem, text, lambda: text)
+    if header is None:
+        return _load(comm, source.stem, text, lambda: text)
+    known = header.read_text(encoding="utf-8", errors="replace") if comm.rank == 0 else ""
+    text = f'#define HEADER "{header}"\n{text}'
+    return _load(comm, source.stem, text + comm.bcast(known), lambda: text)
 
 
 def load_kernels(

@@ -1,0 +1,84 @@
+"""The order in which a matrix's unknowns are eliminated: MUMPS's own or METIS's nested dissection,
+whichever takes fewer operations by MUMPS's own analysis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from petsc4py import PETSc
+
+from softact.model import Model
+from softact.solve import mumps
+from softact.solve.ordering import metis, nested_dissection
+
+METIS = "METIS"
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """What MUMPS said of a matrix before its factorisation.
+
+    ordering: of the pivots. operations: floating point operations of one factorisation, by the
+    orderings that were tried. memory_MB: of the factors and working space as estimated, all
+    processes. untried: why METIS was not among them, "" where it was.
+    """
+
+    ordering: str
+    operations: Mapping[str, float]
+    memory_MB: int  # noqa: N815 (a unit)
+    untried: str = ""
+
+
+class Analyst:
+    """Analyses of the matrices of one model.
+
+    Both orderings are tried on the first matrix; later ones, whose pattern hardly differs, are
+    analysed with the better of them. last: the last analysis. kept: the ordering that is used from
+    now on; None: not decided.
+    """
+
+    last: Analysis | None = None
+    kept: str | None = None
+
+    def __init__(self, model: Model):
+        self._model = model
+
+    def analyse(self, factors: PETSc.Mat) -> None:
+        """MUMPS's analysis of the model's matrix, whose values are there. Collective."""
+        matrix, symmetric = self._model.assembler.matrix, self._model.contacts.symmetric
+        mumps.analyse(factors, matrix, symmetric)
+        self.last = first = _said(factors)
+        if self.kept not in (None, METIS) or factors.getMumpsIcntl(7) != mumps.ANY:
+            return  # the user may have chosen an ordering by an option of PETSc's
+        structure = mumps.Structure(self._model.comm, factors)
+        why = structure.fault or ("" if metis() else "PETSc is not linked to METIS")
+        dissected = not why and self._dissect(structure)
+        second = _said(factors, METIS) if dissected else None
+        if second is None:
+            self.kept = first.ordering
+            self.last = replace(first, untried=why or "METIS found no order")
+            return
+        found = {**first.operations, **second.operations}
+        if found[METIS] < (np.inf if self.kept == METIS else found[first.ordering]):
+            self.kept, self.last = METIS, replace(second, operations=found)
+            return
+        structure.analyse(mumps.ANY)
+        self.kept, self.last = first.ordering, replace(first, operations=found)
+
+    def _dissect(self, structure: mumps.Structure) -> bool:
+        """Analyse the matrix with METIS's order; whether there is one."""
+        order = nested_dissection(self._model.assembler)
+        found = self._model.comm.bcast(order is not None)
+        if found:
+            structure.analyse(mumps.GIVEN, order)
+        return found
+
+
+def _said(factors: PETSc.Mat, ordering: str = "") -> Analysis:
+    """What the last analysis found; none takes infinitely many operations where it failed."""
+    name = ordering or mumps.CHOSEN.get(factors.getMumpsInfog(7), "other")
+    failed = factors.getMumpsInfog(1) < 0
+    operations = np.inf if failed else factors.getMumpsRinfog(1)
+    return Analysis(name, {name: operations}, factors.getMumpsInfog(17))
