@@ -1,8 +1,8 @@
 """Stress of a material with memory along a record, in a homogeneous incompressible deformation.
 
-The law's isochoric second Piola-Kirchhoff stress S is softened first (Ogden and Roxburgh 1999), then
-drives the Maxwell elements by the recurrence of the solver (``materials.viscoelastic``). Between two
-rows of a record the stretch goes along a straight line in its logarithm.
+The law's isochoric second Piola-Kirchhoff stress S is softened first (Ogden and Roxburgh 1999), and
+then drives the Maxwell elements by the recurrence of the solver (``materials.viscoelastic``).
+Between two rows of a record the stretch goes along a straight line in its logarithm.
 """
 
 from __future__ import annotations
@@ -50,9 +50,12 @@ class History:
         """S (2, n) along the load and through the free direction, and W̄ (n,), MPa."""
         with np.errstate(all="ignore"):
             jet = sheet_energy(law, k, self._logarithms)
-            along, across = np.broadcast_arrays(*jet.gradient, self.log)[:2]
+            along, across = (self._whole(slope) for slope in jet.gradient)
             cauchy = np.array([2 * along - across, -along - across]) / 3
-            return cauchy / self._squares, np.broadcast_to(jet.value, self.log.shape)
+            return cauchy / self._squares, self._whole(jet.value)
+
+    def _whole(self, value: np.ndarray | float | None) -> np.ndarray:
+        return np.broadcast_to(0.0 if value is None else value, self.log.shape)
 
     def stress(
         self, law: type[Law] | Law, k: Constants, mullins: Mullins | None, prony: Prony | None

@@ -1,13 +1,15 @@
-"""Constants of materials with memory from whole records: Maxwell elements from creep tests and tests
-at several rates, Ogden and Roxburgh's constants from loading and unloading, beside the law.
+"""Constants of materials with memory from whole records, beside those of the law.
 
-All constants are found at once by least squares. Numbers of elements, and whether m, β or both widen
-the softening, are compared by Schwarz's criterion (BIC).
+Maxwell elements come from creep tests and from tests at several rates, Ogden and Roxburgh's r, m
+and beta from loadings and unloadings.
+
+All constants are found at once by least squares. Numbers of elements, and whether m, β or both
+widen the softening, are compared by Schwarz's criterion (BIC).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -87,6 +89,13 @@ class MemoryFit:
         k = candidate.constants(self.vector)
         return history.stress(candidate.law, k, self.mullins, self.prony)
 
+    def short(self, history: History) -> np.ndarray:
+        """Stretch (n,) by which the fit lies below the record, to first order."""
+        candidate = self.question.candidate
+        k, memory = candidate.constants(self.vector), (self.mullins, self.prony)
+        off = history.stress(candidate.law, k, *memory) - history.record.stress
+        return off / history.stiffness(candidate.law, k, *memory)
+
     @property
     def peaks_alike(self) -> bool:
         """Whether the records reach one peak only."""
@@ -96,8 +105,9 @@ class MemoryFit:
 def _mullins(values: dict[str, float]) -> Mullins | None:
     if not values:
         return None
-    full = {"m": 0.0, "beta": 0.0, **values}
-    return Mullins.model_construct(**full)
+    return Mullins.model_construct(
+        r=values["r"], m=values.get("m", 0.0), beta=values.get("beta", 0.0)
+    )
 
 
 def fit_memory(records: Sequence[Record], question: Question) -> list[MemoryFit]:
@@ -108,16 +118,16 @@ def fit_memory(records: Sequence[Record], question: Question) -> list[MemoryFit]
     forms: Sequence[tuple[str, ...]] = [()]
     if question.softens:
         forms = FORMS if len(_levels(question, problem.histories)) > 1 else FORMS[:1]
-    found: list[MemoryFit] = []
-    for count in range(MOST + 1 if question.creeps else 1):
-        several = [problem.fitted(form, count) for form in forms]
-        if count and all(_degenerate(one.series) for one in several):
+    found = [problem.fitted(forms[-1], 0)]
+    for count in range(1, MOST + 1 if question.creeps else 1):
+        one = problem.fitted(forms[-1], count)
+        if _degenerate(one.series):
             break
-        found += [one for one in several if not count or not _degenerate(one.series)]
-        lowest = min(one.bic for one in several)
-        if count and lowest > min(one.bic for one in found if len(one.series.g) < count):
+        found.append(one)
+        if one.bic > found[-2].bic:
             break  # more would only follow the noise
-    return found
+    count = len(best(found).series.g)
+    return [*found, *(problem.fitted(form, count) for form in forms[:-1])]
 
 
 def best(fits: Sequence[MemoryFit]) -> MemoryFit:
@@ -247,7 +257,7 @@ class _Problem:
         return np.array([*law, *[0.3] * len(form), *[1.0] * (2 * count)])
 
     def _starts(self, form: tuple[str, ...], count: int) -> list[np.ndarray]:
-        softer = [(2.0, 0.3), (1.3, 0.1)] if form else [(0.0, 0.0)]
+        softer = [(2.0, 0.3), (1.3, 0.1)][: 1 if count else 2] if form else [(0.0, 0.0)]
         spreads = (0.5, 0.8) if count else (0.0,)
         starts = []
         for r, width in softer:
@@ -327,5 +337,3 @@ def _series(
     bic = points * np.log(max(squares / points, 1e-300)) + constants * np.log(points)
     rms = float(np.sqrt(squares / points))
     return Series(g[order], times[order], error[order], factor[order], rms, float(bic))
-
-

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +20,7 @@ from softact.measured.headings import plain_words
 from softact.measured.tables import Table, UnreadableError, read_table
 from softact.units import TIME, conversion, show
 
-# Points that a record needs; a hint of noise that no return of the stretch is.
+# Points that a record needs.
 FEWEST = 12
 _TIME = re.compile(r"\b(time|zeit|temps)\b")
 _UNIT = re.compile(r"[(\[](?P<inside>[^)\]]+)[)\]]|[\s_/](?P<end>[^\s_/()\[\]]+)\s*$")
@@ -62,9 +63,11 @@ def read_records(sheet: TestSheet, timed: bool) -> list[Record]:
     _check(sheet)
     try:
         table = read_table(sheet.file, sheet.columns)
-        labels = table.specimens or [None] * len(table.rows)
+        labels: Sequence[str | None] = table.specimens or [None] * len(table.rows)
         return [
-            _record(sheet, table, np.array([i for i, l in enumerate(labels) if l == label]), timed)
+            _record(
+                sheet, table, np.array([i for i, one in enumerate(labels) if one == label]), timed
+            )
             for label in dict.fromkeys(labels)
         ]
     except UnreadableError as error:
