@@ -266,7 +266,8 @@ def write_plot(path: Path, fit: MemoryFit) -> None:
         over, by_stretch = axes[1], fit.question.by_stretch
         over.set(xlabel="time / s", ylabel="stretch" if by_stretch else "nominal stress / kPa")
         over.set_title("points: tests; lines: fit")
-        over.set_xscale("symlog", linthresh=_first_time(fit.histories))
+        if fit.question.creeps:
+            over.set_xscale("symlog", linthresh=_first_time(fit.histories))
         over.grid(alpha=0.25)
     loops.grid(alpha=0.25)
     if len(fit.histories) <= 8:
