@@ -1,9 +1,9 @@
 """Flow of an ideal gas through a valve, choked or not, as pressure times volume per time (mJ/s).
 
 An orifice of area A passes C A p₁ √(R T) φ(p₂/p₁) with φ² = 2γ/(γ−1) (r^(2/γ) − r^((γ+1)/γ)), and
-no more than at the critical ratio r = (2/(γ+1))^(γ/(γ−1)) (Saint-Venant and Wantzel 1839; ISO 6358).
-A conductance G passes G p₁ (p₁ − p₂)/p₀, the laminar law. A tube behind them is
-one of ``tube_flow``; what is between the two holds no air. The supply is at 20 °C.
+no more than at the critical ratio r = (2/(γ+1))^(γ/(γ−1)) (Saint-Venant and Wantzel 1839), as in
+ISO 6358. A conductance G passes G p₁ (p₁ − p₂)/p₀, the laminar law. A tube behind them is one of
+``tube_flow``; what is between the two holds no air. The supply is at 20 °C.
 """
 
 from __future__ import annotations

@@ -44,9 +44,10 @@ class Cycle:
 
 @dataclass(frozen=True)
 class Supplied:
-    """Air of a step with a supply. used: normal litres; exergy: of it, mJ; flow: the largest, normal
-    litres a minute; work: of the air on the actuator, lifted: on the payload, mJ, NaN where there
-    is none. pressure: kPa at the end; to_63, to_95: s until it has come that far of its way."""
+    """Air of a step with a supply. used: normal litres; exergy: of it, mJ; flow: the largest,
+    normal litres a minute; work: of the air on the actuator, lifted: on the payload, mJ, NaN
+    where there is none. pressure: kPa at the end; to_63, to_95: s until it has
+    come that far of its way."""
 
     step: str
     used: float
