@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import click
+from click.core import ParameterSource
 
 from softact.cli._force import force_option
 
@@ -51,6 +52,13 @@ def _pairs(
             raise click.BadParameter(f"'{value}' is not of the form name=value")
         pairs[name.strip()] = text.strip()
     return pairs
+
+
+def _check_unused(context: click.Context) -> None:
+    """Refuse options that a fit of memory would pass over."""
+    for name in ("relative", "method", "starts", "seed", "sigma", "fix", "compare"):
+        if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+            raise click.UsageError(f"--{name} does not go with --cyclic, --rates and --creep")
 
 
 @click.command(short_help="Fit a law to tensile tests and write a material card.")
@@ -115,6 +123,22 @@ def _pairs(
     help="FILEs are relaxation tests: time and stress (or force) at a held stretch; prints the "
     "Maxwell elements for a material, and writes nothing.",
 )
+@click.option(
+    "--cyclic",
+    is_flag=True,
+    help="FILEs are loadings and unloadings: fits Mullins' softening (r, m, beta) beside the law.",
+)
+@click.option(
+    "--rates",
+    is_flag=True,
+    help="FILEs have a time column, at one or more rates: fits Maxwell elements beside the law; "
+    "with --cyclic both.",
+)
+@click.option(
+    "--creep",
+    is_flag=True,
+    help="As --rates, of tests under a held stress: residuals count as stretch.",
+)
 @click.option("--density", callback=_quantity("DENSITY"), help="For the card.")
 @click.option("--strength", callback=_quantity("PRESSURE"), help="Tensile strength, for the card.")
 @click.option("--name", callback=_file_name, help="Name of the card; default: the first file's.")
@@ -127,7 +151,9 @@ def _pairs(
     help="Folder for card, plot and numbers.",
 )
 @force_option
+@click.pass_context
 def fit(
+    context: click.Context,
     data: tuple[str, ...],
     law: str,
     relative: bool,
@@ -139,6 +165,9 @@ def fit(
     fix: dict[str, str],
     compare: tuple[str, ...],
     relaxation: bool,
+    cyclic: bool,
+    rates: bool,
+    creep: bool,
     density: float | None,
     strength: float | None,
     name: str | None,
@@ -160,6 +189,8 @@ def fit(
       softact fit uni.csv:uniaxial sheet.csv:planar --law ogden_3 --loading
       softact fit treloar.txt --columns 'nominal_stress MPa, stretch' --law yeoh
       softact fit held.csv --relaxation
+      softact fit loops.csv --cyclic --law ogden_2
+      softact fit slow.csv fast.csv --rates
     """
     if relaxation:
         from softact.fit import relaxation as tests
@@ -176,6 +207,26 @@ def fit(
 
     given = {field: value for field, value in reading.items() if value not in (None, False)}
     sheets = [sheet for entry in data for sheet in sheets_from_argument(entry, given)]
+    if cyclic or rates or creep:
+        from softact.fit.memory_run import MemoryRequest
+        from softact.fit.memory_run import run as run_memory
+
+        _check_unused(context)
+        whole = MemoryRequest(
+            sheets=sheets,
+            law=law,
+            directory=output,
+            name=name or sheets[0].file.stem,
+            softens=cyclic,
+            creeps=rates or creep,
+            by_stretch=creep,
+            balance=balance,
+            density=density,
+            strength=strength,
+            force=force,
+        )
+        run_memory(whole, click.echo)
+        return
     request = Request(
         sheets=sheets,
         law=law,

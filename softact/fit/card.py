@@ -6,6 +6,7 @@ import yaml
 from softact.files.text import json_text
 from softact.fit.fit import Fit
 from softact.fit.reason import reason
+from softact.materials import Law
 
 DIGITS = 9
 
@@ -28,10 +29,14 @@ def card_text(fit: Fit, density: float | None, strength: float | None) -> str:
     if remarks := fit.remarks():
         fields["notes"] = "; ".join(remarks)
     rounded = np.array([float(f"{value:.{DIGITS}g}") for value in fit.vector])
-    law = fit.candidate.make(rounded, **fields)
+    return card_of(fit.candidate.make(rounded, **fields), density is not None)
+
+
+def card_of(law: Law, with_density: bool) -> str:
+    """Return the YAML of a law. with_density: where it is not the default one."""
     data = law.model_dump(mode="json", exclude_defaults=True, exclude_none=True)
     data = {"law": law.law, **data}
-    if density is None:
+    if not with_density:
         data.pop("density", None)
     head = "# A material card of softact. Use it as 'materials: {body: {...}}' or as a card.\n"
     return head + yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=100)

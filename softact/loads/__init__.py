@@ -1,6 +1,7 @@
 """Loads, one kind a file; ``LOADS`` holds them by their key in a spec's step."""
 
-from softact.loads.air import Sealed, Supply
+from softact.loads.air import Exhaust, Sealed, Supply
+from softact.loads.ambient import Ambient
 from softact.loads.base import Load
 from softact.loads.cavity_pressure import Pressure
 from softact.loads.gravity import Gravity
@@ -28,7 +29,9 @@ for _load in (
     Pressure(),
     Injection(),
     Supply(),
+    Exhaust(),
     Sealed(),
+    Ambient(),
     TractionLoad(),
     PayloadLoad(),
     TorqueLoad(),

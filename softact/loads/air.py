@@ -11,7 +11,8 @@ from pydantic import BeforeValidator, Field, model_validator
 from softact.fields import ALL_CAVITIES, Fault, Part, Place, fault
 from softact.loads.base import Load
 from softact.loads.cavity_pressure import cavity_faults, for_cavities
-from softact.loads.gas_flow import Valve
+from softact.loads.gas_flow import GAMMA, SPEED, Valve
+from softact.loads.tube_flow import Tube
 from softact.mesh.layout import Layout
 from softact.system.term import Value
 from softact.units import Conductance, Dimensionless, Length, Pressure, show
@@ -19,28 +20,54 @@ from softact.units import Conductance, Dimensionless, Length, Pressure, show
 if TYPE_CHECKING:
     from softact.model import Model
 
-OTHERS = ("pressure", "inject", "supply", "sealed")
+OTHERS = ("pressure", "inject", "supply", "exhaust", "sealed")
+Exponent = Annotated[Dimensionless, Field(ge=1, le=GAMMA)]
+_EXPONENT = (
+    "n of p Vⁿ: 1 where the air keeps its temperature (slow), 1.4 where it exchanges no heat (fast)"
+)
 
 
-class SupplySpec(Part, title="Supply"):
-    """Air of a constant pressure behind a valve; below the cavity's pressure it is an exhaust."""
+class TubeSpec(Part, title="Tube"):
+    """A straight smooth tube in the supply line; the air that is in it does not count."""
 
-    pressure: Pressure = Field(
-        gt=-0.101325, description="of the supply, above ambient; 0 kPa lets the air out"
-    )
+    length: Length = Field(gt=0, description="of the tube")
+    diameter: Length = Field(gt=0, description="inside")
+
+
+class _Opening(Part):
+    """What air passes: an orifice or a laminar valve, a tube, or both in a row."""
+
     diameter: Length | None = Field(None, gt=0, description="of the valve's orifice")
     discharge_coefficient: Dimensionless = Field(
         0.8, gt=0, le=1, description="part of the orifice's area that counts"
     )
     conductance: Conductance | None = Field(
-        None, gt=0, description="of a laminar valve or tube, in place of an orifice"
+        None, gt=0, description="of a laminar valve, in place of an orifice"
     )
+    tube: TubeSpec | None = Field(None, description="between the valve and the cavity")
+    polytropic: Exponent = Field(1.0, description=_EXPONENT)
 
     @model_validator(mode="after")
     def _has_one_valve(self) -> Self:
-        if (self.diameter is None) == (self.conductance is None):
-            raise fault("a supply has a diameter or a conductance; write for example 1 mm")
+        if self.diameter is not None and self.conductance is not None:
+            raise fault("a valve has a diameter or a conductance, not both")
+        if self.diameter is None and self.conductance is None and self.tube is None:
+            raise fault(
+                "a supply has a diameter or a conductance, or a tube; write for example 1 mm"
+            )
         return self
+
+
+class SupplySpec(_Opening, title="Supply"):
+    """Air of a constant pressure behind a valve; below the cavity's pressure it is an exhaust."""
+
+    pressure: Pressure = Field(
+        gt=-0.101325, description="of the supply, above ambient; 0 kPa lets the air out"
+    )
+
+
+class ExhaustSpec(_Opening, title="Exhaust"):
+    """A way out into the ambient."""
 
 
 class SealedSpec(Part, title="Sealed"):
@@ -49,13 +76,20 @@ class SealedSpec(Part, title="Sealed"):
     heated: Dimensionless = Field(
         1.0, gt=0, le=10, description="absolute temperature at the end of the step by that before"
     )
+    polytropic: Exponent = Field(1.0, description=_EXPONENT)
+
+    @model_validator(mode="after")
+    def _has_one_temperature(self) -> Self:
+        if self.heated != 1.0 and self.polytropic != 1.0:
+            raise fault("heated says the temperature, and so does polytropic; write one of them")
+        return self
 
 
-def _each(inside: str) -> BeforeValidator:
+def _each(part: type[Part]) -> BeforeValidator:
     def written(value: Any) -> Any:
         if value is True:
             return {ALL_CAVITIES: {}}
-        whole = isinstance(value, dict) and (not value or inside in value)
+        whole = isinstance(value, dict) and (not value or bool(part.model_fields.keys() & value))
         return {ALL_CAVITIES: value} if whole else value
 
     return BeforeValidator(written)
@@ -83,7 +117,7 @@ class _Air(Load):
 
     @staticmethod
     def _is_one(written: Mapping[str, Any]) -> bool:
-        known = (*SupplySpec.model_fields, *SealedSpec.model_fields)
+        known = {*SupplySpec.model_fields, *SealedSpec.model_fields}
         return not written or any(key in known for key in written)
 
     def for_layout(self, value: Mapping[str, Any], layout: Layout) -> dict[str, Any]:
@@ -91,16 +125,9 @@ class _Air(Load):
         return for_cavities(value, layout)
 
 
-class Supply(_Air):
-    """Supplies: by cavity [pressure, area, conductance] of the meshed part."""
-
-    key = "supply"
-    annotation = Annotated[dict[str, SupplySpec], _each("pressure")]
-    description = (
-        "air behind a valve, of all cavities or {cavity: ...}, in a step with a clock; the "
-        "pressure follows from how much has flowed, and stays when the step has ended"
-    )
-    example = "{pressure: 60 kPa, diameter: 1 mm}"
+class _Flows(_Air):
+    """What cavities that air flows into or out of have in common: by cavity the numbers of
+    ``_numbers``."""
 
     def faults(
         self, written: Any, place: Place, layout: Layout, step: Mapping[str, Any]
@@ -113,33 +140,77 @@ class Supply(_Air):
     def ends(self, value: Mapping[str, Any], model: Model) -> dict[str, Mapping[str, Value]]:
         """See ``Load.ends``."""
         copies = model.mesh.layout.copies
-        return {self.key: {name: _numbers(s) / [1, copies, copies] for name, s in value.items()}}
+        return {self.key: {name: _numbers(opening, copies) for name, opening in value.items()}}
+
+
+class Supply(_Flows):
+    """Supplies of cavities."""
+
+    key = "supply"
+    annotation = Annotated[dict[str, SupplySpec], _each(SupplySpec)]
+    description = (
+        "air behind a valve or a tube, of all cavities or {cavity: ...}, in a step with a clock; "
+        "the pressure follows from how much has flowed, and stays when the step has ended"
+    )
+    example = "{pressure: 60 kPa, diameter: 1 mm}"
+
+
+class Exhaust(_Flows):
+    """Openings of cavities into the ambient."""
+
+    key = "exhaust"
+    annotation = Annotated[dict[str, ExhaustSpec], _each(ExhaustSpec)]
+    description = (
+        "a valve or a tube through which air goes out into the ambient, of all cavities or "
+        "{cavity: ...}, in a step with a clock"
+    )
+    example = "{diameter: 2 mm}"
 
 
 class Sealed(_Air):
     """Closed cavities: by cavity how much hotter they become."""
 
     key = "sealed"
-    annotation = Annotated[dict[str, SealedSpec], _each("heated")]
+    annotation = Annotated[dict[str, SealedSpec], _each(SealedSpec)]
     description = (
-        "closed with the air that is in it at the start of the step: true, or {heated: ratio}, or "
-        "{cavity: ...}; its pressure follows, and stays when the step has ended"
+        "closed with the air that is in it at the start of the step: true, {heated: ratio}, "
+        "{polytropic: n} or {cavity: ...}; its pressure follows, and stays when the step has ended"
     )
     example = "{heated: 1.1}"
 
     def ends(self, value: Mapping[str, Any], model: Model) -> dict[str, Mapping[str, Value]]:
         """See ``Load.ends``."""
-        return {self.key: {name: np.asarray(sealed.heated) for name, sealed in value.items()}}
+        ends = {n: np.array([sealed.heated, sealed.polytropic]) for n, sealed in value.items()}
+        return {self.key: ends}
 
 
-def _numbers(supply: SupplySpec) -> np.ndarray:
+def _numbers(opening: _Opening, copies: int) -> np.ndarray:
+    """Pressure, area, conductance, exponent, length and diameter of the tube (0: none), and by how
+    many meshed parts the flow is shared."""
+    pressure = opening.pressure if isinstance(opening, SupplySpec) else 0.0
     area = 0.0
-    if supply.diameter is not None:
-        area = supply.discharge_coefficient * np.pi * supply.diameter**2 / 4
-    return np.array([supply.pressure, area, supply.conductance or 0.0])
+    if opening.diameter is not None:
+        area = opening.discharge_coefficient * np.pi * opening.diameter**2 / 4
+    tube = [opening.tube.length, opening.tube.diameter] if opening.tube else [0.0, 0.0]
+    valve = [pressure, area, opening.conductance or 0.0]
+    return np.array([*valve, opening.polytropic, *tube, float(copies)])
 
 
 def valve_of(numbers: Value) -> Valve:
-    """The valve of the numbers of a ``Supply``."""
-    pressure, area, conductance = map(float, np.asarray(numbers))
-    return Valve(pressure, area, conductance)
+    """The valve of the numbers of a load that flows; the first three may do."""
+    pressure, area, conductance, *more = map(float, np.asarray(numbers))
+    _, length, diameter, copies = more or (1.0, 0.0, 0.0, 1.0)
+    tube = Tube(length, diameter, SPEED) if length else None
+    return Valve(pressure, area, conductance, tube, copies)
+
+
+def exponent_of(numbers: Value) -> float:
+    """n of a load that flows."""
+    known = np.asarray(numbers)
+    return float(known[3]) if len(known) > 3 else 1.0
+
+
+def sealed_of(numbers: Value) -> tuple[float, float]:
+    """How much hotter the air of a ``Sealed`` cavity becomes, and its n."""
+    heated, *more = map(float, np.atleast_1d(numbers))
+    return heated, (more[0] if more else 1.0)

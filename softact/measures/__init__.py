@@ -3,6 +3,7 @@
 A new measure is one file with a ``Measure`` and one line in ``MEASURES``.
 """
 
+from softact.measures.air import AIR
 from softact.measures.base import Measure
 from softact.measures.bending import BENDING
 from softact.measures.contact import CONTACT
@@ -37,6 +38,7 @@ MEASURES: dict[str, Measure] = {
         TWIST,
         MODULE,
         VOLUME,
+        AIR,
         REACTION,
         HELD_TIP,
         CONTACT,

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from softact.loads.air_account import Account
 from softact.measures import MEASURES
 from softact.measures.failure import SHARE
 from softact.measures.further_fields import further_fields
@@ -67,6 +68,7 @@ class Recorder:
         self.timed = any(step.timing(spec.geometry.layout()) for step in spec.steps)
         heard = self._accept, self._reject, self._checkpoint, self._try, self._remark
         self.stepper = Stepper(model, spec.solver.settings, *heard)
+        self._open_accounts()
         self.slopes: Slopewise | None = None
         if twins:
             following = Following(self.stepper.walk, twins, self._of_twin)
@@ -79,6 +81,18 @@ class Recorder:
         self.identity = identity(spec) if writer is not None else {}
         if start is None:
             self._write_mesh()
+
+    def _open_accounts(self) -> None:
+        """Let the first state have all columns of air that later ones have."""
+        filled = {
+            name
+            for step in self.spec.steps
+            for key in ("supply", "exhaust")
+            for name in step.loads.get(key, ())
+        }
+        state = self.stepper.walk.state
+        for name in sorted(filled):
+            state.memory |= Account().named(name)
 
     def tell(self, event: dict) -> None:
         """Tell what happens."""

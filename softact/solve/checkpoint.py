@@ -18,7 +18,7 @@ from softact.errors import SpecError
 from softact.files.restart import RESTART, of_another_version, seal, unseal
 from softact.loads import BY_FIELD
 from softact.solve.path import Point
-from softact.system.term import Clock, State, Value
+from softact.system.term import AIR, Clock, State, Value
 
 if TYPE_CHECKING:
     import dolfinx
@@ -198,6 +198,7 @@ def _memory(
     """What ``pack`` was given by this process."""
     prefix = f"memory/{comm.rank}/{when}/"
     own = {n.removeprefix(prefix): file[n] for n in file.files if n.startswith(prefix)}
+    own = {name: value for name, value in own.items() if not name.startswith(AIR)}
     found = {name: value if value.ndim else float(value) for name, value in own.items()}
     if comm.allreduce(len(found)) and processes != comm.size:
         raise SpecError(
@@ -209,7 +210,9 @@ def _memory(
             "a run with contact, or beyond a limit of its load, was begun by an earlier softact, "
             "which gave each process another part of the mesh; start it anew, or with -n 1"
         )
-    return found
+    first = f"memory/0/{when}/"  # air is the same on all processes
+    names = [n for n in file.files if n.startswith(first + AIR)]
+    return found | {n.removeprefix(first): float(file[n]) for n in names}
 
 
 def _groups(model: Model) -> list[tuple[np.ndarray, np.ndarray, int]]:

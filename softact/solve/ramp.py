@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softact.loads import BY_FIELD
-from softact.loads.air import valve_of
+from softact.loads.air import exponent_of, sealed_of, valve_of
+from softact.loads.air_account import account_of, at_rest
 from softact.loads.gas_flow import AMBIENT
 from softact.loads.load_step import LoadStep
 from softact.loads.support import Held
 from softact.solve.border import VolumeControl
 from softact.solve.gas import Filling, GasControl
-from softact.system.term import Clock, State, Value
+from softact.system.term import EVERYTHING, Clock, State, Value
 
 if TYPE_CHECKING:
     from softact.model import Model
@@ -48,7 +49,8 @@ class Ramp:
             for name, added in sorted(step.loads.get("inject", {}).items())
         }
         self._volume, self._since = volume, 0.0
-        self._filled = sorted([*step.loads.get("supply", {}), *step.loads.get("sealed", {})])
+        self._supplies = {**step.loads.get("supply", {}), **step.loads.get("exhaust", {})}
+        self._filled = sorted([*self._supplies, *step.loads.get("sealed", {})])
         self._sizes = np.array([max(volume(state, name), 1.0) for name in self._filled])
         self.arrived(state, 0.0)
 
@@ -82,30 +84,64 @@ class Ramp:
         """Take a state as the last equilibrium, from which air flows on."""
         self._since = fraction
         self._before = {n: float(state["pressure"].get(n, 0.0)) for n in self._filled}
+        self._room = {name: self._volume(state, name) for name in self._filled}
         self._amounts = {
-            name: (pressure + AMBIENT) * self._volume(state, name)
+            name: (pressure + self._outside(fraction)) * self._room[name]
             for name, pressure in self._before.items()
         }
+        self._masses = {name: self._mass(state, name) for name in self._filled}
+
+    def _mass(self, state: State, name: str) -> float:
+        """The air of a cavity, as p V at ambient temperature, mJ; where nothing is known of it, or
+        what flows is isothermal, it is as warm as the ambient."""
+        known = account_of(state.memory, name).mass
+        supply = self._supplies.get(name)
+        isothermal = supply is not None and exponent_of(supply) == 1.0
+        return self._amounts[name] if isothermal or known == 0.0 else known
+
+    def _outside(self, fraction: float) -> float:
+        """Absolute pressure of the ambient at a fraction of the step, MPa."""
+        start, end = self._ends.get("ambient", ({}, {}))
+        if EVERYTHING not in end:
+            return AMBIENT
+        part = self._gone(fraction)
+        return float((1 - part) * start[EVERYTHING] + part * end[EVERYTHING])
+
+    def accounted(self, state: State, fraction: float) -> dict[str, np.ndarray | float]:
+        """The memory of ``state`` with what has become of the air since the last equilibrium."""
+        memory = at_rest(state, self._filled)
+        for name in self._filled:
+            filling = self._filling(name, fraction)
+            brought = filling.mass_in(float(state["pressure"].get(name, 0.0)))
+            valve, before = filling.valve, account_of(memory, name)
+            ratio = 1.0 if valve is None else valve.pressure / filling.ambient + 1
+            now = before.after(self._masses[name] + brought, brought, filling.elapsed, ratio)
+            memory |= now.named(name)
+        return memory
 
     def _filling(self, name: str, fraction: float) -> Filling:
         """The air of a cavity from the last equilibrium to a fraction of the step."""
-        supply, timing = self._step.loads.get("supply", {}).get(name), self._step.timing
+        supply, timing = self._supplies.get(name), self._step.timing
+        outside, amount = self._outside(fraction), self._amounts[name]
         if supply is not None and timing is not None:
-            elapsed = (fraction - self._since) * timing.duration
-            return Filling(name, self._amounts[name], valve_of(supply), elapsed)
-        heated = float(self._step.loads["sealed"][name]) - 1
-        before, now = (1 + heated * self._gone(at) for at in (self._since, fraction))
-        return Filling(name, self._amounts[name] * now / before)
+            elapsed, exponent = (fraction - self._since) * timing.duration, exponent_of(supply)
+            warmth = 1.0 if exponent == 1.0 else amount / self._masses[name]
+            room = self._room[name]
+            return Filling(name, amount, valve_of(supply), elapsed, exponent, room, warmth, outside)
+        heated, exponent = sealed_of(self._step.loads["sealed"][name])
+        before, now = (1 + (heated - 1) * self._gone(at) for at in (self._since, fraction))
+        room = self._room[name]
+        return Filling(name, amount * now / before, exponent=exponent, volume=room, ambient=outside)
 
     def flow_error(self, state: State, fraction: float) -> float:
         """Error of the air that has flowed since the last equilibrium, by all that is there: half
         of what the flow has changed in that time."""
         worst = 0.0
-        for name in self._step.loads.get("supply", {}):
+        for name in self._supplies:
             filling = self._filling(name, fraction)
             assert filling.valve is not None
-            now = filling.valve.flow(float(state["pressure"].get(name, 0.0)))[0]
-            before = filling.valve.flow(self._before[name])[0]
+            now = filling.valve.flow(float(state["pressure"].get(name, 0.0)), filling.ambient)[0]
+            before = filling.valve.flow(self._before[name], filling.ambient)[0]
             gone = filling.elapsed * abs(now - before) / 2
             worst = max(worst, gone / max(self._amounts[name], 1e-300))
         return worst

@@ -282,6 +282,7 @@ class Walk:
             speed=self._speed(point),
             kinetic_ratio=kinetic_ratio,
         )
+        self.state.memory = self.ramp.accounted(self.state, point.s)
         # Whoever hears of it sees the forces that are in balance, friction's as they were counted.
         self.record(replace(attempt, control=control) if control else attempt)
         self.model.remember(self.state)

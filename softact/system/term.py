@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 FUNCTIONS = {1: 4, 2: 10}  # shape functions of a tetrahedron by degree
 #: Name under which a state holds the value of a load on everything.
 EVERYTHING = ""
+#: How the names begin under which a state remembers the air of its cavities.
+AIR = "air "
 Value = float | np.ndarray
 
 

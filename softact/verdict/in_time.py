@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from softact.loads.gas_flow import AMBIENT, NORMAL_LITRE
 from softact.results.folder import Results
 
 TIME = "time_s"
@@ -22,18 +23,41 @@ HELD = 1e-9
 @dataclass(frozen=True)
 class Cycle:
     """A loading and the unloading after it. begin, end: s. work: of the pressures while they put
-    work in, mJ; lost: what they did not get back."""
+    work in, mJ; lost: what they did not get back. used: air that goes in, normal litres; exergy: of
+    it at the largest pressure, mJ; lifted: work on the payload meanwhile, NaN where there is none.
+    """
 
     step: str
     begin: float
     end: float
     work: float
     lost: float
+    used: float
+    exergy: float
+    lifted: float
 
     @property
     def hysteresis(self) -> float:
         """Lost part of the loading work."""
         return self.lost / self.work
+
+
+@dataclass(frozen=True)
+class Supplied:
+    """Air of a step with a supply. used: normal litres; exergy: of it, mJ; flow: the largest,
+    normal litres a minute; work: of the air on the actuator, lifted: on the payload, mJ, NaN
+    where there is none. pressure: kPa at the end; to_63, to_95: s until it has
+    come that far of its way."""
+
+    step: str
+    used: float
+    exergy: float
+    flow: float
+    work: float
+    lifted: float
+    pressure: float
+    to_63: float
+    to_95: float
 
 
 @dataclass(frozen=True)
@@ -66,7 +90,53 @@ def cycles(results: Results) -> list[Cycle]:
             work, given_back = done[high] - done[low], done[high] - done[back]
             if total[high] > max(total[low], total[back]) and work > 0:
                 times = results.curve[TIME][[low, back]]
-                found.append(Cycle(step, *map(float, (*times, work, work - given_back))))
+                air = _taken(pressures, volumes, low, high)
+                numbers = *times, work, work - given_back, *air, _lifted(results, low, high)
+                found.append(Cycle(step, *map(float, numbers)))
+    return found
+
+
+def _taken(pressures: np.ndarray, volumes: np.ndarray, low: int, high: int) -> tuple[float, float]:
+    """Normal litres of air that go in from one row to another, at ambient temperature, and the
+    exergy (mJ) that it has at the pressures of the latter."""
+    absolute = pressures / 1e3 + AMBIENT
+    amounts = absolute * volumes
+    taken = np.maximum(amounts[:, high] - amounts[:, low], 0.0)
+    return taken.sum() / NORMAL_LITRE, float(taken @ np.log(absolute[:, high] / AMBIENT))
+
+
+def _lifted(results: Results, begin: int, end: int) -> float:
+    """What the payload's potential energy gains, mJ; NaN where there is none."""
+    energy = results.curve.get("payload_energy_mJ")
+    return np.nan if energy is None else float(energy[end] - energy[begin])
+
+
+def supplied(results: Results) -> list[Supplied]:
+    """Steps in which air is taken from a supply."""
+    pressures = _pressures(results)
+    used, exergy = (_columns(results, f"air_{what}", "") for what in ("used", "exergy"))
+    flows = np.abs(_columns(results, "air_flow", ""))
+    if TIME not in results.curve or not len(used) or not len(pressures):
+        return []
+    found = []
+    for step, begin, end in _steps(results):
+        taken = used[:, end] - used[:, begin]
+        if taken.max() <= 0:
+            continue
+        most = int(np.argmax(taken)) if len(pressures) == len(taken) else 0
+        times, values = (v[begin : end + 1] for v in (results.curve[TIME], pressures[most]))
+        way = (values - values[0]) / (values[-1] - values[0])
+        work = results.curve.get("pressure_work_mJ", np.full(len(used[0]), np.nan))
+        numbers = (
+            taken.sum(),
+            (exergy[:, end] - exergy[:, begin]).sum(),
+            flows[:, begin + 1 : end + 1].sum(axis=0).max(),
+            work[end] - work[begin],
+            _lifted(results, begin, end),
+            values[-1],
+            *(_first(times, way, share) for share in (0.63, 0.95)),
+        )
+        found.append(Supplied(step, *map(float, numbers)))
     return found
 
 
@@ -99,7 +169,13 @@ def lines(results: Results) -> Iterator[str]:
         numbers[cycle.step] = number = numbers.get(cycle.step, 0) + 1
         yield (
             f"step '{cycle.step}', cycle {number}: {cycle.lost:.4g} of {cycle.work:.4g} mJ of the "
-            f"loading work is lost ({cycle.hysteresis:.2%})"
+            f"loading work is lost ({cycle.hysteresis:.2%}); {_of_air(cycle)}"
+        )
+    for one in supplied(results):
+        yield (
+            f"step '{one.step}': {_of_air(one)}, at most {one.flow:.4g} nl/min; the pressure comes "
+            f"to {one.pressure:.4g} kPa, 63 % of its way in {one.to_63:.3g} s, 95 % in "
+            f"{one.to_95:.3g} s"
         )
     for creep in creeps(results):
         name, _, unit = creep.column.rpartition("_")
@@ -109,6 +185,15 @@ def lines(results: Results) -> Iterator[str]:
             f"{creep.end:.4g} {unit} in {creep.duration:.4g} s ({way:+.4g} {unit}), 63 % of it in "
             f"{creep.to_63:.3g} s, 95 % in {creep.to_95:.3g} s"
         )
+
+
+def _of_air(part: Cycle | Supplied) -> str:
+    """Air, what it could do, and what became of that."""
+    said = f"{part.used:.4g} nl of air of {part.exergy:.4g} mJ exergy, {part.work:.4g} mJ of work"
+    if np.isnan(part.lifted) or part.exergy <= 0:
+        return said
+    share = part.lifted / part.exergy
+    return f"{said}, {part.lifted:.4g} mJ on the payload (efficiency {share:.3%})"
 
 
 def _columns(results: Results, beginning: str, end: str) -> np.ndarray:

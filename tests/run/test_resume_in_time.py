@@ -105,10 +105,13 @@ name: sphere
 geometry: {type: thick_sphere, inner_radius: 10 mm, outer_radius: 11 mm, mesh_size: 9 mm}
 materials: {body: {law: neo_hookean, c10: 0.14 MPa}}
 steps:
-  - {name: fill, supply: {pressure: 30 kPa, diameter: 0.3 mm}, duration: 100 ms}
-  - {name: closed, sealed: {heated: 1.1}}
+  - name: fill
+    supply:
+      {pressure: 30 kPa, diameter: 0.3 mm, tube: {length: 300 mm, diameter: 1 mm}, polytropic: 1.3}
+    duration: 100 ms
+  - {name: closed, sealed: {heated: 1.1}, ambient: 99 kPa}
 solver: {initial_increment: 0.25, max_increment: 0.25, time_tolerance: 2e-2}
-measures: [pressure, volume]
+measures: [pressure, volume, air]
 """
 
 
