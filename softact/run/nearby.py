@@ -37,24 +37,6 @@ class Nearby:
     row: Mapping[str, float]
 
 
-def why_not(spec: Spec) -> str:
-    """Why the last state of a spec cannot be sought at once; empty where it can."""
-    if spec.sheets or spec.layout().repeats:
-        return "it is of sheets, or a module"
-    if spec.contact or spec.obstacles:
-        return "something may touch"
-    for step in spec.steps:
-        if step.supports is not None:
-            return "its supports change"
-        if set(step.loads) - {"pressure", "gravity", "traction", "payload"}:
-            return "a load depends on the way"
-        if step.timing(spec.geometry.layout()) is not None:
-            return "it goes in time"
-    if any(support.turn or support.move for support in spec.supports or ()):
-        return "its supports move"
-    return ""
-
-
 def nearby(model: Model, spec: Spec, directory: Path, paths: Sequence[str]) -> Nearby | str:
     """What the run in a folder says of the last state of ``spec``; or why it says nothing.
 

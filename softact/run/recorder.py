@@ -19,7 +19,8 @@ from softact.measures.snapshot import Snapshot, gather_mesh, gather_nodes
 from softact.results.folder import NO_EQUILIBRIUM, read
 from softact.run.films import compressed_layers
 from softact.run.from_spec import load_steps, parameters, supports_of
-from softact.run.nearby import Nearby, nearby, why_not
+from softact.run.last_state import why_not
+from softact.run.nearby import Nearby, nearby
 from softact.run.resuming import identity
 from softact.run.slopewise import Slopewise
 from softact.run.unstable import unstable_text

@@ -61,7 +61,8 @@ def made_up(monkeypatch):
 
     def run(spec, directory, **options):
         x, y = spec.geometry.length, spec.geometry.width
-        MadeUp.solved.append((x, y))
+        followed = options["sensitivities"] or ()  # none: the best design from the beginning
+        MadeUp.solved += [(x, y)] if followed else []
         if x > MadeUp.fails_beyond:
             raise MeshError("block: gmsh crashed")
         directory.mkdir(parents=True)
@@ -69,7 +70,7 @@ def made_up(monkeypatch):
         row = {"step": "hang", "increment": 0, "step_fraction": 1.0}
         row |= {name: value for name, (value, *_) in found.items()}
         for name, (_, *slopes) in found.items():
-            for path, at, slope in zip(options["sensitivities"], (x, y), slopes, strict=True):
+            for path, at, slope in zip(followed, (x, y), slopes, strict=False):
                 line = {"increment": 0, "measure": name, "parameter": path, "at": f"{at} mm"}
                 line |= {"derivative": slope, "unit": "", "elasticity": ""}
                 lines += [line] if path != MadeUp.without else []
