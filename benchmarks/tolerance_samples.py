@@ -3,7 +3,8 @@
     .venv/bin/python -m benchmarks.tolerance_samples SWEEP CACHE [--set PATH=VALUE]...
 
 SWEEP: a file with the design ``tolerances``. Its points are those of ``softact sweep``; each starts
-from the run of the spec as it is and the derivatives there, in place of going through all states.
+from the nearest one that is there and the derivatives there, in place of going through all states,
+the first from the spec as it is.
 Prints mean and standard deviation of all measures that vary, beside those to first order, and how
 much work a run was. Samples that are kept in CACHE are not computed again.
 """
@@ -40,9 +41,9 @@ def nominal(base: document.Document, cache: Cache) -> Answer:
 
 def sample(base: document.Document, changes: Any, cache: Cache, near: Path) -> Record:
     """One actuator, from the run of another."""
-    spec = spec_at(base, changes)
-    key = run_key(spec, end_only=True)
-    answer = compute(spec, key, cache, end_only=True, near=near)
+    spec, slopes = spec_at(base, changes), paths(causes(spec_at(base)))
+    key = run_key(spec, slopes=slopes, end_only=True)
+    answer = compute(spec, key, cache, slopes=slopes, end_only=True, near=near)
     if answer.record is None or answer.record.status != COMPLETE:
         sys.exit(f"a sample is not complete: {answer.cause}")
     return answer.record
@@ -81,10 +82,19 @@ def main() -> None:
     first = nominal(base, cache)
     folder = cache.folder(first.key)
     print("the spec as it is: states, factorisations, s:", *work(folder), flush=True)
-    samples = []
-    for number, coordinates in enumerate(wanted.design.points(wanted.axes), 1):
-        samples.append(sample(base, changes_of(wanted.axes, coordinates), cache, folder))
-        print(number, *work(cache.folder(samples[-1].key)), flush=True)
+    ends = {axis.title: [float(axis.number(end)) for end in (axis.from_, axis.to)]
+            for axis in wanted.axes}  # fmt: skip
+    points = [
+        (np.array([(float(axis.number(c[axis.title])) - low) / (high - low) - 0.5
+                   for axis, (low, high) in zip(wanted.axes, ends.values(), strict=True)]), c)
+        for c in wanted.design.points(wanted.axes)
+    ]  # fmt: skip
+    there, samples = [(np.zeros(len(wanted.axes)), folder)], []
+    for place, coordinates in sorted(points, key=lambda point: float(np.linalg.norm(point[0]))):
+        _, near = min(there, key=lambda known: float(np.linalg.norm(known[0] - place)))
+        samples.append(sample(base, changes_of(wanted.axes, coordinates), cache, near))
+        there.append((place, cache.folder(samples[-1].key)))
+        print(len(samples), *work(there[-1][1]), flush=True)
     tell(base, folder, samples)
 
 

@@ -37,11 +37,8 @@ class Nearby:
     row: Mapping[str, float]
 
 
-def nearby(model: Model, spec: Spec, directory: Path, paths: Sequence[str]) -> Nearby | str:
-    """What the run in a folder says of the last state of ``spec``; or why it says nothing.
-
-    paths: of the parameters by which this run is differentiated.
-    """
+def nearby(model: Model, spec: Spec, directory: Path) -> Nearby | str:
+    """What the run in a folder says of the last state of ``spec``; or why it says nothing."""
     if any(solid.material.law.remembers for solid in model.solids.values()):
         return "a material remembers where it has been"
     if model.comm.size > 1:
@@ -55,7 +52,7 @@ def nearby(model: Model, spec: Spec, directory: Path, paths: Sequence[str]) -> N
         return str(error)
     if isinstance(last, str):
         return last
-    guesses = [*_predicted(last, spec, there, paths), last.x]
+    guesses = [*_predicted(last, spec, there), last.x]
     row = {name: values[-1] for name, values in there.curve.items() if name.endswith(COUNTED)}
     return Nearby(guesses, row)
 
@@ -73,14 +70,13 @@ def _other(there: Results, model: Model) -> str:
     return ""
 
 
-def _predicted(last: Ended, spec: Spec, there: Results, paths: Sequence[str]) -> list[np.ndarray]:
+def _predicted(last: Ended, spec: Spec, there: Results) -> list[np.ndarray]:
     """The last unknowns, moved along with the parameters to first order; none where the run has no
     derivatives."""
-    before = loads(there.spec_yaml, str(there.directory))
-    if not paths or not set(paths) <= set(last.twins):
+    before, paths = loads(there.spec_yaml, str(there.directory)), list(last.twins)
+    if not paths:
         return []
-    pairs = zip(chosen(before, paths), chosen(spec, paths), strict=True)
     moved = last.x.copy()
-    for old, new in pairs:
+    for old, new in zip(chosen(before, paths), chosen(spec, paths), strict=True):
         moved += (last.twins[old.path] - last.x) * ((new.value - old.value) / old.step)
     return [moved]

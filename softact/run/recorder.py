@@ -16,6 +16,7 @@ from softact.measures.failure import SHARE
 from softact.measures.further_fields import further_fields
 from softact.measures.points import locate
 from softact.measures.snapshot import Snapshot, gather_mesh, gather_nodes
+from softact.measures.target_line import Followed, followed
 from softact.results.folder import NO_EQUILIBRIUM, read
 from softact.run.films import compressed_layers
 from softact.run.from_spec import load_steps, parameters, supports_of
@@ -69,6 +70,9 @@ class Recorder:
         wanted = MEASURES if spec.measures == "all" else dict.fromkeys(spec.measures)
         self.measures = [MEASURES[name] for name in wanted]
         self.probes = locate(model, spec.probes)
+        self.followed: Followed | None = None
+        if spec.target_line is not None:
+            self.followed = followed(model, spec.target_line.through, spec.target_line.points)
         self.timed = any(step.timing(spec.geometry.layout()) for step in spec.steps)
         heard = self._accept, self._reject, self._checkpoint, self._try, self._remark
         self.stepper = Stepper(model, spec.solver.settings, *heard)
@@ -104,10 +108,10 @@ class Recorder:
             names = layout.regions or layout.sheets
             self.writer.mesh(points, cells, region, names, surfaces, layout)
 
-    def guess_from(self, directory: Path, paths: Sequence[str]) -> None:
+    def guess_from(self, directory: Path) -> None:
         """Seek the last state alone, from that of the run of an actuator like this one; as far as
-        that can be, or it is told why not. paths: see ``nearby``."""
-        found = why_not(self.spec) or nearby(self.model, self.spec, directory, paths)
+        that can be, or it is told why not."""
+        found = why_not(self.spec) or nearby(self.model, self.spec, directory)
         if isinstance(found, str):
             self._begin_anew(found)
         else:
@@ -239,11 +243,15 @@ class Recorder:
     def _of_twin(self, twin: Twin) -> dict[str, float | str]:
         """Those of a twin, whose probes stay in their elements."""
         safety = self.spec.safety_factor
-        return self._measured(Snapshot(twin.model, twin.state, twin.row, safety, self.probes))
+        return self._measured(
+            Snapshot(twin.model, twin.state, twin.row, safety, self.probes, self.followed)
+        )
 
     def _accept(self, state: State, attempt: Attempt, number: int) -> None:
         started = time.perf_counter()
-        snapshot = Snapshot(self.model, state, self.row, self.spec.safety_factor, self.probes)
+        snapshot = Snapshot(
+            self.model, state, self.row, self.spec.safety_factor, self.probes, self.followed
+        )
         row: dict[str, float | str] = {
             "step": attempt.step,
             "increment": number,

@@ -87,7 +87,7 @@ def solve(
     kind = "tetrahedra" if model.solids else "triangles"
     tell({"stage": "solve", "cells": mesh.cell_count, "kind": kind, "unknowns": unknowns})
     if near:
-        recorder.guess_from(Path(near), sensitivities["paths"] if sensitivities else [])
+        recorder.guess_from(Path(near))
     return recorder.run(times, start, begin)
 
 

@@ -181,8 +181,8 @@ def test_default_sizes():
 
 
 def test_unequal_chambers_counted_by_hand(meshed):
-    """Air 12 mm wide: 5 x 16 + 6 x 12 + 7 x 14 + 8 x 10 mm, and a channel 4 x 2 mm through walls and
-    gaps, 3.2 + 7.1 + 4 mm. Side: blocks of 10, 8.4, 8.8 and 13.1 mm, 21, 17.5, 19.2 and 16 mm
+    """Air 12 mm wide: 5 x 16 + 6 x 12 + 7 x 14 + 8 x 10 mm, and a channel 4 x 2 mm through walls
+    and gaps, 3.2 + 7.1 + 4 mm. Side: blocks of 10, 8.4, 8.8 and 13.1 mm, 21, 17.5, 19.2 and 16 mm
     tall, and bridges of 8 mm, 9 mm tall."""
     solid = meshed(pneunet(**UNEVEN, symmetry=False))
     air = 12 * (5 * 16 + 6 * 12 + 7 * 14 + 8 * 10) + 4 * 2 * (3.2 + 7.1 + 4.0)
