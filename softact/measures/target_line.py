@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from softact.errors import SpecError
 from softact.measures.base import Measure
 
 if TYPE_CHECKING:
@@ -60,8 +61,12 @@ def followed(model: Model, through: Sequence[float], target: np.ndarray) -> Foll
     axis, point = np.asarray(layout.axis), np.asarray(through, dtype=float)
     start = point - (point @ axis) * axis
     places = [start + part * layout.length * axis for part in np.linspace(0.0, 1.0, POINTS)]
-    names = {f"{number} of target_line": (x, y, z) for number, (x, y, z) in enumerate(places)}
-    return Followed(list(locate(model, names).values()), target)
+    names = {str(number): (x, y, z) for number, (x, y, z) in enumerate(places)}
+    try:
+        return Followed(list(locate(model, names).values()), target)
+    except SpecError as error:
+        _, _, why = error.lines[0].partition(": ")
+        raise SpecError(f"target_line.through: the line leaves the body: {why}") from None
 
 
 def _evaluate(snapshot: Snapshot) -> dict[str, float]:
