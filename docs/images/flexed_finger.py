@@ -10,11 +10,16 @@ bones: straight from joint to joint. Where it begins before the first joint is a
 """
 
 import argparse
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
-ANGLES = {"metacarpophalangeal": 61.0, "proximal interphalangeal": 60.0, "distal interphalangeal": 39.0}
+ANGLES = {
+    "metacarpophalangeal": 61.0,
+    "proximal interphalangeal": 60.0,
+    "distal interphalangeal": 39.0,
+}
 PHALANGES = (39.78, 22.38, 15.82 + 3.84)  # mm; the last with its soft tissue
 BEFORE = 14.0  # mm of the metacarpal on which the actuator is clamped: assumed
 SPACING = 2.0  # mm between points, at most
@@ -23,17 +28,44 @@ SPACING = 2.0  # mm between points, at most
 def corners() -> np.ndarray:
     """Where the line begins, its joints and its tip: (5, 2) x and z, mm."""
     turned = np.deg2rad(np.concatenate([[0.0], np.cumsum(list(ANGLES.values()))]))
-    ways = np.array([BEFORE, *PHALANGES])[:, None] * np.column_stack([np.cos(turned), -np.sin(turned)])
+    directions = np.column_stack([np.cos(turned), -np.sin(turned)])
+    ways = np.array([BEFORE, *PHALANGES])[:, None] * directions
     return np.vstack([[0.0, 0.0], np.cumsum(ways, axis=0)])
 
 
 def points(height: float) -> np.ndarray:
     """Points (n, 2) of the line, its corners among them. height: z of its beginning, mm."""
     ends, found = corners(), []
-    for one, two in zip(ends[:-1], ends[1:], strict=True):
+    for one, two in pairwise(ends):
         count = int(np.ceil(np.linalg.norm(two - one) / SPACING))
         found.append(one + np.linspace(0.0, 1.0, count, endpoint=False)[:, None] * (two - one))
-    return np.vstack([*found, ends[-1:]]) + [0.0, height]
+    return np.vstack([*found, ends[-1:]]) + np.array([0.0, height])
+
+
+def picture(results: Path, target: Path) -> None:
+    """The actuator of a run at its start and its end, and the line that it is to follow."""
+    import matplotlib.pyplot as plt
+    from matplotlib.collections import LineCollection
+
+    from softact.results.folder import read
+
+    found = read(results)
+    faces = found.surfaces["symmetry"][:, :3]
+    figure, axes = plt.subplots(figsize=(7.0, 6.0), layout="constrained")
+    for number, colour in ((0, "0.8"), (len(found.increments) - 1, "#3b7ea1")):
+        places = (found.points + found.field(number, "displacement"))[:, [0, 2]]
+        edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]))
+        axes.add_collection(LineCollection(places[np.unique(edges, axis=0)], colors=colour, lw=0.5))
+    line, joints = points(height=1.0), corners() + np.array([0.0, 1.0])
+    axes.plot(*line.T, ".", color="#c4451c", ms=5, label="points of the flexed finger")
+    axes.plot(*joints.T, "o", mfc="none", mec="#c4451c", ms=9, label="its joints and its tip")
+    pressure = found.curve["pressure_kPa"][-1]
+    far = found.curve["target_distance_max_mm"][-1]
+    axes.set_title(f"at {pressure:g} kPa no point is more than {far:.2f} mm from the layer")
+    axes.set(aspect="equal", xlabel="x (mm)", ylabel="z (mm)")
+    axes.autoscale_view()
+    axes.legend(loc="upper right", frameon=False)
+    figure.savefig(target, dpi=110)
 
 
 def main() -> None:
