@@ -124,7 +124,7 @@ class Pneunet(Chain):
             )
 
     def _list_faults(self) -> Iterator[tuple[str, str]]:
-        for name, values in self._lists.items():
+        for name, values in self.lists.items():
             wanted = self.chambers - (name == "gaps")
             if len(values) != wanted:
                 what = "gaps between" if name == "gaps" else "chambers: one for each of"
@@ -135,10 +135,10 @@ class Pneunet(Chain):
                 )
         for name in ("length", "pitch"):
             if self._uneven_along and getattr(self, name) is not None:
-                along = next(n for n in self._lists if n not in ("chamber_heights", "roofs"))
+                along = next(n for n in self.lists if n not in ("chamber_heights", "roofs"))
                 yield name, f"follows from {along} and the other lengths; leave it out"
-        if self.alone and self._lists:
-            yield next(iter(self._lists)), "a module is one of a chain of equal chambers"
+        if self.alone and self.lists:
+            yield next(iter(self.lists)), "a module is one of a chain of equal chambers"
         for height in self.chamber_heights or ():
             if self.chambers > 1 and height - self.channel_height - self.channel_roof < THINNEST:
                 yield (
@@ -148,18 +148,18 @@ class Pneunet(Chain):
                 )
 
     @property
-    def _lists(self) -> dict[str, tuple[float, ...]]:
+    def lists(self) -> dict[str, tuple[float, ...]]:
         """The lists that are given."""
         given = {name: getattr(self, name) for name in OF_EACH}
         return {name: values for name, values in given.items() if values is not None}
 
     @property
     def _uneven_along(self) -> bool:
-        return bool(set(self._lists) - {"chamber_heights", "roofs"})
+        return bool(set(self.lists) - {"chamber_heights", "roofs"})
 
     def _each(self, name: str, value: float, count: int) -> tuple[float, ...]:
         """The lengths of a list, or as many of the one for all."""
-        return self._lists.get(name, (value,) * count)
+        return self.lists.get(name, (value,) * count)
 
     def _row_faults(self) -> Iterator[tuple[str, str]]:
         row, n = self.row, self.chambers
@@ -258,8 +258,8 @@ class Pneunet(Chain):
         return found
 
     def no_chain(self) -> Iterator[tuple[str, str]]:
-        if self._lists:
-            yield next(iter(self._lists)), "chambers of several sizes are no chain of equal ones"
+        if self.lists:
+            yield next(iter(self.lists)), "chambers of several sizes are no chain of equal ones"
         if self.chambers == 1:
             yield "chambers", "one chamber is no chain; write 2 or more"
 
@@ -394,7 +394,7 @@ class Pneunet(Chain):
         if self.symmetry:
             planes.append(Plane("symmetry", 1, 0.0))
         before = self._steps_before if self.alone else 0
-        lift = self._lifted if {"chamber_heights", "roofs"} & set(self._lists) else None
+        lift = self._lifted if {"chamber_heights", "roofs"} & set(self.lists) else None
         return Boxes(tuple(boxes), ("body",), ("cavity",), (layer,), tuple(planes), before, lift)
 
     def _lifted(self, points: np.ndarray) -> np.ndarray:
