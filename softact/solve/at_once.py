@@ -36,8 +36,8 @@ def found_at_once(
     walk.set_supports(supports)
     at_rest = replace(walk.state, x=walk.state.x.copy())
     _go_to_last(walk, steps)
-    for guess, search in [*((g, False) for g in guesses), *((g, True) for g in guesses)]:
-        outcome = _tried(walk, guess, search)
+    for guess in guesses:
+        outcome = _tried(walk, guess)
         if outcome.converged:
             _accept(walk, steps, at_rest, outcome, arrived)
             return True
@@ -56,11 +56,10 @@ def _go_to_last(walk: Walk, steps: Sequence[LoadStep]) -> None:
             walk.newton.arrive(walk.state, step.at_end)
 
 
-def _tried(walk: Walk, guess: np.ndarray, search: bool) -> NewtonOutcome:
-    """Newton's method from a guess, with a line search at each iteration or without."""
+def _tried(walk: Walk, guess: np.ndarray) -> NewtonOutcome:
     walk.path = [Point(0.0, guess.copy(), walk.drive.loads(walk.state))]
     walk.rest = replace(walk.state, x=guess.copy())
-    return walk.attempt(walk.drive, walk.path, 1.0, line_search=search)
+    return walk.attempt(walk.drive, walk.path, 1.0)
 
 
 def _accept(
