@@ -88,7 +88,7 @@ def optimize(
         click.echo(f"{wanted.trials} trials, {len(study.done)} of them done")
         try:
             if wanted.method == "gradient":
-                Descent(study, tell).run()
+                Descent(study, tell, lambda line: click.echo(line, err=True)).run()
             else:
                 study.run(jobs, tell)
         finally:

@@ -5,10 +5,12 @@ Mosadegh et al. (2014) and Polygerinos et al. (2013). Run by itself it writes a 
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from types import ModuleType
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import Field
 
 from softact.geometry.base import (
@@ -17,7 +19,7 @@ from softact.geometry.base import (
     ThroughWall,
     main,
 )
-from softact.geometry.boxes import OUTSIDE, Box, Boxes, Counts, Plane
+from softact.geometry.boxes import OUTSIDE, SAME_PLANE, Box, Boxes, Counts, Plane
 from softact.geometry.chains import Chain, OneModule
 from softact.geometry.steps import steps
 from softact.geometry.walls import Wall
@@ -36,6 +38,28 @@ class Row:
     gap: float
     pitch: float
     length: float
+
+
+@dataclass(frozen=True)
+class Block:
+    """A chamber with its walls, mm: where it begins and ends along x, where its air space does, and
+    how high that and its roof reach."""
+
+    outside: tuple[float, float]
+    hollow: tuple[float, float]
+    ceiling: float
+    top: float
+
+
+#: Lengths of each chamber or gap, and the one for all of them in whose place they stand.
+OF_EACH = {
+    "chamber_lengths": "chamber_length",
+    "chamber_heights": "chamber_height",
+    "inner_walls": "inner_wall",
+    "roofs": "roof",
+    "gaps": "gap",
+}
+Lengths = Annotated[tuple[Length, ...] | None, Field(strict=False)]
 
 
 class Pneunet(Chain):
@@ -73,6 +97,11 @@ class Pneunet(Chain):
     channel_roof: Length = Field(3.0, description="wall above the channel, in the gaps")
     clamp_plug: Length = Field(4.0, description="solid end at the clamp")
     tip_plug: Length = Field(4.0, description="solid end at the tip")
+    chamber_lengths: Lengths = Field(None, description="of each chamber, the first at the clamp")
+    chamber_heights: Lengths = Field(None, description="of each chamber's air space")
+    inner_walls: Lengths = Field(None, description="of each chamber, to both gaps")
+    roofs: Lengths = Field(None, description="above each chamber")
+    gaps: Lengths = Field(None, description="after each chamber but the last")
     symmetry: bool = Field(True, description="model the half y >= 0 only")
     mesh_size: Length = Field(2.0, description="longest edge along the axes")
     cavity_mesh_size: Length | None = Field(
@@ -83,6 +112,9 @@ class Pneunet(Chain):
 
     def faults(self) -> Iterator[tuple[str, str]]:
         yield from super().faults()
+        if faults := [*self._list_faults()]:
+            yield from faults
+            return
         yield from self._row_faults()
         yield from self._channel_faults()
         if self.base - self.layer_height < THINNEST:
@@ -91,6 +123,44 @@ class Pneunet(Chain):
                 f"{self.layer_height:g} mm is not inside the base ({self.base:g} mm): the base "
                 "above the layer would vanish",
             )
+
+    def _list_faults(self) -> Iterator[tuple[str, str]]:
+        for name, values in self.lists.items():
+            wanted = self.chambers - (name == "gaps")
+            if len(values) != wanted:
+                what = "gaps between" if name == "gaps" else "chambers: one for each of"
+                yield (
+                    name,
+                    f"{len(values)} lengths, but {wanted} are wanted, for the {what} the "
+                    f"{self.chambers} chambers",
+                )
+        for name in ("length", "pitch"):
+            if self._uneven_along and getattr(self, name) is not None:
+                along = next(n for n in self.lists if n not in ("chamber_heights", "roofs"))
+                yield name, f"follows from {along} and the other lengths; leave it out"
+        if self.alone and self.lists:
+            yield next(iter(self.lists)), "a module is one of a chain of equal chambers"
+        for height in self.chamber_heights or ():
+            if self.chambers > 1 and height - self.channel_height - self.channel_roof < THINNEST:
+                yield (
+                    "chamber_heights",
+                    f"{height:g} mm is no taller than the channel with its roof "
+                    f"({self.channel_height + self.channel_roof:g} mm)",
+                )
+
+    @property
+    def lists(self) -> dict[str, tuple[float, ...]]:
+        """The lists that are given."""
+        given = {name: getattr(self, name) for name in OF_EACH}
+        return {name: values for name, values in given.items() if values is not None}
+
+    @property
+    def _uneven_along(self) -> bool:
+        return bool(set(self.lists) - {"chamber_heights", "roofs"})
+
+    def _each(self, name: str, value: float, count: int) -> tuple[float, ...]:
+        """The lengths of a list, or as many of the one for all."""
+        return self.lists.get(name, (value,) * count)
 
     def _row_faults(self) -> Iterator[tuple[str, str]]:
         row, n = self.row, self.chambers
@@ -168,7 +238,29 @@ class Pneunet(Chain):
         pitch = chamber + walls + gap
         return Row(chamber, gap, pitch, ends + chamber + (n - 1) * pitch)
 
+    @property
+    def blocks(self) -> list[Block]:
+        """The chambers, each with its walls; the ends belong to the first and the last."""
+        row, n = self.row, self.chambers
+        lengths = self._each("chamber_lengths", row.chamber_length, n)
+        inner = self._each("inner_walls", self.inner_wall, n)
+        gaps = (*self._each("gaps", row.gap, n - 1), 0.0)
+        heights = self._each("chamber_heights", self.chamber_height, n)
+        roofs = self._each("roofs", self.roof, n)
+        found, at, wall = [], 0.0, self.clamp_plug
+        for i in range(n):
+            start, end = at + wall, at + wall + lengths[i]
+            after = inner[i] if i < n - 1 else self.tip_plug
+            ceiling = self.base + heights[i]
+            outside = at, end + after
+            found.append(Block(outside, (start, end), ceiling, ceiling + roofs[i]))
+            at = end + after + gaps[i]
+            wall = inner[i + 1] if i < n - 1 else 0.0
+        return found
+
     def no_chain(self) -> Iterator[tuple[str, str]]:
+        if self.lists:
+            yield next(iter(self.lists)), "chambers of several sizes are no chain of equal ones"
         if self.chambers == 1:
             yield "chambers", "one chamber is no chain; write 2 or more"
 
@@ -200,28 +292,25 @@ class Pneunet(Chain):
 
     def walls(self) -> tuple[Wall, ...]:
         solid = self.solid()
-        counts, ceiling = self._counts(solid), self.base + self.chamber_height
+        counts, ceiling = self._counts(solid), self.base + self._tallest
         places = {
             "outer_wall": (1, self.chamber_width / 2, self.outer_wall),
-            "roof": (2, ceiling, self.roof),
+            "roof": (2, ceiling, self._thickest_roof),
             "base": (2, 0.0, self.base),
         }
         if self.chambers > 1:
-            places["inner_wall"] = 0, self._hollow[0][1], self.inner_wall
+            wall = self._each("inner_walls", self.inner_wall, 1)[0]
+            places["inner_wall"] = 0, self._hollow[0][1], wall
         return solid.walls(counts, places)
 
     def volumes(self) -> dict[str, float]:
-        gaps, row = len(self._hollow) - 1, self.row
-        hollow = sum(end - start for start, end in self._hollow)
-        between = gaps * (row.pitch - row.chamber_length)
-        cavity = (
-            hollow * self.chamber_width * self.chamber_height
-            + between * self.channel_width * self.channel_height
-        )
+        if self.alone:
+            profile, air, between = self._of_module()
+        else:
+            profile, air, between = self._of_blocks()
+        cavity = air * self.chamber_width + between * self.channel_width * self.channel_height
         width = self.chamber_width + 2 * self.outer_wall
-        height = self.base + self.chamber_height + self.roof
-        notch = height - self.base - self.channel_height - self.channel_roof
-        outside = width * (self._length * height - gaps * row.gap * notch)
+        outside = width * profile
         part = 0.5 if self.symmetry else 1.0
         return {
             "body": part * (outside - cavity),
@@ -229,9 +318,26 @@ class Pneunet(Chain):
             "strain_limiting_layer": part * width * self._length,
         }
 
+    def _of_module(self) -> tuple[float, float, float]:
+        """Area of a module's side, mm², of its air space there, and the way between chambers."""
+        row, height = self.row, self.base + self.chamber_height + self.roof
+        notch = height - self.base - self.channel_height - self.channel_roof
+        hollow = sum(end - start for start, end in self._hollow)
+        area = self._length * height - row.gap * notch
+        return area, hollow * self.chamber_height, row.pitch - row.chamber_length
+
+    def _of_blocks(self) -> tuple[float, float, float]:
+        """The same of the finger."""
+        blocks = self.blocks
+        bridge = self.base + self.channel_height + self.channel_roof
+        area = sum((b.outside[1] - b.outside[0]) * b.top for b in blocks)
+        area += sum((two.outside[0] - one.outside[1]) * bridge for one, two in pairwise(blocks))
+        air = sum((b.hollow[1] - b.hollow[0]) * (b.ceiling - self.base) for b in blocks)
+        return area, air, sum(two.hollow[0] - one.hollow[1] for one, two in pairwise(blocks))
+
     @property
     def _length(self) -> float:
-        return self.row.pitch if self.alone else self.row.length
+        return self.row.pitch if self.alone else self.blocks[-1].outside[1]
 
     @property
     def _hollow(self) -> list[tuple[float, float]]:
@@ -240,8 +346,23 @@ class Pneunet(Chain):
         if self.alone:
             end = row.chamber_length * (1 - self._cut)
             return [(0.0, end), (end + row.pitch - row.chamber_length, row.pitch)]
-        starts = [self.clamp_plug + i * row.pitch for i in range(self.chambers)]
-        return [(start, start + row.chamber_length) for start in starts]
+        return [block.hollow for block in self.blocks]
+
+    @property
+    def _notches(self) -> list[tuple[float, float]]:
+        """Where gaps begin and end."""
+        if self.alone:
+            (_, end), (start, _) = self._hollow
+            return [(end + self.inner_wall, start - self.inner_wall)]
+        return [(one.outside[1], two.outside[0]) for one, two in pairwise(self.blocks)]
+
+    @property
+    def _tallest(self) -> float:
+        return max(self.chamber_heights or (self.chamber_height,))
+
+    @property
+    def _thickest_roof(self) -> float:
+        return max(self.roofs or (self.roof,))
 
     @property
     def _chamber_steps(self) -> int:
@@ -254,10 +375,11 @@ class Pneunet(Chain):
         return (self._chamber_steps // 2) / self._chamber_steps
 
     def solid(self) -> Boxes:
-        """The finger as boxes painted over each other."""
+        """The finger as boxes painted over each other, all chambers as tall as the tallest; the
+        points of its mesh are lifted to their own heights."""
         length = self._length
-        floor, ceiling = self.base, self.base + self.chamber_height
-        top = ceiling + self.roof
+        floor, ceiling = self.base, self.base + self._tallest
+        top = ceiling + self._thickest_roof
         starts, ends = ([pair[k] for pair in self._hollow] for k in (0, 1))
         wide, inside = self.chamber_width / 2 + self.outer_wall, self.chamber_width / 2
 
@@ -267,8 +389,7 @@ class Pneunet(Chain):
 
         boxes = [box("body", 0.0, length, wide, 0.0, top)]
         bridge = floor + self.channel_height + self.channel_roof
-        for end, start in zip(ends[:-1], starts[1:], strict=True):
-            gap = end + self.inner_wall, start - self.inner_wall
+        for gap in self._notches:
             boxes.append(box(OUTSIDE, *gap, wide, bridge, top))
         for start, end in zip(starts, ends, strict=True):
             boxes.append(box("cavity", start, end, inside, floor, ceiling))
@@ -281,7 +402,35 @@ class Pneunet(Chain):
         if self.symmetry:
             planes.append(Plane("symmetry", 1, 0.0))
         before = self._steps_before if self.alone else 0
-        return Boxes(tuple(boxes), ("body",), ("cavity",), (layer,), tuple(planes), before)
+        lift = self._lifted if {"chamber_heights", "roofs"} & set(self.lists) else None
+        return Boxes(tuple(boxes), ("body",), ("cavity",), (layer,), tuple(planes), before, lift)
+
+    def _lifted(self, points: np.ndarray) -> np.ndarray:
+        """Points (n, 3) above the channel's roof, from the heights of the tallest chamber and the
+        thickest roof to those of their own chamber."""
+        x, z = points[:, 0], points[:, 2].copy()
+        channel = self.channel_height + (self.channel_roof if self.chambers > 1 else 0.0)
+        low, high = self.base + channel, self.base + self._tallest
+        for block in self.blocks:
+            here = (x > block.outside[0] - SAME_PLANE) & (x < block.outside[1] + SAME_PLANE)
+            to = [low, block.ceiling, block.top]
+            above = here & (z > low)
+            z[above] = np.interp(z[above], [low, high, high + self._thickest_roof], to)
+        return np.column_stack([points[:, :2], z])
+
+    def _in_steps(self) -> Boxes:
+        """The finger as boxes with their own heights, for CAD."""
+        even = self.solid()
+        top = self.base + self._tallest + self._thickest_roof
+        wide, inside = self.chamber_width / 2 + self.outer_wall, self.chamber_width / 2
+        boxes = list(even.boxes)
+        for block in self.blocks:
+            (x0, x1), (start, end) = block.outside, block.hollow
+            y = (0.0, 0.0) if self.symmetry else (-wide, -inside)
+            boxes.append(Box(OUTSIDE, (x0, y[0], block.top), (x1, wide, top)))
+            solid = Box("body", (start, y[1], block.ceiling), (end, inside, block.top))
+            boxes.append(solid)
+        return replace(even, boxes=tuple(b for b in boxes if b.lower[2] < b.upper[2]), lift=None)
 
     @property
     def _steps_before(self) -> int:
@@ -305,7 +454,8 @@ class Pneunet(Chain):
         return solid.cells(self._counts(solid))
 
     def build(self, gmsh: ModuleType) -> None:
-        self.solid().build(gmsh)
+        solid = self.solid()
+        (solid if solid.lift is None else self._in_steps()).build(gmsh)
 
     def mesh(self, gmsh: ModuleType) -> None:
         solid = self.solid()

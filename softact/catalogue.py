@@ -31,6 +31,8 @@ def kind(annotation: Any) -> str:
     """Return in words what to write for a value of a type."""
     if dimension := dimension_of(annotation):
         name = dimension.name
+        if tuple in (get_origin(part) for part in (annotation, *get_args(annotation))):
+            return f"list of {name}s"
         return f"{name} of each" if get_origin(annotation) is dict else name
     origin, arguments = get_origin(annotation), get_args(annotation)
     if origin is Annotated:

@@ -66,6 +66,15 @@ ThroughWall = Annotated[
 ]
 
 
+def _unworldly(length: float, what: str) -> str:
+    """What is wrong with a length of an actuator, mm; empty: nothing."""
+    if length < THINNEST:
+        return f"at {length:g} mm the {what} would vanish; write a length above 0 mm"
+    if length > LONGEST:
+        return f"{length:g} mm is longer than any actuator; write at most {LONGEST:g} mm"
+    return ""
+
+
 class Geometry(BaseModel):
     """Parameters of one kind of actuator, and how gmsh builds it. Base of all geometries.
 
@@ -200,13 +209,10 @@ class Geometry(BaseModel):
         name = info.field_name or ""
         if value is None or dimension_of(cls.model_fields[name]) is not LENGTH:
             return value
-        what, fault = name.replace("_", " "), ""
-        if value < THINNEST:
-            fault = f"at {value:g} mm the {what} would vanish; write a length above 0 mm"
-        elif value > LONGEST:
-            fault = f"{value:g} mm is longer than any actuator; write at most {LONGEST:g} mm"
-        if fault:
-            raise PydanticCustomError("geometry", "{fault}", {"fault": fault})
+        what = name.replace("_", " ")
+        for length in value if isinstance(value, tuple) else (value,):
+            if fault := _unworldly(length, what):
+                raise PydanticCustomError("geometry", "{fault}", {"fault": fault})
         return value
 
     @model_validator(mode="after")

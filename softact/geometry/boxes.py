@@ -7,7 +7,7 @@ as good as the flattest cell allows. The split (one tetrahedron on every second 
 four at the other corners) fits between neighbours, since these corners alternate over the grid.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from types import ModuleType
@@ -60,6 +60,7 @@ class Boxes:
     sheets: surfaces inside the solid.
     planes: names for parts of the outside; what no plane takes is ``outer``.
     before: steps along x of a longer mesh before this part of it, which is split as there.
+    lift: where the points (n, 3) of a mesh go, where parts of the solid are taller than others.
     """
 
     boxes: tuple[Box, ...]
@@ -68,6 +69,7 @@ class Boxes:
     sheets: tuple[Box, ...] = ()
     planes: tuple[Plane, ...] = ()
     before: int = 0
+    lift: Callable[[np.ndarray], np.ndarray] | None = None
 
     def breaks(self, axis: int) -> np.ndarray:
         """Where boxes and sheets begin and end along an axis: planes that every mesh has. What
@@ -199,7 +201,8 @@ class BoxMesh:
 
     def points(self) -> np.ndarray:
         """All points of the grid (n, 3), mm, also those that no cell uses."""
-        return np.stack(np.meshgrid(*self.lines, indexing="ij"), axis=-1).reshape(-1, 3)
+        points = np.stack(np.meshgrid(*self.lines, indexing="ij"), axis=-1).reshape(-1, 3)
+        return points if self.solid.lift is None else self.solid.lift(points)
 
     def tetrahedra(self, region: int) -> np.ndarray:
         """Corners (m, 4) of the tetrahedra of a region, numbered as ``points``, turned

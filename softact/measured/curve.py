@@ -61,6 +61,8 @@ def run_columns(spec: Spec) -> list[str]:
     }
     names = ["step_fraction"]
     for measure in MEASURES if spec.measures == "all" else spec.measures:
+        if measure == "target_line" and spec.target_line is None:
+            continue
         for title in MEASURES[measure].columns:
             kind = next((kind for kind in parts if kind in title), None)
             if "<cavity>" in title:

@@ -20,6 +20,7 @@ from softact.measures.probe import PROBE_STRESS, PROBES
 from softact.measures.reaction import REACTION
 from softact.measures.strain import STRAIN
 from softact.measures.stress import STRESS
+from softact.measures.target_line import TARGET_LINE
 from softact.measures.tip import TIP
 from softact.measures.twist import TWIST
 from softact.measures.volume import VOLUME
@@ -30,6 +31,7 @@ MEASURES: dict[str, Measure] = {
         PRESSURE,
         BENDING,
         TIP,
+        TARGET_LINE,
         PROBES,
         PROBE_STRESS,
         FACES,

@@ -24,6 +24,7 @@ from softact.system.term import State
 if TYPE_CHECKING:
     from softact.bodies.solid import Solid
     from softact.measures.points import Probe
+    from softact.measures.target_line import Followed
     from softact.mesh.layout import Layout
 
 #: Points, cells, regions and surfaces, see ``gather_mesh``.
@@ -64,6 +65,7 @@ class Snapshot:
     previous: dict[str, float] = field(default_factory=dict)
     safety_factor: float = 1.0
     probes: Mapping[str, Probe] = field(default_factory=dict)
+    followed: Followed | None = None
     _cauchy: dict[str, np.ndarray] = field(default_factory=dict)
     _covers: dict[tuple[str, str], bool] = field(default_factory=dict)
 

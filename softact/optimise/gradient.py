@@ -1,8 +1,9 @@
 """The best design by gradients: sequential quadratic programming from several starts.
 
 scipy's SLSQP (Kraft 1988, DFVLR-FB 88-28) on parameters that go from 0 to 1 between their ends.
-Each run carries the derivatives of its measures (``softact.sensitivities``); it is a trial like any
-other, so the same command goes on from the runs in the cache.
+Each run carries the derivatives of its measures (``softact.sensitivities``), and starts from the
+last state of the nearest design where that can be; it is a trial like any other, so the same
+command goes on from the runs in the cache.
 """
 
 from __future__ import annotations
@@ -40,10 +41,16 @@ class _EnoughError(Exception):
 
 
 class Descent:
-    """Descents of one optimisation. tell: hears of each new trial and the answer of its run."""
+    """Descents of one optimisation. tell: hears of each new trial and the answer of its run; warn:
+    of what is to be known of the best one."""
 
-    def __init__(self, trials: Trials, tell: Callable[[FrozenTrial, Answer], None]) -> None:
-        self.trials, self.tell = trials, tell
+    def __init__(
+        self,
+        trials: Trials,
+        tell: Callable[[FrozenTrial, Answer], None],
+        warn: Callable[[str], None] = lambda line: None,
+    ) -> None:
+        self.trials, self.tell, self.warn = trials, tell, warn
         self.axes: list[Axis] = list(trials.wanted.parameters)
         (self.objective,) = trials.wanted.objectives
         self.sign = -1.0 if self.objective.goal == "maximise" else 1.0
@@ -69,6 +76,9 @@ class Descent:
                     self._descend(start)
         except _EnoughError:
             pass
+        for trial in self.trials.best():
+            if said := self.trials.whole(trial):
+                self.warn(said)
 
     def _starts(self) -> list[np.ndarray]:
         wanted = self.trials.wanted

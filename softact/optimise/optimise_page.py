@@ -58,9 +58,10 @@ def _data_sheet(trials: Trials, trial: FrozenTrial, output: Output) -> None:
     may have got error bars of the mesh since."""
     target = output.directory / BEST
     with suppress(DamagedError):
-        if load(trial.user_attrs["run"], target) and (target / "report.html").is_file():
+        if load(trials.sheet_key(trial), target) and (target / "report.html").is_file():
             return
-    write_report(output.results(BEST, trials.folder(trial)))
+    trials.folder(trial)
+    write_report(output.results(BEST, trials.cache.folder(trials.sheet_key(trial))))
 
 
 def html(trials: Trials, table: list[Row]) -> str:

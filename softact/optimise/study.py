@@ -15,6 +15,7 @@ from softact.files import document
 from softact.optimise import store
 from softact.optimise.spec import GRADIENT, Objective, Optimisation, Part, place_of
 from softact.results.folder import COMPLETE
+from softact.run.last_state import why_not
 from softact.sensitivities.parameters import chosen
 from softact.sweep.axes import Axis, written
 from softact.sweep.cache import Cache
@@ -30,6 +31,10 @@ if TYPE_CHECKING:
     from softact.spec import Spec
     from softact.sweep.design import Coordinates
 
+#: What of a measure the run from the beginning may differ from that of the last state alone.
+SAME = 1e-4
+#: Words in the columns of measures that count what happened on the way.
+ON_THE_WAY = ("pressure_work", "failure", "safe_", "loss")
 _DIGITS = 4  # of a suggested number: no workshop makes more, and runs are met again in the cache
 
 
@@ -52,6 +57,8 @@ class Trials:
         #: Of each parameter the paths of a run's derivatives; none without the method gradient.
         self.paths = _differentiated(wanted, base) if wanted.method == GRADIENT else []
         self.slopes = [path for some in self.paths for path in some]
+        #: Whether runs may start from those of designs like theirs, and have their last state only.
+        self.end_only = bool(self.slopes) and _end_only(wanted, base)
         self._call = uuid.uuid4().hex
         self._first = {t: _parameter(self.axes[t], v) for t, v in wanted.reference.items()}
         self.study = store.opened(wanted, directory, self._first)
@@ -87,7 +94,7 @@ class Trials:
     def _key(self, coordinates: Mapping[str, Any]) -> str | None:
         try:
             spec = spec_at(self.base, changes_of(self.wanted.parameters, coordinates))
-            return run_key(spec, slopes=self.slopes)
+            return run_key(spec, slopes=self.slopes, end_only=self.end_only)
         except SpecError:
             return None
 
@@ -208,14 +215,36 @@ class Trials:
             except SpecError as error:
                 yield number, Answer("", None, INVALID, "; ".join(error.lines))
                 continue
-            key = run_key(spec, slopes=self.slopes)
+            key = run_key(spec, slopes=self.slopes, end_only=self.end_only)
             keys.setdefault(key, []).append(number)
             if (found := self.cache.find(key)) is None:
                 specs[key] = partial(_same_object, spec)
             else:
                 yield from ((n, of_record(found, cached=True)) for n in keys.pop(key))
-        for answer in run_all(specs, self.cache, jobs, self.slopes):
+        near = self._near(points) if specs else None
+        for answer in run_all(specs, self.cache, jobs, self.slopes, self.end_only, near):
             yield from ((number, answer) for number in keys[answer.key])
+
+    def _near(self, points: Mapping[int, tuple[Trial, Coordinates]]) -> Path | None:
+        """Folder of the run of the design nearest to that of a trial, from which it may start."""
+        known = [t for t in self.done if t.values is not None] if self.end_only else []
+        known = [t for t in known if self.cache.find(t.user_attrs["run"])]
+        ((_, wanted), *_) = points.values()
+        here = self._position(wanted)
+
+        def distance(trial: FrozenTrial) -> float:
+            return float(np.linalg.norm(self._position(self.coordinates(trial)) - here))
+
+        nearest = min(known, key=distance, default=None)
+        return None if nearest is None else self.cache.folder(nearest.user_attrs["run"])
+
+    def _position(self, coordinates: Mapping[str, Any]) -> np.ndarray:
+        """A design (parameters,), by the widths of the ranges."""
+        parts = []
+        for title, axis in self.axes.items():
+            low, high = axis.ends
+            parts.append(float(axis.number(coordinates[title])) / (high - low))
+        return np.array(parts)
 
     def _tell(self, trial: Trial, answer: Answer) -> None:
         """A run that is not complete is a failed trial with its cause, not a large number."""
@@ -265,10 +294,49 @@ class Trials:
         if self.cache.find(key) is None:
             spec = spec_at(self.base, changes_of(self.wanted.parameters, self.coordinates(trial)))
             jobs = {key: partial(_same_object, spec)}
-            (answer,) = run_all(jobs, self.cache, 1, self.slopes)
+            (answer,) = run_all(jobs, self.cache, 1, self.slopes, self.end_only)
             if answer.record is None:
                 raise answer.error()
         return self.cache.folder(key)
+
+    def sheet_key(self, trial: FrozenTrial) -> str:
+        """The key of a trial's run with all of its states, as far as that is there."""
+        whole = self._whole_key(trial)
+        there = self.end_only and self.cache.find(whole) is not None
+        return whole if there else trial.user_attrs["run"]
+
+    def whole(self, trial: FrozenTrial) -> str:
+        """Run a trial's design from the beginning, where its own run has its last state only.
+        Returns what is to be said of a difference between the two; empty: there is none.
+
+        Raises SoftactError where the run cannot be had.
+        """
+        if not self.end_only:
+            return ""
+        spec = spec_at(self.base, changes_of(self.wanted.parameters, self.coordinates(trial)))
+        (answer,) = run_all({self._whole_key(trial): partial(_same_object, spec)}, self.cache, 1)
+        if answer.record is None:
+            raise answer.error()
+        for part in self.parts:
+            one, other = trial.user_attrs[part.title], part.value(answer.record)
+            if other is None or abs(one - other) > SAME * max(abs(one), abs(other)):
+                return (
+                    f"trial {trial.number}: from the beginning the run has {part.title} {other}, "
+                    f"not {one:.6g}: its state is not the one that the actuator comes to"
+                )
+        return ""
+
+    def _whole_key(self, trial: FrozenTrial) -> str:
+        spec = spec_at(self.base, changes_of(self.wanted.parameters, self.coordinates(trial)))
+        return run_key(spec)
+
+
+def _end_only(wanted: Optimisation, base: document.Document) -> bool:
+    """Whether all that is asked of a run is in its last state, and hangs on no other."""
+    parts = (*wanted.objectives, *wanted.constraints)
+    spec = first_right(base, wanted.parameters, wanted.tried())
+    of_the_way = any(word in part.measure for part in parts for word in ON_THE_WAY)
+    return not of_the_way and all(p.take == "last" for p in parts) and not why_not(spec)
 
 
 def _differentiated(wanted: Optimisation, base: document.Document) -> list[list[str]]:

@@ -17,13 +17,17 @@ from softact.measures.failure import SHARE
 from softact.measures.further_fields import further_fields
 from softact.measures.points import locate
 from softact.measures.snapshot import Snapshot, gather_mesh, gather_nodes
+from softact.measures.target_line import Followed, followed
 from softact.results.folder import NO_EQUILIBRIUM, read
 from softact.run.films import compressed_layers
 from softact.run.from_spec import load_steps, parameters, supports_of
+from softact.run.last_state import why_not
+from softact.run.nearby import Nearby, nearby
 from softact.run.resuming import identity
 from softact.run.slopewise import Slopewise
 from softact.run.unstable import unstable_text
 from softact.sensitivities.following import Following
+from softact.solve.at_once import found_at_once
 from softact.solve.checkpoint import Checkpoint, pack
 from softact.solve.progress import Attempt, Trying
 from softact.solve.stepping import Stepper
@@ -32,6 +36,8 @@ from softact.verdict import in_time
 from softact.verdict.judge import AMBER, RED, Reason, Verdict, judge
 
 if TYPE_CHECKING:
+    from softact.loads.load_step import LoadStep
+    from softact.loads.support import Support
     from softact.model import Model
     from softact.results.writer import ResultsWriter
     from softact.sensitivities.twin import Twin
@@ -65,6 +71,9 @@ class Recorder:
         wanted = MEASURES if spec.measures == "all" else dict.fromkeys(spec.measures)
         self.measures = [MEASURES[name] for name in wanted]
         self.probes = locate(model, spec.probes)
+        self.followed: Followed | None = None
+        if spec.target_line is not None:
+            self.followed = followed(model, spec.target_line.through, spec.target_line.points)
         self.timed = any(step.timing(spec.geometry.layout()) for step in spec.steps)
         heard = self._accept, self._reject, self._checkpoint, self._try, self._remark
         self.stepper = Stepper(model, spec.solver.settings, *heard)
@@ -76,6 +85,7 @@ class Recorder:
                 following.resume(start, begin)
             self.slopes = Slopewise(following, writer, start)
         self.row: dict = model.comm.bcast(writer.last_row if writer is not None else None)
+        self.near: Nearby | None = None
         self.write_time = 0.0
         self.verdict: Verdict | None = None  # on rank 0, at the end
         self.identity = identity(spec) if writer is not None else {}
@@ -112,12 +122,46 @@ class Recorder:
             names = layout.regions or layout.sheets
             self.writer.mesh(points, cells, region, names, surfaces, layout)
 
+    def guess_from(self, directory: Path) -> None:
+        """Seek the last state alone, from that of the run of an actuator like this one; as far as
+        that can be, or it is told why not."""
+        found = why_not(self.spec) or nearby(self.model, self.spec, directory)
+        if isinstance(found, str):
+            self._begin_anew(found)
+        else:
+            self.near = found
+
+    def _begin_anew(self, why: str) -> None:
+        text = f"solved from the beginning, and not from the run nearby: {why}"
+        self.notes = [*self.notes, text]
+        self.tell({"stage": "note", "text": text})
+
+    def _solved_at_once(self, steps: Sequence[LoadStep], supports: Sequence[Support]) -> bool:
+        """Whether the last state was found from the run nearby."""
+        if self.near is None:
+            return False
+        walk, guesses = self.stepper.walk, self.near.guesses
+        if found_at_once(walk, steps, supports, guesses, self._skip_to):
+            return True
+        self._begin_anew("Newton's method did not get from its state to this one")
+        return False
+
+    def _skip_to(self, number: int) -> None:
+        """Count on from the run nearby, as that is where the walk goes on."""
+        assert self.near is not None
+        self.row = {**self.row, **self.near.row}
+        if self.slopes is not None:
+            self.slopes.following.skip_to(number, self.near.row)
+
     def run(self, times: dict, start: Checkpoint | None, begin: int | None) -> str:
         """Solve and write; returns the status. times: seconds of the stages, to which those of the
         run are added. start, begin: see ``Stepper.run``."""
         started = time.perf_counter()
         steps, supports = load_steps(self.spec, self.model), supports_of(self.spec.supports or ())
-        progress = self.stepper.run(steps, supports, start, begin)
+        if self._solved_at_once(steps, supports):
+            progress = self.stepper.progress
+        else:
+            progress = self.stepper.run(steps, supports, start, begin)
         beside = self.write_time + (self.slopes.time if self.slopes else 0.0)
         times["solve"] = time.perf_counter() - started - beside
         times |= {"measure_and_write": self.write_time, **self.stepper.walk.newton.times}
@@ -216,11 +260,15 @@ class Recorder:
     def _of_twin(self, twin: Twin) -> dict[str, float | str]:
         """Those of a twin, whose probes stay in their elements."""
         safety = self.spec.safety_factor
-        return self._measured(Snapshot(twin.model, twin.state, twin.row, safety, self.probes))
+        return self._measured(
+            Snapshot(twin.model, twin.state, twin.row, safety, self.probes, self.followed)
+        )
 
     def _accept(self, state: State, attempt: Attempt, number: int) -> None:
         started = time.perf_counter()
-        snapshot = Snapshot(self.model, state, self.row, self.spec.safety_factor, self.probes)
+        snapshot = Snapshot(
+            self.model, state, self.row, self.spec.safety_factor, self.probes, self.followed
+        )
         row: dict[str, float | str] = {
             "step": attempt.step,
             "increment": number,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from softact.errors import DamagedResultError, SpecError
 from softact.files.restart import RESTART, of_another_version, unseal
+from softact.files.text import digest
 from softact.geometry.imported import Imported, mesh_digest
 from softact.results.folder import COMPLETE, INCOMPLETE, read_run
 from softact.spec.timing import with_contents
@@ -41,6 +42,8 @@ def identity(spec: Spec) -> dict:
     if hasattr(spec.geometry, "content"):
         data["geometry"]["file"] = spec.geometry.content()
     data["steps"] = with_contents(data["steps"])
+    if spec.target_line is not None:
+        data["target_line"]["file"] = digest(Path(spec.target_line.file))
     if not data["tolerances"]:
         del data["tolerances"]  # as before there were any
     return data

@@ -77,6 +77,7 @@ def run(
     measured: Sequence[Measured] = (),
     resume: bool = False,
     sensitivities: Sequence[str] | None = None,
+    near: Path | None = None,
 ) -> Outcome:
     """Solve ``spec`` and write its result folder.
 
@@ -89,7 +90,9 @@ def run(
     ``directory`` from its last accepted increment; the spec may have further steps, and a finished
     last step other loads. sensitivities: paths of parameters by which all measures are
     differentiated at each increment; none of them: all usual ones. Those that have tolerances in
-    the spec are in any case, and the folder gets tolerances.csv.
+    the spec are in any case, and the folder gets tolerances.csv. near: result folder of an actuator
+    like this one, from whose last state this one's is found without those before; where that cannot
+    be, the run has all of them, and its notes say why.
 
     Raises MeshError before anything is written, FolderBusyError where another process writes into
     the folder, DamagedResultError where the run there cannot go on, CannotWriteError where the disk
@@ -122,7 +125,7 @@ def run(
             with _scratch(scratch) as folder:
                 goes_on = old is not None
                 log = RunLog(directory, goes_on)
-                held_by = (log, inherited, goes_on, slopes)
+                held_by = (log, inherited, goes_on, slopes, near)
                 solver = _Solver(spec, directory, folder, progress, *held_by)
                 last = solver.run(notes, processes, threads)
             verdict = verdict_of(last.get("verdict"))
@@ -216,6 +219,7 @@ class _Solver:
     inherited: tuple[int, ...]
     resume: bool
     slopes: Chosen | None = None
+    near: Path | None = None
 
     def run(self, notes: Sequence[str], processes: int, threads: int | None) -> Mapping:
         """Start the worker, pass its events on and log them; returns its last event.
@@ -284,6 +288,7 @@ class _Solver:
             "resume": self.resume,
             "notes": notes,
             "sensitivities": slopes,
+            "near": str(self.near.absolute()) if self.near else None,
         }
         write_atomic(self._job_file, json.dumps(job))
 

@@ -43,13 +43,15 @@ def solve(
     resume: bool = False,
     notes: Sequence[str] = (),
     sensitivities: Mapping[str, Any] | None = None,
+    near: str | None = None,
 ) -> str:
     """Solve ``spec`` on the mesh in ``mesh_file`` and write the result folder.
 
     Returns the status, "complete" or "no_equilibrium". times: seconds of the stages so far.
     tell: receives events, see ``softact.run.start``. resume: go on with the run in the folder.
     notes: on the mesh, for the user. sensitivities: what ``softact.run.twins.make_twins`` is to
-    make: {"paths", "motion"}.
+    make: {"paths", "motion"}. near: folder of the run of an actuator like this one: the last state
+    alone is sought, from that one's.
     """
     from softact.run.from_spec import build_model
     from softact.run.recorder import Recorder
@@ -84,6 +86,8 @@ def solve(
     times["set_up"] = time.perf_counter() - started
     kind = "tetrahedra" if model.solids else "triangles"
     tell({"stage": "solve", "cells": mesh.cell_count, "kind": kind, "unknowns": unknowns})
+    if near:
+        recorder.guess_from(Path(near))
     return recorder.run(times, start, begin)
 
 
@@ -177,7 +181,15 @@ def main(job_file: str, parent: str | None = None) -> int:
     try:
         spec = specs.load(job["spec"])
         directory = Path(job["directory"])
-        times, more = job["times_s"], (job["resume"], job["notes"], job.get("sensitivities"))
+        times, more = (
+            job["times_s"],
+            (
+                job["resume"],
+                job["notes"],
+                job["sensitivities"],
+                job["near"],
+            ),
+        )
         status = solve(comm, spec, Path(job["mesh"]), directory, times, tell, *more)
     except OSError as error:  # a full disk, a folder that has gone
         if error.errno == errno.ENOMEM:

@@ -139,6 +139,15 @@ class Following:
             twin.begin(number)
         self._step = number
 
+    def skip_to(self, number: int, row: Mapping[str, Any]) -> None:
+        """Put the twins, at rest, before the step of this number, with the loads that the earlier
+        ones leave. row: what is counted on from it."""
+        for earlier in range(number):
+            for twin in self.twins:
+                twin.pass_over(earlier)
+        for twin in self.twins:
+            twin.row = {**twin.row, **row}
+
     # --- kept -----------------------------------------------------------------------------------
 
     def kept(self) -> tuple[dict[str, Any], list[np.ndarray]]:

@@ -20,7 +20,7 @@ from softact.units import ACCELERATION, Dimension, conversion, dimension_of, sho
 #: Parts of a spec that say nothing of the actuator, or only what is asked of it.
 NO_PARAMETERS = frozenset({
     "name", "description", "source", "assumptions", "measures", "probes", "points", "lines",
-    "safety_factor", "solver", "tolerances", "tiles",
+    "safety_factor", "solver", "tolerances", "tiles", "target_line",
 })  # fmt: skip
 #: Keys anywhere that are no number to be differentiated by, and why.
 NO_KEYS = {

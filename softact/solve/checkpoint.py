@@ -161,6 +161,39 @@ def _unpacked(model: Model, path: Path, known: Mapping, file: NpzFile) -> Checkp
     return Checkpoint(begun=begun, state=now, path=points, passed=passed, **beside, **plain)
 
 
+@dataclass(frozen=True)
+class Ended:
+    """Where the run of another actuator stood at its end: unknowns (local,), and those of its twins
+    by their parameters' paths."""
+
+    x: np.ndarray
+    twins: Mapping[str, np.ndarray]
+
+
+def ended(model: Model, directory: Path, places: np.ndarray) -> Ended | str:
+    """The end of another actuator's run on a mesh of the same cells, of one process; or why it is
+    none. places: (n, 3) of its nodes as they are numbered in its fields.
+
+    Raises DamagedResultError where the file cannot be used.
+    """
+    path = Path(directory) / RESTART
+    if not path.is_file():
+        return "that run has left nothing to go on from"
+    known, file = unseal(path)
+    count = 1 + len(known["path"])
+    vectors = np.zeros((count + known["has_rate"] + known["vectors"], model.unknowns.local))
+    for number, (here, dofs, _) in enumerate(_groups(model)):
+        if known["processes"] != 1 or file.get(f"places_{number}", places[:0]).shape != here.shape:
+            return "its unknowns are others"
+        vectors[:, dofs] = file[f"values_{number}"]
+    nodes = file["places_0"]
+    if not np.array_equal(nodes, places[model.nodes.number[: len(nodes)]]):
+        return "its nodes are numbered otherwise"
+    of_twins = vectors[len(vectors) - known["vectors"] :][1::2]
+    twins = dict(zip(known["beside"].get("twins", {}), of_twins, strict=True))
+    return Ended(vectors[count - 1], twins)
+
+
 def _share(model: Model) -> list[list[float]]:
     """What tells the part of the mesh that a process has: number and centre of its nodes."""
     return [

@@ -4,6 +4,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self, get_args
 
 from pydantic import (
@@ -19,6 +20,7 @@ from pydantic_core.core_schema import ErrorType
 from softact.bodies import BODIES
 from softact.bodies.base import BodyKind
 from softact.fields import Name, Part, Point, fault
+from softact.files.text import digest
 from softact.geometry.base import Geometry
 from softact.geometry.imported import Imported
 from softact.loads import LOADS
@@ -36,6 +38,7 @@ from softact.spec.modules import ModuleSpec
 from softact.spec.path import UNNAMED
 from softact.spec.slots import walk
 from softact.spec.supports import LineSpec, SupportSpec
+from softact.spec.target_line import TargetLine
 from softact.spec.text import to_text
 from softact.spec.timing import AmplitudeSpec, timing, with_contents
 from softact.spec.tolerances import AnyTolerance
@@ -311,6 +314,9 @@ class SpecBase(Part):
     probes: dict[Name, Point] = Field(
         {}, description="points of the undeformed actuator whose way is wanted: name -> place"
     )
+    target_line: TargetLine | None = Field(
+        None, description="a line that the actuator is to follow: {file:, through:}"
+    )
     module: ModuleSpec | None = Field(
         None, description="the mesh is one module of a long chain: its two faces, docs/modules.md"
     )
@@ -415,6 +421,8 @@ class SpecBase(Part):
         if isinstance(self.geometry, Imported):
             data["geometry"]["file"] = self.geometry.content()
         data["steps"] = with_contents(data["steps"])
+        if self.target_line is not None:
+            data["target_line"]["file"] = digest(Path(self.target_line.file))
         for part in ("sheets", "probes", "points", "lines", "fields"):
             if not data[part]:
                 del data[part]  # as before there were any

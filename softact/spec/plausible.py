@@ -236,7 +236,9 @@ def _geometry(geometry: Geometry) -> Iterator[Oddity]:
         value = getattr(geometry, name)
         if value is not None and dimension_of(field) is LENGTH:
             kind = "wall" if _WALL.search(name) else "size"
-            yield from _say(kind, value, ("geometry", name))
+            for index, length in enumerate(value if isinstance(value, tuple) else (value,)):
+                place = (name, index) if isinstance(value, tuple) else (name,)
+                yield from _say(kind, length, ("geometry", *place))
     if length := geometry.layout().length:  # of an imported part nobody knows it
         own = ("length",) if "length" in type(geometry).model_fields else ()
         yield from _say("length", length, ("geometry", *own), "the length")

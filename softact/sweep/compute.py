@@ -71,23 +71,28 @@ def compute(
     processes: int = 1,
     threads: int | None = 1,
     slopes: Sequence[str] = (),
+    end_only: bool = False,
+    near: Path | None = None,
 ) -> Answer:
     """Solve ``spec`` unless its run is in the cache; keep the run there.
 
     wait: for somebody else who computes it; else BusyError is raised. progress: hears of each
     increment of a run that is computed. processes, threads: see ``run``; one thread each, unless
     the key says otherwise. slopes: paths of parameters by which the measures are differentiated, as
-    the key says; the spec's tolerances are let be. Raises CannotWriteError where the disk is full
+    the key says; the spec's tolerances are let be. end_only: whether the key is of a run whose
+    states before the last may be missing; such a one may start from another's folder, ``near``.
+    Raises CannotWriteError where the disk is full
     or read-only: there is no sense in going on. Whatever else goes wrong is told in the answer.
     """
     given: dict[str, Any] = {"processes": processes, "threads": threads, "slopes": slopes}
+    given["end_only"] = end_only
     with cache.lock(key, wait):
         found = cache.find(key)
         if found is not None:
             return of_record(found, cached=True)
         try:
             with cache.workspace(key) as folder:
-                found = _solve(spec, key, folder, cache, progress, given)
+                found = _solve(spec, key, folder, cache, progress, given, near)
                 return of_record(found, cached=False)
         except CannotWriteError:
             raise
@@ -107,16 +112,17 @@ def _solve(
     cache: Cache,
     progress: Progress | None,
     given: dict[str, Any],
+    near: Path | None,
 ) -> Record:
     started = time.perf_counter()
     results = folder / "results"
-    how = {key: value for key, value in given.items() if key != "slopes"}
+    how = {key: given[key] for key in ("processes", "threads")}
     slopes = given["slopes"] or None
     alone = spec.model_copy(update={"tolerances": {}})  # no derivatives but those asked for
     try:
         run(
             alone, results, progress=progress, report=False, scratch=folder,
-            sensitivities=slopes, **how,
+            sensitivities=slopes, near=near, **how,
         )  # fmt: skip
         finished = read(results)
         shape.store(finished)

@@ -6,7 +6,9 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
 from queue import Empty, SimpleQueue
+from typing import Any
 
 from softact.spec import Spec
 from softact.sweep.cache import BusyError, Cache
@@ -18,9 +20,16 @@ _WAIT_S = 0.2  # before a run that somebody else computes is looked at again
 Jobs = Mapping[str, Callable[[], Spec]]
 
 
-def run_all(jobs: Jobs, cache: Cache, count: int, slopes: Sequence[str] = ()) -> Iterator[Answer]:
-    """Compute all jobs, ``count`` at a time; yields each answer when it comes. slopes: see
-    ``compute``.
+def run_all(
+    jobs: Jobs,
+    cache: Cache,
+    count: int,
+    slopes: Sequence[str] = (),
+    end_only: bool = False,
+    near: Path | None = None,
+) -> Iterator[Answer]:
+    """Compute all jobs, ``count`` at a time; yields each answer when it comes. slopes, end_only,
+    near: see ``compute``.
 
     A run that another sweep computes at the moment is waited for, the others first. Raises
     CannotWriteError where the disk is full; the runs under way then end with this process, and so
@@ -39,7 +48,8 @@ def run_all(jobs: Jobs, cache: Cache, count: int, slopes: Sequence[str] = ()) ->
             except IndexError:
                 return
             try:
-                answers.put(compute(jobs[key](), key, cache, wait=False, slopes=slopes))
+                how: dict[str, Any] = {"slopes": slopes, "end_only": end_only, "near": near}
+                answers.put(compute(jobs[key](), key, cache, wait=False, **how))
             except BusyError:
                 waiting.append(key)
                 time.sleep(_WAIT_S)

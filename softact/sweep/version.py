@@ -85,6 +85,7 @@ def run_key(
     processes: int = 1,
     threads: int | None = 1,
     slopes: Sequence[str] = (),
+    end_only: bool = False,
 ) -> str:
     """32 hexadecimal digits under which the run of a spec is kept.
 
@@ -92,7 +93,7 @@ def run_key(
     to bear in the mesh only, so its digest is in the key. mesh: the digest where it is known; None:
     the script is run, once in this process for each geometry. processes, threads: as for ``run``;
     sums in another order differ in their last digits. slopes: paths of the parameters by which its
-    measures are differentiated.
+    measures are differentiated. end_only: whether states before the last may be missing.
     """
     parts = [spec.hash, version()]
     if isinstance(spec.geometry, Imported) and not spec.geometry.self_contained:
@@ -101,4 +102,6 @@ def run_key(
         parts.append(f"{processes} processes, {threads or len(os.sched_getaffinity(0))} threads")
     if slopes:
         parts.append(f"derivatives by {' '.join(slopes)}")
+    if end_only:
+        parts.append("last state")
     return hashlib.sha256(", ".join(parts).encode()).hexdigest()[:32]

@@ -253,6 +253,13 @@ def test_there_is_no_estimate_for_sheets():
         estimate(spec("woven_bending"))
 
 
+def test_unequal_chambers_have_no_estimate_yet():
+    with pytest.raises(
+        SpecError, match="chamber_heights: there is no estimate of unequal chambers"
+    ):
+        estimate(spec("pneunet_small", "geometry.chamber_heights=[16 mm, 15 mm, 16 mm, 14 mm]"))
+
+
 def test_steps_without_a_pressure_are_refused():
     with pytest.raises(SpecError, match="none has a pressure"):
         estimate(spec("pneunet_small", "steps=[{name: a, gravity: [0, 0, -1]}]"))

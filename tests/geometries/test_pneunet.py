@@ -14,6 +14,16 @@ def pneunet(**lengths):
     )
 
 
+UNEVEN = {
+    "chambers": 4,
+    "chamber_lengths": ["5 mm", "6 mm", "7 mm", "8 mm"],
+    "chamber_heights": ["16 mm", "12 mm", "14 mm", "10 mm"],
+    "inner_walls": ["1 mm", "1.2 mm", "0.9 mm", "1.1 mm"],
+    "roofs": ["1 mm", "1.5 mm", "1.2 mm", "2 mm"],
+    "gaps": ["1 mm", "5 mm", "2 mm"],
+}
+
+
 def faults(**lengths) -> dict[str, str]:
     with pytest.raises(ValidationError) as caught:
         pneunet(**lengths)
@@ -168,3 +178,60 @@ def test_default_sizes():
     for given in ({"chambers": 8}, {"chambers": 14, "length": 146.0}):
         counts[given["chambers"]] = len(pneunet(**given).solid().mesh(2.0, 2.0).tetrahedra(0))
     assert 8_000 < counts[8] < 13_000 and 15_000 < counts[14] < 30_000
+
+
+def test_unequal_chambers_counted_by_hand(meshed):
+    """Air 12 mm wide: 5 x 16 + 6 x 12 + 7 x 14 + 8 x 10 mm, and a channel 4 x 2 mm through walls
+    and gaps, 3.2 + 7.1 + 4 mm. Side: blocks of 10, 8.4, 8.8 and 13.1 mm, 21, 17.5, 19.2 and 16 mm
+    tall, and bridges of 8 mm, 9 mm tall."""
+    solid = meshed(pneunet(**UNEVEN, symmetry=False))
+    air = 12 * (5 * 16 + 6 * 12 + 7 * 14 + 8 * 10) + 4 * 2 * (3.2 + 7.1 + 4.0)
+    side = 10 * 21 + 8.4 * 17.5 + 8.8 * 19.2 + 13.1 * 16 + 8 * 9
+    assert solid.geometry.volumes()["cavity"] == pytest.approx(air, rel=1e-12)
+    assert solid.geometry.volumes()["body"] == pytest.approx(14 * side - air, rel=1e-12)
+    assert abs(solid.volumes).sum() == pytest.approx(14 * side - air, rel=1e-9)
+    assert min(abs(solid.volumes)) > 0 and len(set(np.sign(solid.volumes))) == 1
+
+
+def test_equal_lists_are_the_finger_without_them(meshed):
+    even = meshed(pneunet(chambers=3, chamber_length=6.0, gap=1.0))
+    lists = {
+        "chamber_lengths": ["6 mm"] * 3,
+        "chamber_heights": ["16 mm"] * 3,
+        "roofs": ["1 mm"] * 3,
+    }
+    lists |= {"inner_walls": ["1 mm"] * 3, "gaps": ["1 mm"] * 2}
+    listed = meshed(pneunet(chambers=3, **lists))
+    assert np.allclose(even.points, listed.points, atol=1e-12)
+    assert np.array_equal(even.cells, listed.cells)
+
+
+def test_cad_of_unequal_chambers_has_their_volume():
+    import gmsh
+
+    geometry = pneunet(**UNEVEN)
+    gmsh.initialize()
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        geometry.build(gmsh)
+        solids = gmsh.model.getEntities(3)
+        volume = sum(gmsh.model.occ.getMass(*solid) for solid in solids)
+    finally:
+        gmsh.finalize()
+    assert volume == pytest.approx(geometry.volumes()["body"], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("changes", "where", "why"),
+    [
+        ({"chamber_lengths": ["5 mm", "6 mm"]}, "chamber_lengths", "2 lengths, but 4 are wanted"),
+        ({"gaps": ["1 mm"] * 4}, "gaps", "4 lengths, but 3 are wanted, for the gaps between"),
+        ({"length": "60 mm"}, "length", "follows from chamber_lengths"),
+        ({"chamber_heights": ["5 mm"] * 4}, "chamber_heights", "no taller than the channel"),
+        ({"roofs": ["1 mm", "1 mm", "1 mm", "0 mm"]}, "roofs", "would vanish"),
+    ],
+)
+def test_lists_that_do_not_fit_are_told_in_a_line(changes, where, why):
+    found = faults(**(UNEVEN | changes))
+    assert list(found) == [where]
+    assert why in found[where]

@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from softact import spec as specs
 from softact.errors import MeshError, SpecError
 from softact.files.text import csv_text, json_text
 from softact.optimise.gradient import Descent
 from softact.optimise.spec import Optimisation
 from softact.optimise.study import Trials
+from softact.results.folder import read as read_results
 from softact.sweep import compute as computing
 from softact.sweep.cache import Cache
 from softact.sweep.spec import read
@@ -58,10 +60,15 @@ def made_up(monkeypatch):
         fails_beyond = 100.0
         without = ""
         solved: list = []  # noqa: RUF012
+        near: list = []  # noqa: RUF012
+        followed = True
 
     def run(spec, directory, **options):
         x, y = spec.geometry.length, spec.geometry.width
-        MadeUp.solved.append((x, y))
+        followed = options["sensitivities"] or ()  # none: the best design from the beginning
+        MadeUp.solved += [(x, y)] if followed else []
+        MadeUp.near += [options["near"]] if followed else []
+        MadeUp.followed = bool(followed)
         if x > MadeUp.fails_beyond:
             raise MeshError("block: gmsh crashed")
         directory.mkdir(parents=True)
@@ -69,25 +76,26 @@ def made_up(monkeypatch):
         row = {"step": "hang", "increment": 0, "step_fraction": 1.0}
         row |= {name: value for name, (value, *_) in found.items()}
         for name, (_, *slopes) in found.items():
-            for path, at, slope in zip(options["sensitivities"], (x, y), slopes, strict=True):
+            for path, at, slope in zip(followed, (x, y), slopes, strict=False):
                 line = {"increment": 0, "measure": name, "parameter": path, "at": f"{at} mm"}
                 line |= {"derivative": slope, "unit": "", "elasticity": ""}
                 lines += [line] if path != MadeUp.without else []
         (directory / "curve.csv").write_text(csv_text([row]))
         (directory / "sensitivities.csv").write_text(csv_text(lines))
         (directory / "run.json").write_text(json_text({"status": "complete"}))
+        (directory / "spec.yaml").write_text(spec.to_yaml())
 
     monkeypatch.setattr(computing, "run", run)
-    MadeUp.solved = []
+    MadeUp.solved, MadeUp.near = [], []
     return MadeUp
 
 
-def descended(folder, text=FILE):
+def descended(folder, text=FILE, warn=lambda line: None):
     folder.mkdir(exist_ok=True)
     (folder / "opt.yaml").write_text(text, encoding="utf-8")
     wanted, base = read(folder / "opt.yaml", Optimisation)
     study = Trials(wanted, base, Cache(folder / "runs"), folder)
-    Descent(study, lambda trial, answer: None).run()
+    Descent(study, lambda trial, answer: None, warn).run()
     return study
 
 
@@ -229,3 +237,54 @@ def test_the_longest_bar_of_so_much_energy_is_met_in_ten_runs(tmp_path):
     assert best.values[0] == pytest.approx(12 * stretch(c10), rel=2e-3)
     assert len(study.done) <= 10
     assert np.isfinite(best.values[0])
+    assert study.end_only and study.whole(best) == ""
+    whole = read_results(study.cache.folder(study.sheet_key(best)))
+    assert whole.curve["tip_x_mm"][-1] == pytest.approx(best.values[0], rel=1e-6)
+    assert not (whole.directory / "sensitivities.csv").exists()
+
+
+def test_a_run_from_the_beginning_that_differs_is_told(tmp_path, made_up):
+    """The last state that was found is one to which the actuator does not come."""
+
+    def other(x: float, y: float) -> dict[str, tuple[float, float, float]]:
+        found = hill(x, y)
+        angle, *slopes = found["bending_angle_deg"]
+        return found | {"bending_angle_deg": (angle if made_up.followed else 20.0, *slopes)}
+
+    made_up.formula = staticmethod(other)
+    said: list[str] = []
+    study = descended(tmp_path, warn=said.append)
+    (best,) = study.best()
+    assert said == [
+        f"trial {best.number}: from the beginning the run has bending_angle_deg 20.0, not "
+        f"{best.values[0]:.6g}: its state is not the one that the actuator comes to"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("goal: maximise}]", "goal: maximise, take: largest}]"),
+        ("bending_angle_deg, goal", "pressure_work_mJ, goal"),
+        ("  supports: [{surface: x_min, fix: [x, y, z]}]",
+         "  contact: [{self: z_max}]\n  supports: [{surface: x_min, fix: [x, y, z]}]"),
+    ],
+)  # fmt: skip
+def test_what_hangs_on_the_way_has_all_states(tmp_path, made_up, old, new):
+    assert old in FILE
+    (tmp_path / "opt.yaml").write_text(FILE.replace(old, new), encoding="utf-8")
+    wanted, base = read(tmp_path / "opt.yaml", Optimisation)
+    assert not Trials(wanted, base, Cache(tmp_path / "runs"), tmp_path).end_only
+
+
+def test_each_run_starts_from_the_nearest_design_that_is_done(tmp_path, made_up):
+    study = descended(tmp_path)
+    places = made_up.solved
+    assert made_up.near[0] is None
+    for number, near in enumerate(made_up.near[1:], 1):
+        spec = specs.load(near / "spec.yaml")
+        there = np.array([spec.geometry.length / 16, spec.geometry.width / 5])
+        here = np.array([places[number][0] / 16, places[number][1] / 5])
+        known = [np.linalg.norm(np.array([x / 16, y / 5]) - here) for x, y in places[:number]]
+        assert np.linalg.norm(there - here) == pytest.approx(min(known), abs=1e-12)
+    assert len(made_up.near) == len(study.done)

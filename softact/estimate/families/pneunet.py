@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from softact.errors import SpecError
 from softact.estimate.beam import Beam
 from softact.estimate.driven import pressures
 from softact.estimate.films import film
@@ -17,10 +18,13 @@ def beam(spec: Spec) -> Beam:
     """One section: base, and the side walls as far above the bridges as bending reaches.
 
     Not the chambers' length counts but what their inner walls can open: a long chamber's middle is
-    a stiff box. Nothing gives in more than a whole pitch.
+    a stiff box. Nothing gives in more than a whole pitch. Raises SpecError where chambers are
+    unequal.
     """
     g = spec.geometry
     assert isinstance(g, Pneunet)
+    for name in g.lists:
+        raise SpecError(f"geometry.{name}: there is no estimate of unequal chambers yet")
     row = g.row
     stress = free_across(spec.materials["body"])
     half, wide = g.chamber_width / 2, g.chamber_width / 2 + g.outer_wall
