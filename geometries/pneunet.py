@@ -7,7 +7,7 @@ Mosadegh et al. (2014) and Polygerinos et al. (2013). Run by itself it writes a 
 from collections.abc import Iterator
 from dataclasses import dataclass
 from types import ModuleType
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -19,6 +19,8 @@ from softact.geometry.base import (
 )
 from softact.geometry.boxes import OUTSIDE, Box, Boxes, Counts, Plane
 from softact.geometry.chains import Chain, OneModule
+from softact.geometry.filleted import Filleted, FilletSize
+from softact.geometry.fillets import CORNER, Rounded, beside, chord_error, mouth, too_large
 from softact.geometry.steps import steps
 from softact.geometry.walls import Wall
 from softact.units import Length
@@ -37,7 +39,7 @@ class Row:
     length: float
 
 
-class Pneunet(Chain):
+class Pneunet(Filleted, Chain):
     """A fast PneuNet finger, straight and with flat walls.
 
     Along x: clamp plug, chambers (their inner walls face the gaps between them), tip plug.
@@ -72,11 +74,18 @@ class Pneunet(Chain):
     channel_roof: Length = Field(3.0, description="wall above the channel, in the gaps")
     clamp_plug: Length = Field(4.0, description="solid end at the clamp")
     tip_plug: Length = Field(4.0, description="solid end at the tip")
+    fillet: Length = Field(
+        0.0, description="radius of the edges of chambers and channel, inside; 0 mm: sharp"
+    )
+    gap_fillet: Length = Field(
+        0.0, description="radius at the bottom of the gaps, outside; 0 mm: sharp"
+    )
     symmetry: bool = Field(True, description="model the half y >= 0 only")
     mesh_size: Length = Field(2.0, description="longest edge along the axes")
     cavity_mesh_size: Length | None = Field(
         None, description="the same between the walls of the chambers; by default mesh_size"
     )
+    fillet_mesh_size: FilletSize = None
     through_wall: ThroughWall = None
     module_alone: OneModule = None
 
@@ -84,6 +93,7 @@ class Pneunet(Chain):
         yield from super().faults()
         yield from self._row_faults()
         yield from self._channel_faults()
+        yield from self._fillet_faults()
         if self.base - self.layer_height < THINNEST:
             yield (
                 "layer_height",
@@ -137,6 +147,23 @@ class Pneunet(Chain):
                 f"({self.chamber_width:g} mm): the outer walls would vanish or be thinned",
             )
 
+    @property
+    def fillets(self) -> dict[str, float]:
+        return {"fillet": self.fillet, "gap_fillet": self.gap_fillet}
+
+    def _fillet_faults(self) -> Iterator[tuple[str, str]]:
+        rooms = {
+            "a chamber_length": self.row.chamber_length,
+            "a chamber_width": self.chamber_width,
+            "a chamber_height": self.chamber_height,
+        }
+        if self.chambers > 1:
+            channel = {"channel_width": self.channel_width, "channel_height": self.channel_height}
+            yield from beside(self.fillet, channel, rooms)
+            yield from too_large("gap_fillet", self.gap_fillet, {"a gap": self.row.gap})
+            rooms |= {f"a {name}": size for name, size in channel.items()}
+        yield from too_large("fillet", self.fillet, rooms)
+
     def _given(self, *names: str) -> str:
         return next((name for name in names if getattr(self, name) is not None), names[0])
 
@@ -168,6 +195,7 @@ class Pneunet(Chain):
         return Row(chamber, gap, pitch, ends + chamber + (n - 1) * pitch)
 
     def no_chain(self) -> Iterator[tuple[str, str]]:
+        yield from super().no_chain()
         if self.chambers == 1:
             yield "chambers", "one chamber is no chain; write 2 or more"
 
@@ -190,7 +218,9 @@ class Pneunet(Chain):
             repeats=self.repeats,
         )
 
-    def walls(self) -> tuple[Wall, ...]:
+    def walls(self) -> tuple[Wall, ...] | None:
+        if self.filleted:
+            return None
         solid = self.solid()
         counts, ceiling = self._counts(solid), self.base + self.chamber_height
         places = {
@@ -210,16 +240,50 @@ class Pneunet(Chain):
             hollow * self.chamber_width * self.chamber_height
             + between * self.channel_width * self.channel_height
         )
+        cavity -= self._rounded_off()
         width = self.chamber_width + 2 * self.outer_wall
         height = self.base + self.chamber_height + self.roof
         notch = height - self.base - self.channel_height - self.channel_roof
-        outside = width * (self._length * height - gaps * row.gap * notch)
+        notch = row.gap * notch - 2 * CORNER * self.gap_fillet**2
+        outside = width * (self._length * height - gaps * notch)
         part = 0.5 if self.symmetry else 1.0
         return {
             "body": part * (outside - cavity),
             "cavity": part * cavity,
             "strain_limiting_layer": part * width * self._length,
         }
+
+    def _sections(self) -> tuple[Rounded, Rounded]:
+        """Of a chamber, across x, and of the channel."""
+        return (
+            Rounded.rectangle(self.chamber_width, self.chamber_height, self.fillet),
+            Rounded.rectangle(self.channel_width, self.channel_height, self.fillet),
+        )
+
+    def _rounded_off(self) -> float:
+        """What the fillets take from the air, mm³."""
+        if not self.fillet:
+            return 0.0
+        chamber, channel = self._sections()
+        length = self.row.chamber_length
+        sharp = length * self.chamber_width * self.chamber_height
+        lost = self.chambers * (sharp - chamber.prism(length))
+        across = self.channel_width * self.channel_height - channel.section
+        between = self.row.pitch - length
+        opening = 2 * mouth(self.fillet, self.channel_width - 2 * self.fillet)
+        return lost + (self.chambers - 1) * (across * between - opening)
+
+    def volume_tolerance(self, name: str) -> float:
+        if not self.filleted or name == "strain_limiting_layer":
+            return super().volume_tolerance(name)
+        length, gaps = self.row.chamber_length, self.chambers - 1
+        edges = self.chambers * self._sections()[0].round_edges(length)
+        edges += 4 * gaps * (self.row.pitch - length)
+        off = edges * chord_error(self.fillet)
+        if name == "body":
+            width = self.chamber_width + 2 * self.outer_wall
+            off += 2 * gaps * width * chord_error(self.gap_fillet)
+        return off * (0.5 if self.symmetry else 1.0) / self.volumes()[name]
 
     @property
     def _length(self) -> float:
@@ -245,6 +309,12 @@ class Pneunet(Chain):
         """Where a module begins, as a part of its chamber: at a plane of the finger's mesh."""
         return (self._chamber_steps // 2) / self._chamber_steps
 
+    def _joined(self) -> tuple[float, float]:
+        """From where to where the channel runs: with fillets to the middle of the last chambers,
+        whose corners it would cut off."""
+        (start, first), (last, end) = self._hollow[0], self._hollow[-1]
+        return ((start + first) / 2, (last + end) / 2) if self.fillet else (start, end)
+
     def solid(self) -> Boxes:
         """The finger as boxes painted over each other."""
         length = self._length
@@ -253,20 +323,25 @@ class Pneunet(Chain):
         starts, ends = ([pair[k] for pair in self._hollow] for k in (0, 1))
         wide, inside = self.chamber_width / 2 + self.outer_wall, self.chamber_width / 2
 
-        def box(name: str, x0: float, x1: float, half_width: float, z0: float, z1: float) -> Box:
+        def box(
+            name: str, x0: float, x1: float, half_width: float, z0: float, z1: float, *round_: Any
+        ) -> Box:
             y0 = 0.0 if self.symmetry else -half_width
-            return Box(name, (x0, y0, z0), (x1, half_width, z1))
+            return Box(name, (x0, y0, z0), (x1, half_width, z1), *round_)
 
+        middle = ((1, 0.0),) if self.symmetry else ()
         boxes = [box("body", 0.0, length, wide, 0.0, top)]
         bridge = floor + self.channel_height + self.channel_roof
         for end, start in zip(ends[:-1], starts[1:], strict=True):
             gap = end + self.inner_wall, start - self.inner_wall
-            boxes.append(box(OUTSIDE, *gap, wide, bridge, top))
+            gap_round = self.gap_fillet, (1,), ((2, top), *middle)
+            boxes.append(box(OUTSIDE, *gap, wide, bridge, top, *gap_round))
         for start, end in zip(starts, ends, strict=True):
-            boxes.append(box("cavity", start, end, inside, floor, ceiling))
+            chamber_round = self.fillet, (0, 1, 2), middle
+            boxes.append(box("cavity", start, end, inside, floor, ceiling, *chamber_round))
         if len(starts) > 1:
-            channel = floor, floor + self.channel_height
-            boxes.append(box("cavity", starts[0], ends[-1], self.channel_width / 2, *channel))
+            channel = floor, floor + self.channel_height, self.fillet, (0,), middle
+            boxes.append(box("cavity", *self._joined(), self.channel_width / 2, *channel))
         layer = box("strain_limiting_layer", 0.0, length, wide, *[self.layer_height] * 2)
         first, last = self.ends
         planes = [Plane(first, 0, 0.0), Plane(last, 0, length), Plane("base", 2, 0.0, True)]
@@ -292,7 +367,9 @@ class Pneunet(Chain):
         gap += (self._chamber_steps + gap) % 2
         return (self._chamber_steps - last, wall, gap, wall, last), *counts[1:]
 
-    def cells(self) -> int:
+    def cells(self) -> int | None:
+        if self.filleted:
+            return None
         solid = self.solid()
         return solid.cells(self._counts(solid))
 
@@ -300,6 +377,8 @@ class Pneunet(Chain):
         self.solid().build(gmsh)
 
     def mesh(self, gmsh: ModuleType) -> None:
+        if self.filleted:
+            return super().mesh(gmsh)
         solid = self.solid()
         solid.grid(self._counts(solid)).add_to(gmsh)
 
