@@ -20,7 +20,7 @@ from softact.geometry.base import (
 from softact.geometry.boxes import OUTSIDE, Box, Boxes, Counts, Plane
 from softact.geometry.chains import Chain, OneModule
 from softact.geometry.filleted import Filleted, FilletSize
-from softact.geometry.fillets import CORNER, Rounded, beside, chord_error, mouth, too_large
+from softact.geometry.fillets import CORNER, Rounded, beside, mouth, too_large
 from softact.geometry.steps import steps
 from softact.geometry.walls import Wall
 from softact.units import Length
@@ -279,10 +279,10 @@ class Pneunet(Filleted, Chain):
         length, gaps = self.row.chamber_length, self.chambers - 1
         edges = self.chambers * self._sections()[0].round_edges(length)
         edges += 4 * gaps * (self.row.pitch - length)
-        off = edges * chord_error(self.fillet)
+        off = edges * self.chord_error(self.fillet)
         if name == "body":
             width = self.chamber_width + 2 * self.outer_wall
-            off += 2 * gaps * width * chord_error(self.gap_fillet)
+            off += 2 * gaps * width * self.chord_error(self.gap_fillet)
         return off * (0.5 if self.symmetry else 1.0) / self.volumes()[name]
 
     @property

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 
 from softact.geometry.base import Geometry
-from softact.geometry.fillets import fill_rounded
+from softact.geometry.fillets import around, chord_error, fill_rounded
 from softact.geometry.subdivide import cut_mesh
 from softact.units import Length
 
@@ -46,6 +46,12 @@ class Filleted(Geometry):
     def filleted(self) -> bool:
         """Whether any edge is rounded."""
         return any(self.fillets.values())
+
+    def chord_error(self, radius: float) -> float:
+        """Area (mm²) between a quarter of a rounding and the straight edges of the mesh along
+        it."""
+        least = min(filter(None, self.fillets.values()))
+        return chord_error(radius, around(least, self.fillet_mesh_size))
 
     def no_chain(self) -> Iterator[tuple[str, str]]:
         """Why there is no module: the faces of a mesh of gmsh's do not repeat."""

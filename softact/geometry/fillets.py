@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import ceil, pi
+from math import ceil, pi, sin
 from types import ModuleType
 from typing import TYPE_CHECKING
 
@@ -77,19 +77,27 @@ def mouth(radius: float, chord: float, turn: float = 0.0) -> float:
     return chord * radius**2 * CORNER + (turn / 6 + sides) * radius**3
 
 
-def chord_error(radius: float) -> float:
-    """Area (mm²) between a quarter of a rounding and one straight edge across it."""
-    return radius**2 * (pi / 4 - 0.5)
+def around(radius: float, finest: float | None) -> int:
+    """Number of edges around a quarter of a rounding: at most ``finest`` (mm) long, by default
+    ``AROUND`` of them."""
+    return ceil(pi / 2 * radius / finest) if finest else AROUND
 
 
-def too_large(name: str, radius: float, rooms: Mapping[str, float]) -> Iterator[tuple[str, str]]:
-    """Field and fault where a radius is half of a room (mm) or more, the narrowest one of them."""
+def chord_error(radius: float, edges: int) -> float:
+    """Area (mm²) between a quarter of a rounding and so many straight edges along it."""
+    return radius**2 * (pi / 4 - edges / 2 * sin(pi / 2 / edges))
+
+
+def too_large(
+    name: str, radius: float, rooms: Mapping[str, float], times: int = 2
+) -> Iterator[tuple[str, str]]:
+    """Field and fault where so many times a radius do not fit in the narrowest room (mm)."""
     narrowest = min(rooms, key=lambda room: rooms[room])
-    if radius and 2 * radius >= rooms[narrowest]:
+    if radius and times * radius >= rooms[narrowest]:
         yield (
             name,
-            f"{radius:g} mm is too large for {narrowest} of {rooms[narrowest]:g} mm: its roundings "
-            f"would meet; write less than {rooms[narrowest] / 2:g} mm",
+            f"{radius:g} mm is too large for {narrowest} of {rooms[narrowest]:g} mm: no flat part "
+            f"would be left; write less than {rooms[narrowest] / times:g} mm",
         )
 
 
@@ -110,45 +118,6 @@ def beside(
                 f"{radius:g} mm leaves {flat:g} mm flat of {room} {chamber[room]:g} mm, less than "
                 f"{name} {size:g} mm; write a smaller one",
             )
-
-
-def round_edges(self, length: float) -> float:
-        """Length (mm) of all edges of that prism."""
-        return 2 * (self.perimeter + 2 * pi * self.radius) + 4 * length
-
-
-def mouth(radius: float, chord: float, turn: float = 0.0) -> float:
-    """What a channel takes from a chamber's rounding where it leaves it along shared walls, mm³.
-
-    radius: of both. chord: length across of the flat part that they share, mm. turn: angle (rad)
-    between the normals of two shared walls.
-
-    At the distance t from where the rounding begins the chamber is ρ = √(r² − t²) beyond its
-    smaller prism and the channel r, which takes chord (r − ρ) along the walls, turn (r² − ρ²)/2
-    around the corner between them and ∫ (r − √(r² − z²)) at either side; integrated over t.
-    """
-    sides = 2 * (pi / 4 - 2 / 3)
-    return chord * radius**2 * CORNER + (turn / 6 + sides) * radius**3
-
-
-def chord_error(radius: float) -> float:
-    """Area (mm²) between a quarter of a rounding and one straight edge across it."""
-    return radius**2 * (pi / 4 - 0.5)
-
-
-def too_large(
-    name: str, radius: float, rooms: Mapping[str, float], of: str
-) -> Iterator[tuple[str, str]]:
-    """Field and fault where a radius is half of a room (mm) or more, the narrowest one of them."""
-    if not radius:
-        return
-    narrowest = min(rooms, key=lambda room: rooms[room])
-    if 2 * radius >= rooms[narrowest]:
-        yield (
-            name,
-            f"{radius:g} mm is too large for {narrowest} of {rooms[narrowest]:g} mm: {of} would "
-            f"meet; write less than {rooms[narrowest] / 2:g} mm",
-        )
 
 
 def round_edges(
@@ -268,5 +237,4 @@ def fill_rounded(
 ) -> None:
     """Mesh the solid in the current gmsh model, with edges of ``size`` (mm) and of ``finest``
     around roundings of ``radius``: by default ``AROUND`` of them to a quarter."""
-    around = ceil(pi / 2 * radius / finest) if finest else AROUND
-    fill(gmsh, size, least, 4 * around)
+    fill(gmsh, size, least, 4 * around(radius, finest))

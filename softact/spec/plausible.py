@@ -234,7 +234,7 @@ def _size(kind: str, value: float | None, place: Place) -> Iterator[Oddity]:
 def _geometry(geometry: Geometry) -> Iterator[Oddity]:
     for name, field in type(geometry).model_fields.items():
         value = getattr(geometry, name)
-        if value is not None and dimension_of(field) is LENGTH:
+        if value and dimension_of(field) is LENGTH:  # a fillet may be 0 mm: there is none
             kind = "wall" if _WALL.search(name) else "size"
             yield from _say(kind, value, ("geometry", name))
     if length := geometry.layout().length:  # of an imported part nobody knows it
