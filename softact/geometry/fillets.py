@@ -134,7 +134,9 @@ def round_edges(
     chosen = [
         tag
         for tag in sorted({tag for _, tag in edges})
-        if wanted(*np.reshape(gmsh.model.getBoundingBox(1, tag), (2, 3)))
+        # A seam of a round face bounds that face alone.
+        if len(set(gmsh.model.getAdjacencies(1, tag)[0])) > 1
+        and wanted(*np.reshape(gmsh.model.getBoundingBox(1, tag), (2, 3)))
     ]
     return gmsh.model.occ.fillet([solid[1]], chosen, [radius])
 
@@ -153,6 +155,22 @@ def rounded_box(gmsh: ModuleType, box: Box) -> Entities:
         return axis in box.along and not sharp
 
     return round_edges(gmsh, solid, box.rounded, wanted)
+
+
+def halves(gmsh: ModuleType, solids: Solids) -> Solids:
+    """The halves y >= 0 of OCC solids; those that have none are left out."""
+    occ = gmsh.model.occ
+    found: Solids = {}
+    for name, tags in solids.items():
+        box = np.array([occ.getBoundingBox(*tag) for tag in tags])
+        lower, upper = box[:, :3].min(axis=0) - 1.0, box[:, 3:].max(axis=0) + 1.0
+        if upper[1] - 1.0 < NEAR:
+            occ.remove(tags, recursive=True)
+            continue
+        lower[1] = 0.0
+        half = (3, occ.addBox(*lower, *(upper - lower)))
+        found[name], _ = occ.intersect(tags, [half])
+    return found
 
 
 def divide(
