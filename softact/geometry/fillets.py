@@ -149,9 +149,7 @@ def rounded_box(gmsh: ModuleType, box: Box) -> Entities:
 
     def wanted(lower: np.ndarray, upper: np.ndarray) -> bool:
         axis = int(np.argmax(upper - lower))
-        sharp = any(
-            abs(lower[a] - at) < NEAR and abs(upper[a] - at) < NEAR for a, at in box.sharp
-        )
+        sharp = any(abs(lower[a] - at) < NEAR and abs(upper[a] - at) < NEAR for a, at in box.sharp)
         return axis in box.along and not sharp
 
     return round_edges(gmsh, solid, box.rounded, wanted)
