@@ -340,8 +340,10 @@ class Pneunet(Filleted, Chain):
             chamber_round = self.fillet, (0, 1, 2), middle
             boxes.append(box("cavity", start, end, inside, floor, ceiling, *chamber_round))
         if len(starts) > 1:
-            channel = floor, floor + self.channel_height, self.fillet, (0,), middle
-            boxes.append(box("cavity", *self._joined(), self.channel_width / 2, *channel))
+            across, height = self.channel_width / 2, floor + self.channel_height
+            channel_round = self.fillet, (0,), middle
+            start, end = self._joined()
+            boxes.append(box("cavity", start, end, across, floor, height, *channel_round))
         layer = box("strain_limiting_layer", 0.0, length, wide, *[self.layer_height] * 2)
         first, last = self.ends
         planes = [Plane(first, 0, 0.0), Plane(last, 0, length), Plane("base", 2, 0.0, True)]
