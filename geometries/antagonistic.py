@@ -266,16 +266,16 @@ class Antagonistic(Corrugated):
             for pair, start in starts.items()
             for i in range(1, self.chambers)
         ]
-        prisms += [Prism(OUTSIDE, "wide", *notch) for _, *notch in notches]
-        for pair, *notch in notches:
-            prisms += [Prism("body", shape, *notch) for shape in (f"{pair} wall", "narrow")]
+        prisms += [Prism(OUTSIDE, "wide", start, end) for _, start, end in notches]
+        for pair, start, end in notches:
+            prisms += [Prism("body", shape, start, end) for shape in (f"{pair} wall", "narrow")]
         for name, (pair, _, _) in self._meshed().items():
             middles = [starts[pair] + (i + 0.5) * pitch for i in range(self.chambers)]
             if pair == "lower":
                 bore = self.clamp_plate, middles[0], self.fillet
                 prisms.append(Prism(name, f"{name} bore", *bore))
             if len(middles) > 1:
-                channel = middles[0], middles[-1], self.fillet, "along"
+                channel = middles[0], middles[-1], self.fillet, True
                 prisms.append(Prism(name, f"{name} channel", *channel))
             prisms += [
                 Prism(name, f"{name} chamber", x - half, x + half, self.fillet) for x in middles

@@ -292,12 +292,12 @@ class Omnidirectional(Corrugated):
         prisms += [Prism("body", "narrow", *notch) for notch in notches]
         for name in self._meshed():
             if self.channels and self.modules > 1:
-                channel = middles[0], middles[-1], self.fillet, "along"
+                channel = middles[0], middles[-1], self.fillet, True
                 prisms.append(Prism(name, f"channel of {name}", *channel))
             for middle in middles:
                 start, end = middle - self.chamber_length / 2, middle + self.chamber_length / 2
                 inside = max(start, 0.0), min(end, length)
-                prisms.append(Prism(name, f"chamber of {name}", *inside, self.fillet))
+                prisms.append(Prism(name, f"chamber of {name}", *inside, rounded=self.fillet))
         cavities = tuple(self._meshed())
         return Prisms(self._shapes, tuple(prisms), ("body",), cavities, planes=self.planes())
 

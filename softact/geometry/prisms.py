@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from itertools import groupby, pairwise
 from math import pi
 from types import ModuleType
-from typing import Literal
 
 import numpy as np
 
@@ -41,15 +40,15 @@ def lacking(radius: float, size: float, circle_edges: int = EDGES_OF_A_CIRCLE) -
 @dataclass(frozen=True)
 class Prism:
     """The shape ``shape`` of the section from x = ``start`` to ``end`` (mm), filled with ``name``:
-    a region, a cavity or OUTSIDE. rounded: radius of its edges, of those at its ends or along x
-    only where ``edges`` says so; in what OCC builds, no extruded mesh has them."""
+    a region, a cavity or OUTSIDE. rounded: radius of its edges, of those along x
+    alone where ``along``; in what OCC builds, no extruded mesh has them."""
 
     name: str
     shape: str
     start: float
     end: float
     rounded: float = 0.0
-    edges: Literal["all", "along"] = "all"
+    along: bool = False
 
 
 @dataclass(frozen=True)
@@ -188,7 +187,7 @@ def _extrude(gmsh: ModuleType, shapes: Shapes, prism: Prism) -> Entities:
         return solids
 
     def wanted(lower: np.ndarray, upper: np.ndarray) -> bool:
-        return prism.edges == "all" or upper[0] - lower[0] > (prism.end - prism.start) / 2
+        return not prism.along or upper[0] - lower[0] > (prism.end - prism.start) / 2
 
     return [tag for one in solids for tag in round_edges(gmsh, one, prism.rounded, wanted)]
 
