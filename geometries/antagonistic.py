@@ -13,6 +13,8 @@ from pydantic import Field
 from softact.geometry.base import THINNEST, ThroughWall, main
 from softact.geometry.boxes import OUTSIDE
 from softact.geometry.corrugated import Corrugated
+from softact.geometry.filleted import FilletSize
+from softact.geometry.fillets import Rounded, mouth, too_large
 from softact.geometry.prisms import Entities, Prism, Prisms, Shapes, lacking
 from softact.geometry.walls import Wall
 from softact.units import Length
@@ -55,6 +57,10 @@ class Antagonistic(Corrugated):
         "of a",
     )
     mesh_size: Length = Field(5.0, description="longest edge")
+    fillet: Length = Field(
+        0.0, description="radius of the edges of chambers, channels and bores, inside; 0 mm: sharp"
+    )
+    fillet_mesh_size: FilletSize = None
     through_wall: ThroughWall = None
 
     def faults(self) -> Iterator[tuple[str, str]]:
@@ -79,6 +85,35 @@ class Antagonistic(Corrugated):
                 "bore_distance",
                 f"{self.bore_distance:g} mm does not bring the bores into the lower chambers, "
                 f"{half:g} to {self.chamber_radius:g} mm from the axis",
+            )
+
+        yield from self._fillet_faults()
+
+    def _fillet_faults(self) -> Iterator[tuple[str, str]]:
+        half, r = self.central_wall / 2, self.fillet
+        rooms = {
+            "a chamber's length": self.chamber_length,
+            "a chamber's height": self.chamber_radius - half,
+            "a bore": self.bore,
+        }
+        if self.chambers > 1:
+            rooms["a channel's height"] = self.channel_radius - half
+        yield from too_large("fillet", r, rooms)
+        flat = self.chamber_radius - r
+        reach = {"the bores": self.bore_distance + self.bore / 2, "channels": self.channel_radius}
+        for what, radius in reach.items():
+            if r and radius > flat:
+                yield (
+                    "fillet",
+                    f"{r:g} mm leaves flat ends of the chambers up to {flat:g} mm from the axis, "
+                    f"and {what} reach {radius:g} mm; write a smaller one",
+                )
+        if r and self.bore_distance - self.bore / 2 < half + r:
+            yield (
+                "fillet",
+                f"{r:g} mm runs into the bores, which begin "
+                f"{self.bore_distance - self.bore / 2 - half:g} mm above the central wall; write a "
+                "smaller one",
             )
 
     @property
@@ -120,14 +155,39 @@ class Antagonistic(Corrugated):
         h = self.central_wall / 2
         return radius**2 * acos(h / radius) - h * sqrt(radius**2 - h**2)
 
+    def _rounded(self, radius: float) -> Rounded:
+        """A cavity's section with rounded corners in a circle of so many mm."""
+        h, inner = self.central_wall / 2 + self.fillet, radius - self.fillet
+        area = inner**2 * acos(h / inner) - h * sqrt(inner**2 - h**2)
+        perimeter = 2 * (inner * acos(h / inner) + sqrt(inner**2 - h**2))
+        return Rounded(self.fillet, area, perimeter)
+
+    def _rounded_cavity(self, pair: str) -> float:
+        """Volume of a cavity with fillets."""
+        n, between, r = self.chambers, self.pitch - self.chamber_length, self.fillet
+        channel, h = self._rounded(self.channel_radius), self.central_wall / 2 + r
+        chord = 2 * sqrt((self.channel_radius - r) ** 2 - h**2)
+        volume = n * self._rounded(self.chamber_radius).prism(self.chamber_length)
+        volume += (n - 1) * (between * channel.section + 2 * mouth(r, chord))
+        if pair == "lower":
+            inner = self.bore / 2 - r
+            bore = Rounded(r, pi * inner**2, 2 * pi * inner)
+            long = 2 * self._bore_length()  # both halves have one blind end
+            volume += bore.prism(long) / 2
+        return volume
+
     def _cavity(self, pair: str) -> float:
+        if self.fillet:
+            return self._rounded_cavity(pair)
         n, between = self.chambers, self.pitch - self.chamber_length
         volume = n * self.chamber_length * self._segment(self.chamber_radius)
         volume += (n - 1) * between * self._segment(self.channel_radius)
         bore = pi * self.bore**2 / 4 * self._bore_length()
         return volume + (bore if pair == "lower" else 0.0)
 
-    def walls(self) -> tuple[Wall, ...]:
+    def walls(self) -> tuple[Wall, ...] | None:
+        if self.filleted:
+            return None
         sides = {"side_wall": self.side_wall} if self.chambers > 1 else {}
         round_ = self.walls_between_curves(top_wall=self.top_wall, central_wall=self.central_wall)
         return (*round_, *self.walls_between_planes(**sides))
@@ -157,6 +217,9 @@ class Antagonistic(Corrugated):
         air = n * self.chamber_length * lost(self.chamber_radius) / 2
         air += n * between * lost(self.channel_radius) / 2
         air += self._bore_length() * lost(self.bore / 2)
+        if self.fillet:
+            edges = n * self._rounded(self.chamber_radius).round_edges(self.chamber_length)
+            air += 2 * edges * self.chord_error(self.fillet)
         if name != "body":
             return air / self._cavity("upper")
         skin = self.length * (lost(self.radius) + lost(self.midsection_radius))
@@ -203,16 +266,20 @@ class Antagonistic(Corrugated):
             for pair, start in starts.items()
             for i in range(1, self.chambers)
         ]
-        prisms += [Prism(OUTSIDE, "wide", *notch) for _, *notch in notches]
-        for pair, *notch in notches:
-            prisms += [Prism("body", shape, *notch) for shape in (f"{pair} wall", "narrow")]
+        prisms += [Prism(OUTSIDE, "wide", start, end) for _, start, end in notches]
+        for pair, start, end in notches:
+            prisms += [Prism("body", shape, start, end) for shape in (f"{pair} wall", "narrow")]
         for name, (pair, _, _) in self._meshed().items():
             middles = [starts[pair] + (i + 0.5) * pitch for i in range(self.chambers)]
             if pair == "lower":
-                prisms.append(Prism(name, f"{name} bore", self.clamp_plate, middles[0]))
+                bore = self.clamp_plate, middles[0], self.fillet
+                prisms.append(Prism(name, f"{name} bore", *bore))
             if len(middles) > 1:
-                prisms.append(Prism(name, f"{name} channel", middles[0], middles[-1]))
-            prisms += [Prism(name, f"{name} chamber", x - half, x + half) for x in middles]
+                channel = middles[0], middles[-1], self.fillet, True
+                prisms.append(Prism(name, f"{name} channel", *channel))
+            prisms += [
+                Prism(name, f"{name} chamber", x - half, x + half, self.fillet) for x in middles
+            ]
         return Prisms(
             self._shapes,
             tuple(prisms),

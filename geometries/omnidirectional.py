@@ -5,7 +5,7 @@ Xavier et al. (2021), Sensors and Actuators A 332:113199. Run by itself it write
 """
 
 from collections.abc import Iterator
-from math import asin, cos, pi, sin
+from math import asin, cos, pi, sin, sqrt, tan
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
@@ -14,6 +14,8 @@ from softact.geometry.base import THINNEST, ThroughWall, main
 from softact.geometry.boxes import OUTSIDE
 from softact.geometry.chains import OneModule
 from softact.geometry.corrugated import Corrugated
+from softact.geometry.filleted import FilletSize
+from softact.geometry.fillets import Rounded, mouth, too_large
 from softact.geometry.prisms import Prism, Prisms, Shapes, lacking
 from softact.geometry.walls import Wall
 from softact.units import Length
@@ -58,10 +60,15 @@ class Omnidirectional(Corrugated):
         "of their mirror images",
     )
     mesh_size: Length = Field(3.5, description="longest edge")
+    fillet: Length = Field(
+        0.0, description="radius of the edges of chambers and channels, inside; 0 mm: sharp"
+    )
+    fillet_mesh_size: FilletSize = None
     through_wall: ThroughWall = None
     module_alone: OneModule = None
 
     def no_chain(self) -> Iterator[tuple[str, str]]:
+        yield from super().no_chain()
         if self.modules == 1:
             yield "modules", "one module is no chain; write 2 or more"
 
@@ -87,6 +94,31 @@ class Omnidirectional(Corrugated):
                 "midsection_radius",
                 f"{self.midsection_radius:g} mm less the side walls and the inner walls leaves no "
                 "room: the channels in the gaps would vanish",
+            )
+
+        if self.fillet and self.core_radius is not None:
+            yield "fillet", "around a core edges are sharp; leave one of the two out"
+        else:
+            yield from self._fillet_faults()
+
+    def _fillet_faults(self) -> Iterator[tuple[str, str]]:
+        rooms = {"a chamber's length": self.chamber_length}
+        spans = {"a chamber's section": self.chamber_radius}
+        if self.channels and self.modules > 1:
+            spans["a channel's section"] = self.channel_radius
+        # The largest circle in a sector touches its two planes and its arc.
+        rooms |= {
+            name: 2 * (radius * sin(pi / self.cavities) - self.inner_wall / 2)
+            / (1 + sin(pi / self.cavities))
+            for name, radius in spans.items()
+        }  # fmt: skip
+        yield from too_large("fillet", self.fillet, rooms)
+        flat = self.chamber_radius - self.fillet
+        if self.fillet and self.channels and self.channel_radius > flat:
+            yield (
+                "fillet",
+                f"{self.fillet:g} mm leaves flat ends of the chambers up to {flat:g} mm from the "
+                f"axis, and channels reach {self.channel_radius:g} mm; write a smaller one",
             )
 
     @property
@@ -136,15 +168,42 @@ class Omnidirectional(Corrugated):
             section -= self._sector(self.core_radius)
         return section
 
+    def _rounded(self, radius: float) -> Rounded:
+        """A cavity's section with rounded corners in a circle of so many mm."""
+        r, wall = self.fillet, self.inner_wall / 2 + self.fillet
+        inner, apex = radius - r, wall / sin(pi / self.cavities)
+        angle = pi / self.cavities - asin(wall / inner)
+        area = inner**2 * angle - apex * inner * sin(angle)
+        return Rounded(r, area, 2 * (inner * angle + self._side(inner, wall)))
+
+    def _side(self, radius: float, wall: float) -> float:
+        """Length of a side of a sector whose sides lie ``wall`` (mm) off planes by the axis."""
+        return sqrt(radius**2 - wall**2) - wall / tan(pi / self.cavities)
+
+    def _rounded_cavity(self) -> float:
+        """Volume of a whole cavity with fillets."""
+        n, between, r = self.modules, self.pitch - self.chamber_length, self.fillet
+        volume = n * self._rounded(self.chamber_radius).prism(self.chamber_length)
+        if not self.channels:
+            return volume
+        channel = self._rounded(self.channel_radius)
+        sides = 2 * self._side(self.channel_radius - r, self.inner_wall / 2 + r)
+        turn = pi - 2 * pi / self.cavities  # of the walls beside the apex
+        return volume + (n - 1) * (between * channel.section + 2 * mouth(r, sides, turn))
+
     def _cavity(self) -> float:
         """Volume of a whole cavity."""
+        if self.fillet:
+            return self._rounded_cavity()
         chambers = self.span / self.pitch * self.chamber_length * self._opening
         if not self.channels:
             return chambers
         between = self._gaps * (self.pitch - self.chamber_length)
         return chambers + between * self._sector(self.channel_radius)
 
-    def walls(self) -> tuple[Wall, ...]:
+    def walls(self) -> tuple[Wall, ...] | None:
+        if self.filleted:
+            return None
         sides = {"side_wall": self.side_wall} if self.modules > 1 else {}
         round_ = self.walls_between_curves(top_wall=self.top_wall, inner_wall=self.inner_wall)
         return (*round_, *self.walls_between_planes(**sides))
@@ -172,6 +231,9 @@ class Omnidirectional(Corrugated):
         air = self.span / self.pitch * self.chamber_length * lost(self.chamber_radius)
         inner = self.channel_radius if self.channels else self.core_radius or 0.0
         air += self.span * lost(inner) if inner else 0.0
+        if self.fillet:
+            edges = self._rounded(self.chamber_radius).round_edges(self.chamber_length)
+            air += self.cavities * self.modules * edges * self.chord_error(self.fillet)
         if share < 1:
             return share * air / self._cavity()
         skin = self.span * (lost(self.actuator_radius) + lost(self.midsection_radius))
@@ -230,11 +292,12 @@ class Omnidirectional(Corrugated):
         prisms += [Prism("body", "narrow", *notch) for notch in notches]
         for name in self._meshed():
             if self.channels and self.modules > 1:
-                prisms.append(Prism(name, f"channel of {name}", middles[0], middles[-1]))
+                channel = middles[0], middles[-1], self.fillet, True
+                prisms.append(Prism(name, f"channel of {name}", *channel))
             for middle in middles:
                 start, end = middle - self.chamber_length / 2, middle + self.chamber_length / 2
                 inside = max(start, 0.0), min(end, length)
-                prisms.append(Prism(name, f"chamber of {name}", *inside))
+                prisms.append(Prism(name, f"chamber of {name}", *inside, rounded=self.fillet))
         cavities = tuple(self._meshed())
         return Prisms(self._shapes, tuple(prisms), ("body",), cavities, planes=self.planes())
 

@@ -21,6 +21,8 @@ from softact.geometry.base import (
 )
 from softact.geometry.boxes import OUTSIDE, SAME_PLANE, Box, Boxes, Counts, Plane
 from softact.geometry.chains import Chain, OneModule
+from softact.geometry.filleted import Filleted, FilletSize
+from softact.geometry.fillets import CORNER, Rounded, beside, mouth, too_large
 from softact.geometry.steps import steps
 from softact.geometry.walls import Wall
 from softact.units import Length
@@ -62,7 +64,7 @@ OF_EACH = {
 Lengths = Annotated[tuple[Length, ...] | None, Field(strict=False)]
 
 
-class Pneunet(Chain):
+class Pneunet(Filleted, Chain):
     """A fast PneuNet finger, straight and with flat walls.
 
     Along x: clamp plug, chambers (their inner walls face the gaps between them), tip plug.
@@ -102,11 +104,18 @@ class Pneunet(Chain):
     inner_walls: Lengths = Field(None, description="of each chamber, to both gaps")
     roofs: Lengths = Field(None, description="above each chamber")
     gaps: Lengths = Field(None, description="after each chamber but the last")
+    fillet: Length = Field(
+        0.0, description="radius of the edges of chambers and channel, inside; 0 mm: sharp"
+    )
+    gap_fillet: Length = Field(
+        0.0, description="radius at the bottom of the gaps, outside; 0 mm: sharp"
+    )
     symmetry: bool = Field(True, description="model the half y >= 0 only")
     mesh_size: Length = Field(2.0, description="longest edge along the axes")
     cavity_mesh_size: Length | None = Field(
         None, description="the same between the walls of the chambers; by default mesh_size"
     )
+    fillet_mesh_size: FilletSize = None
     through_wall: ThroughWall = None
     module_alone: OneModule = None
 
@@ -117,6 +126,7 @@ class Pneunet(Chain):
             return
         yield from self._row_faults()
         yield from self._channel_faults()
+        yield from self._fillet_faults()
         if self.base - self.layer_height < THINNEST:
             yield (
                 "layer_height",
@@ -208,6 +218,25 @@ class Pneunet(Chain):
                 f"({self.chamber_width:g} mm): the outer walls would vanish or be thinned",
             )
 
+    @property
+    def fillets(self) -> dict[str, float]:
+        return {"fillet": self.fillet, "gap_fillet": self.gap_fillet}
+
+    def _fillet_faults(self) -> Iterator[tuple[str, str]]:
+        if self.filleted and self.lists:
+            yield next(iter(self.lists)), "chambers of several sizes have no fillets yet"
+        rooms = {
+            "a chamber_length": self.row.chamber_length,
+            "a chamber_width": self.chamber_width,
+            "a chamber_height": self.chamber_height,
+        }
+        if self.chambers > 1:
+            channel = {"channel_width": self.channel_width, "channel_height": self.channel_height}
+            yield from beside(self.fillet, channel, rooms)
+            yield from too_large("gap_fillet", self.gap_fillet, {"a gap": self.row.gap})
+            rooms |= {f"a {name}": size for name, size in channel.items()}
+        yield from too_large("fillet", self.fillet, rooms)
+
     def _given(self, *names: str) -> str:
         return next((name for name in names if getattr(self, name) is not None), names[0])
 
@@ -259,6 +288,7 @@ class Pneunet(Chain):
         return found
 
     def no_chain(self) -> Iterator[tuple[str, str]]:
+        yield from super().no_chain()
         if self.lists:
             yield next(iter(self.lists)), "chambers of several sizes are no chain of equal ones"
         if self.chambers == 1:
@@ -290,7 +320,9 @@ class Pneunet(Chain):
             repeats=self.repeats,
         )
 
-    def walls(self) -> tuple[Wall, ...]:
+    def walls(self) -> tuple[Wall, ...] | None:
+        if self.filleted:
+            return None
         solid = self.solid()
         counts, ceiling = self._counts(solid), self.base + self._tallest
         places = {
@@ -309,8 +341,10 @@ class Pneunet(Chain):
         else:
             profile, air, between = self._of_blocks()
         cavity = air * self.chamber_width + between * self.channel_width * self.channel_height
+        cavity -= self._rounded_off()
         width = self.chamber_width + 2 * self.outer_wall
-        outside = width * profile
+        filled = 2 * CORNER * self.gap_fillet**2 * len(self._notches)
+        outside = width * (profile + filled)
         part = 0.5 if self.symmetry else 1.0
         return {
             "body": part * (outside - cavity),
@@ -334,6 +368,38 @@ class Pneunet(Chain):
         area += sum((two.outside[0] - one.outside[1]) * bridge for one, two in pairwise(blocks))
         air = sum((b.hollow[1] - b.hollow[0]) * (b.ceiling - self.base) for b in blocks)
         return area, air, sum(two.hollow[0] - one.hollow[1] for one, two in pairwise(blocks))
+
+    def _sections(self) -> tuple[Rounded, Rounded]:
+        """Of a chamber, across x, and of the channel."""
+        return (
+            Rounded.rectangle(self.chamber_width, self.chamber_height, self.fillet),
+            Rounded.rectangle(self.channel_width, self.channel_height, self.fillet),
+        )
+
+    def _rounded_off(self) -> float:
+        """What the fillets take from the air, mm³."""
+        if not self.fillet:
+            return 0.0
+        chamber, channel = self._sections()
+        length = self.row.chamber_length
+        sharp = length * self.chamber_width * self.chamber_height
+        lost = self.chambers * (sharp - chamber.prism(length))
+        across = self.channel_width * self.channel_height - channel.section
+        between = self.row.pitch - length
+        opening = 2 * mouth(self.fillet, self.channel_width - 2 * self.fillet)
+        return lost + (self.chambers - 1) * (across * between - opening)
+
+    def volume_tolerance(self, name: str) -> float:
+        if not self.filleted or name == "strain_limiting_layer":
+            return super().volume_tolerance(name)
+        length, gaps = self.row.chamber_length, self.chambers - 1
+        edges = self.chambers * self._sections()[0].round_edges(length)
+        edges += 4 * gaps * (self.row.pitch - length)
+        off = edges * self.chord_error(self.fillet)
+        if name == "body":
+            width = self.chamber_width + 2 * self.outer_wall
+            off += 2 * gaps * width * self.chord_error(self.gap_fillet)
+        return off * (0.5 if self.symmetry else 1.0) / self.volumes()[name]
 
     @property
     def _length(self) -> float:
@@ -374,6 +440,12 @@ class Pneunet(Chain):
         """Where a module begins, as a part of its chamber: at a plane of the finger's mesh."""
         return (self._chamber_steps // 2) / self._chamber_steps
 
+    def _joined(self) -> tuple[float, float]:
+        """From where to where the channel runs: with fillets to the middle of the last chambers,
+        whose corners it would cut off."""
+        (start, first), (last, end) = self._hollow[0], self._hollow[-1]
+        return ((start + first) / 2, (last + end) / 2) if self.fillet else (start, end)
+
     def solid(self) -> Boxes:
         """The finger as boxes painted over each other, all chambers as tall as the tallest; the
         points of its mesh are lifted to their own heights."""
@@ -383,19 +455,26 @@ class Pneunet(Chain):
         starts, ends = ([pair[k] for pair in self._hollow] for k in (0, 1))
         wide, inside = self.chamber_width / 2 + self.outer_wall, self.chamber_width / 2
 
-        def box(name: str, x0: float, x1: float, half_width: float, z0: float, z1: float) -> Box:
+        def box(
+            name: str, x0: float, x1: float, half_width: float, z0: float, z1: float, *round_: Any
+        ) -> Box:
             y0 = 0.0 if self.symmetry else -half_width
-            return Box(name, (x0, y0, z0), (x1, half_width, z1))
+            return Box(name, (x0, y0, z0), (x1, half_width, z1), *round_)
 
+        middle = ((1, 0.0),) if self.symmetry else ()
         boxes = [box("body", 0.0, length, wide, 0.0, top)]
         bridge = floor + self.channel_height + self.channel_roof
+        gap_round = self.gap_fillet, (1,), ((2, top), *middle)
         for gap in self._notches:
-            boxes.append(box(OUTSIDE, *gap, wide, bridge, top))
+            boxes.append(box(OUTSIDE, *gap, wide, bridge, top, *gap_round))
         for start, end in zip(starts, ends, strict=True):
-            boxes.append(box("cavity", start, end, inside, floor, ceiling))
+            chamber_round = self.fillet, (0, 1, 2), middle
+            boxes.append(box("cavity", start, end, inside, floor, ceiling, *chamber_round))
         if len(starts) > 1:
-            channel = floor, floor + self.channel_height
-            boxes.append(box("cavity", starts[0], ends[-1], self.channel_width / 2, *channel))
+            across, height = self.channel_width / 2, floor + self.channel_height
+            channel_round = self.fillet, (0,), middle
+            start, end = self._joined()
+            boxes.append(box("cavity", start, end, across, floor, height, *channel_round))
         layer = box("strain_limiting_layer", 0.0, length, wide, *[self.layer_height] * 2)
         first, last = self.ends
         planes = [Plane(first, 0, 0.0), Plane(last, 0, length), Plane("base", 2, 0.0, True)]
@@ -449,7 +528,9 @@ class Pneunet(Chain):
         gap += (self._chamber_steps + gap) % 2
         return (self._chamber_steps - last, wall, gap, wall, last), *counts[1:]
 
-    def cells(self) -> int:
+    def cells(self) -> int | None:
+        if self.filleted:
+            return None
         solid = self.solid()
         return solid.cells(self._counts(solid))
 
@@ -458,6 +539,8 @@ class Pneunet(Chain):
         (solid if solid.lift is None else self._in_steps()).build(gmsh)
 
     def mesh(self, gmsh: ModuleType) -> None:
+        if self.filleted:
+            return super().mesh(gmsh)
         solid = self.solid()
         solid.grid(self._counts(solid)).add_to(gmsh)
 

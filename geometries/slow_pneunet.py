@@ -14,6 +14,8 @@ from pydantic import Field
 from softact.geometry.base import Layout, ThroughWall, main
 from softact.geometry.boxes import Box, Boxes, Counts, Plane
 from softact.geometry.chains import Chain, OneModule
+from softact.geometry.filleted import Filleted, FilletSize
+from softact.geometry.fillets import Rounded, beside, too_large
 from softact.geometry.steps import steps
 from softact.geometry.walls import Wall
 from softact.units import Length
@@ -21,7 +23,7 @@ from softact.units import Length
 FILM, FLOOR = 0.5, 7.0  # mm, where nothing is given
 
 
-class SlowPneunet(Chain):
+class SlowPneunet(Filleted, Chain):
     """A slow PneuNet: a block with a row of chambers, joined by a tunnel.
 
     Along x: clamp wall, chambers with walls between them, tip wall. Across y: outer wall, chamber,
@@ -52,15 +54,26 @@ class SlowPneunet(Chain):
     film_width: Length | None = Field(
         None, description="width of the film, bending kind only; by default that of the block"
     )
+    fillet: Length = Field(
+        0.0,
+        description="radius of the edges of chambers and tunnel, but for those at the film; "
+        "0 mm: sharp",
+    )
     symmetry: bool = Field(True, description="model the half y >= 0 only")
     mesh_size: Length = Field(2.0, description="longest edge along the axes")
     cavity_mesh_size: Length | None = Field(
         None, description="the same between the walls of the chambers; by default mesh_size"
     )
+    fillet_mesh_size: FilletSize = None
     through_wall: ThroughWall = None
     module_alone: OneModule = None
 
+    @property
+    def fillets(self) -> dict[str, float]:
+        return {"fillet": self.fillet}
+
     def no_chain(self) -> Iterator[tuple[str, str]]:
+        yield from super().no_chain()
         if self.chambers == 1:
             yield "chambers", "one chamber is no chain; write 2 or more"
 
@@ -82,6 +95,7 @@ class SlowPneunet(Chain):
                 f"{self.tunnel_width:g} mm is wider than the chamber ({self.chamber_width:g} mm): "
                 "the outer walls would be thinned or vanish",
             )
+        yield from self._fillet_faults()
         other = ("floor",) if self.bends else ("film_thickness", "film_width")
         for name in other:
             if getattr(self, name) is not None:
@@ -98,6 +112,23 @@ class SlowPneunet(Chain):
                     "film_width",
                     f"{self.film_width:g} mm is wider than the block ({self.width:g} mm)",
                 )
+
+    def _fillet_faults(self) -> Iterator[tuple[str, str]]:
+        # At the film edges are sharp: a height holds one rounding there, not two.
+        chamber = {
+            "a chamber_length": self.chamber_length,
+            "a chamber_width": self.chamber_width,
+            "a chamber_height": self.chamber_height,
+        }
+        tunnel = {"tunnel_width": self.tunnel_width, "tunnel_height": self.tunnel_height}
+        rooms = {name: size for name, size in chamber.items() if name != "a chamber_height"}
+        heights = {"a chamber_height": self.chamber_height}
+        if self.chambers > 1:
+            yield from beside(self.fillet, tunnel, chamber, 1 if self.bends else 2)
+            rooms["a tunnel_width"] = self.tunnel_width
+            heights["a tunnel_height"] = self.tunnel_height
+        yield from too_large("fillet", self.fillet, rooms)
+        yield from too_large("fillet", self.fillet, heights, 1 if self.bends else 2)
 
     @property
     def bends(self) -> bool:
@@ -153,7 +184,9 @@ class SlowPneunet(Chain):
             repeats=self.repeats,
         )
 
-    def walls(self) -> tuple[Wall, ...]:
+    def walls(self) -> tuple[Wall, ...] | None:
+        if self.filleted:
+            return None
         solid, below = self.solid(), "film_thickness" if self.bends else "floor"
         places = {
             "outer_wall": (1, self.chamber_width / 2, self.outer_wall),
@@ -172,6 +205,7 @@ class SlowPneunet(Chain):
             n * self.chamber_length * self.chamber_width * self.chamber_height
             + between * self.inner_wall * self.tunnel_width * self.tunnel_height
         )
+        cavity -= self._rounded_off()
         height = self.chamber_height + self.roof + (0.0 if self.bends else self.below)
         end = width * height
         film_width = (self.film_width or width) if self.bends else width
@@ -187,6 +221,32 @@ class SlowPneunet(Chain):
             end -= self.tunnel_width * self.tunnel_height
         return volumes | dict.fromkeys(self.ends, part * end)
 
+    def _sections(self) -> tuple[Rounded, Rounded]:
+        """Of a chamber, across z, and of the tunnel. Where edges at the film are sharp it is half
+        of one that has no film and twice the height."""
+        r, times = self.fillet, 2 if self.bends else 1
+        chamber = Rounded.rectangle(self.chamber_length, self.chamber_width, r)
+        return chamber, Rounded.rectangle(self.tunnel_width, times * self.tunnel_height, r)
+
+    def _rounded_off(self) -> float:
+        """What the fillets take from the air, mm³."""
+        if not self.fillet:
+            return 0.0
+        times = 2 if self.bends else 1
+        (chamber, tunnel), height = self._sections(), self.chamber_height
+        sharp = self.chamber_length * self.chamber_width * height
+        lost = self.chambers * (sharp - chamber.prism(times * height) / times)
+        across = self.tunnel_width * self.tunnel_height - tunnel.section / times
+        return lost + (self.chambers - 1) * self.inner_wall * across
+
+    def volume_tolerance(self, name: str) -> float:
+        if not self.filleted or name not in ("body", "cavity"):
+            return super().volume_tolerance(name)
+        edges = self.chambers * self._sections()[0].round_edges(self.chamber_height)
+        edges += 4 * (self.chambers - 1) * self.inner_wall
+        off = edges * self.chord_error(self.fillet) * (0.5 if self.symmetry else 1.0)
+        return off / self.volumes()[name]
+
     def solid(self) -> Boxes:
         """The block as boxes painted over each other; the underside of the film is z = 0."""
         length, width, starts = self.length, self.width, self._starts
@@ -194,9 +254,16 @@ class SlowPneunet(Chain):
         ceiling = bottom + self.chamber_height
         tunnel = bottom if self.bends else bottom + (self.chamber_height - self.tunnel_height) / 2
 
-        def box(name: str, x0: float, x1: float, across: float, z0: float, z1: float) -> Box:
+        def box(
+            name: str, x0: float, x1: float, across: float, z0: float, z1: float, *along: int
+        ) -> Box:
             y0 = 0.0 if self.symmetry else -across / 2
-            return Box(name, (x0, y0, z0), (x1, across / 2, z1))
+            rounded = self.fillet if along else 0.0
+            return Box(name, (x0, y0, z0), (x1, across / 2, z1), rounded, along, tuple(sharp))
+
+        sharp = [(1, 0.0)] if self.symmetry else []
+        if self.bends:
+            sharp.append((2, bottom))
 
         boxes = [
             box("body", 0.0, length, width, bottom if self.bends else 0.0, ceiling + self.roof)
@@ -205,12 +272,14 @@ class SlowPneunet(Chain):
             boxes.append(box("film", 0.0, length, self.film_width or width, 0.0, bottom))
         for start in starts:
             end = start + self.chamber_length
-            boxes.append(box("cavity", start, end, self.chamber_width, bottom, ceiling))
+            boxes.append(box("cavity", start, end, self.chamber_width, bottom, ceiling, 0, 1, 2))
         if self.chambers > 1:
             ends = starts[0], starts[-1] + self.chamber_length
+            if self.fillet:  # not where it would cut off the corners of the last chambers
+                ends = ends[0] + self.chamber_length / 2, ends[1] - self.chamber_length / 2
             ends = (0.0, length) if self.alone else ends
             height = tunnel, tunnel + self.tunnel_height
-            boxes.append(box("cavity", *ends, self.tunnel_width, *height))
+            boxes.append(box("cavity", *ends, self.tunnel_width, *height, 0))
         first, last = self.ends
         planes = [Plane(first, 0, 0.0), Plane(last, 0, length), Plane("base", 2, 0.0, True)]
         if self.symmetry:
@@ -238,7 +307,9 @@ class SlowPneunet(Chain):
         chamber += (number + chamber) % 2
         return (number - number // 2, chamber, number // 2), *counts[1:]
 
-    def cells(self) -> int:
+    def cells(self) -> int | None:
+        if self.filleted:
+            return None
         solid = self.solid()
         return solid.cells(self._counts(solid))
 
@@ -246,6 +317,8 @@ class SlowPneunet(Chain):
         self.solid().build(gmsh)
 
     def mesh(self, gmsh: ModuleType) -> None:
+        if self.filleted:
+            return super().mesh(gmsh)
         solid = self.solid()
         solid.grid(self._counts(solid)).add_to(gmsh)
 

@@ -191,6 +191,10 @@ class Geometry(BaseModel):
         sizes unless ``mesh`` is written too."""
         raise NotImplementedError
 
+    def entities(self, gmsh: ModuleType) -> None:
+        """Adds the OCC entities that are meshed, with named groups; see ``mesh``."""
+        self.build(gmsh)
+
     def export_sheets(self, path: Path, suffix: str) -> None:
         """Write the mesh of a geometry without a solid (.msh, .vtu, .stl)."""
         raise NotImplementedError
@@ -199,7 +203,7 @@ class Geometry(BaseModel):
         """Makes the current gmsh model hold a mesh of first-order tetrahedra in named groups."""
         from softact.geometry.subdivide import cut_mesh, fill
 
-        self.build(gmsh)
+        self.entities(gmsh)
         fill(gmsh, self.mesh_size, self.least_steps)
         cut_mesh(gmsh, self.least_steps)
 
@@ -209,6 +213,8 @@ class Geometry(BaseModel):
         name = info.field_name or ""
         if value is None or dimension_of(cls.model_fields[name]) is not LENGTH:
             return value
+        if value == 0.0 == cls.model_fields[name].default:
+            return value  # there is none
         what = name.replace("_", " ")
         for length in value if isinstance(value, tuple) else (value,):
             if fault := _unworldly(length, what):

@@ -8,12 +8,13 @@ four at the other corners) fits between neighbours, since these corners alternat
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from types import ModuleType
 
 import numpy as np
 
+from softact.geometry.fillets import divide, rounded_box
 from softact.geometry.gmsh_groups import add_mesh
 from softact.geometry.steps import steps
 from softact.geometry.walls import Wall
@@ -30,12 +31,17 @@ Counts = tuple[tuple[int, ...], ...]
 class Box:
     """A box from ``lower`` to ``upper`` (mm) filled with ``name``: a region, a cavity or OUTSIDE.
 
-    A box without extent in one direction is a sheet: a named surface inside the solid.
+    A box without extent in one direction is a sheet: a named surface inside the solid. rounded:
+    radius of the edges ``along`` these axes, but for those in the planes ``sharp`` (axis, at); in
+    what OCC builds, no grid has them.
     """
 
     name: str
     lower: tuple[float, float, float]
     upper: tuple[float, float, float]
+    rounded: float = 0.0
+    along: tuple[int, ...] = (0, 1, 2)
+    sharp: tuple[tuple[int, float], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -163,20 +169,32 @@ class Boxes:
             pending.clear()
 
         for box in self.boxes:
-            extent = np.subtract(box.upper, box.lower)
-            solid = (3, occ.addBox(*box.lower, *extent))
+            solid = rounded_box(gmsh, box)
             if box.name in self.regions:
-                pending.append((3, occ.addBox(*box.lower, *extent)))
+                pending.extend(occ.copy(solid))
                 cut_pending()
-                solids[box.name].append(solid)
+                solids[box.name].extend(solid)
             else:
-                pending.append(solid)
+                pending.extend(solid)
         cut_pending()
         for name, parts in solids.items():
             if len(parts) > 1:
                 solids[name], _ = occ.fuse(parts[:1], parts[1:])
         occ.synchronize()
         return solids
+
+    def divide(self, gmsh: ModuleType) -> None:
+        """Adds the solid as it is meshed to the current gmsh model: divided at its sheets, all
+        parts in named groups. No cavity is painted over."""
+        solid = tuple(box for box in self.boxes if box.name not in self.cavities)
+        solids = replace(self, boxes=solid).build(gmsh)
+        air = {name: self._air(gmsh, name) for name in self.cavities}
+        divide(gmsh, solids, air, self.planes, self.sheets)
+
+    def _air(self, gmsh: ModuleType, cavity: str) -> list[tuple[int, int]]:
+        """The room of a cavity as OCC volumes."""
+        rooms = [tag for b in self.boxes if b.name == cavity for tag in rounded_box(gmsh, b)]
+        return rooms if len(rooms) == 1 else gmsh.model.occ.fuse(rooms[:1], rooms[1:])[0]
 
 
 def _cells_within(lines: list[np.ndarray], box: Box) -> tuple[slice, ...]:

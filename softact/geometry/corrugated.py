@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from types import ModuleType
 from typing import TYPE_CHECKING
 
 from softact.geometry.base import THINNEST
 from softact.geometry.boxes import Plane
 from softact.geometry.chains import Chain
+from softact.geometry.filleted import Filleted
+from softact.geometry.fillets import halves
 from softact.geometry.prisms import Prisms
 from softact.mesh.layout import Layout
 
 
-class Corrugated(Chain):
+class Corrugated(Filleted, Chain):
     """Base of bellows; their parameters ``pitch``, ``gap``, ``side_wall``, ``top_wall``,
     ``midsection_radius``, ``symmetry`` and ``mesh_size`` are in mm.
 
@@ -27,6 +30,7 @@ class Corrugated(Chain):
         side_wall: float
         top_wall: float
         midsection_radius: float
+        fillet: float
         symmetry: bool
 
     @property
@@ -104,8 +108,27 @@ class Corrugated(Chain):
         ends = Plane(self.ends[0], 0, 0.0), Plane(self.ends[1], 0, self.span)
         return (*ends, Plane("symmetry", 1, 0.0)) if self.symmetry else ends
 
+    @property
+    def fillets(self) -> Mapping[str, float]:
+        return {"fillet": self.fillet}
+
+    def _whole(self) -> Prisms:
+        """The whole actuator: edges of a half would be rounded in its plane, too."""
+        return self.model_copy(update={"symmetry": False}).solid()
+
+    def entities(self, gmsh: ModuleType) -> None:
+        replace(self._whole(), planes=self.planes()).divide(gmsh)
+
     def build(self, gmsh: ModuleType) -> None:
-        self.solid().build(gmsh)
+        if not self.filleted:
+            self.solid().build(gmsh)
+            return
+        solids = self._whole().build(gmsh)
+        if self.symmetry:
+            halves(gmsh, solids)
+        gmsh.model.occ.synchronize()
 
     def mesh(self, gmsh: ModuleType) -> None:
+        if self.filleted:
+            return super().mesh(gmsh)
         self.solid().mesh(gmsh, self.mesh_size, self.least_steps)

@@ -137,7 +137,7 @@ def _carried(gmsh: ModuleType, geometry: Geometry, pairs: Sequence[Pair]) -> Mov
 
     def places(other: Geometry) -> np.ndarray:
         gmsh.model.add("other")
-        other.build(gmsh)
+        other.entities(gmsh)
         try:
             points = mesh.carried(gmsh)
             return _with_middles(points, curves(points), edges)

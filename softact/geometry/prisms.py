@@ -7,17 +7,17 @@ with prisms over those triangles that are solid there, each split into three tet
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby, pairwise
 from math import pi
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 
 from softact.geometry.boxes import OUTSIDE, SAME_PLANE, Plane
 from softact.geometry.carrying import CarriedMesh
 from softact.geometry.curved import are_curved, curves_of
+from softact.geometry.fillets import divide, halves, round_edges
 from softact.geometry.gmsh_groups import add_mesh, prism_sides, prism_tetrahedra
 from softact.geometry.steps import repeatable, steps
 from softact.geometry.subdivide import Pieces
@@ -40,12 +40,15 @@ def lacking(radius: float, size: float, circle_edges: int = EDGES_OF_A_CIRCLE) -
 @dataclass(frozen=True)
 class Prism:
     """The shape ``shape`` of the section from x = ``start`` to ``end`` (mm), filled with ``name``:
-    a region, a cavity or OUTSIDE."""
+    a region, a cavity or OUTSIDE. rounded: radius of its edges, of those along x
+    alone where ``along``; in what OCC builds, no extruded mesh has them."""
 
     name: str
     shape: str
     start: float
     end: float
+    rounded: float = 0.0
+    along: bool = False
 
 
 @dataclass(frozen=True)
@@ -139,6 +142,17 @@ class Prisms:
         check_number(made.cells())
         made.add_to(gmsh)
 
+    def divide(self, gmsh: ModuleType) -> None:
+        """Adds the solid as it is meshed to the current gmsh model, all parts in named groups. A
+        whole, of which the half y >= 0 stays where a plane is y = 0. No cavity is painted over."""
+        air = tuple(prism for prism in self.prisms if prism.name in self.cavities)
+        solid = tuple(prism for prism in self.prisms if prism.name not in self.cavities)
+        solids = replace(self, prisms=solid).build(gmsh)
+        rooms = replace(self, prisms=air, regions=self.cavities).build(gmsh)
+        if any(plane.axis == 1 and plane.at == 0.0 for plane in self.planes):
+            solids, rooms = halves(gmsh, solids), halves(gmsh, rooms)
+        divide(gmsh, solids, rooms, self.planes)
+
     def build(self, gmsh: ModuleType) -> Shapes:
         """Adds the solid to the current gmsh model as OCC volumes; returns them by region."""
         occ = gmsh.model.occ
@@ -146,7 +160,7 @@ class Prisms:
         solids: Shapes = {name: [] for name in self.regions}
         # One operation with many prisms is much quicker than one for each.
         for name, prisms in groupby(self.prisms, lambda p: p.name if p.name in solids else None):
-            tools = [solid for prism in prisms for solid in _extrude(occ, shapes, prism)]
+            tools = [solid for prism in prisms for solid in _extrude(gmsh, shapes, prism)]
             for other in self.regions:
                 if solids[other] and other != name:
                     solids[other], _ = occ.cut(solids[other], tools, removeTool=False)
@@ -161,13 +175,21 @@ class Prisms:
         return solids
 
 
-def _extrude(occ: Any, shapes: Shapes, prism: Prism) -> Entities:
+def _extrude(gmsh: ModuleType, shapes: Shapes, prism: Prism) -> Entities:
     """The volume of a prism over a copy of its shape."""
+    occ = gmsh.model.occ
     faces = occ.copy(shapes[prism.shape])
     occ.rotate(faces, 0, 0, 0, 1, 1, 1, 2 * pi / 3)  # first two coordinates become y and z
     occ.translate(faces, prism.start, 0, 0)
     made = occ.extrude(faces, prism.end - prism.start, 0, 0)
-    return [entity for entity in made if entity[0] == 3]
+    solids = [entity for entity in made if entity[0] == 3]
+    if not prism.rounded:
+        return solids
+
+    def wanted(lower: np.ndarray, upper: np.ndarray) -> bool:
+        return not prism.along or upper[0] - lower[0] > (prism.end - prism.start) / 2
+
+    return [tag for one in solids for tag in round_edges(gmsh, one, prism.rounded, wanted)]
 
 
 def _divide_curves(gmsh: ModuleType, size: float, circle_edges: int) -> None:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cache
 from itertools import permutations, product
+from math import ceil
 from types import ModuleType
 
 import numpy as np
@@ -130,14 +131,16 @@ class Pieces:
             self.points = self.points + spread(np.vstack(inside), moved, fixed)
 
 
-def fill(gmsh: ModuleType, size: float, k: int) -> None:
+def fill(gmsh: ModuleType, size: float, k: int, around: int = 0) -> None:
     """Mesh the solid in the current gmsh model with tetrahedra of about ``size`` (mm), at least
-    ``k`` through each wall once they are cut into ``k``."""
+    ``k`` through each wall once they are cut into ``k``. around: least number of edges around a
+    full circle, once they are."""
     # Only the size counts: gmsh's own defaults differ from version to version.
     gmsh.option.setNumber("Mesh.MeshSizeFromPoints", 0)
     gmsh.option.setNumber("Mesh.MeshSizeMax", k * size)
-    if k > 1:
-        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", SIDES_OF_A_CIRCLE)
+    sides = max(ceil(around / k), SIDES_OF_A_CIRCLE if k > 1 else 0)
+    if sides:
+        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", sides)
     gmsh.model.mesh.generate(3)
     gmsh.model.mesh.optimize("")
 

@@ -234,7 +234,7 @@ def _size(kind: str, value: float | None, place: Place) -> Iterator[Oddity]:
 def _geometry(geometry: Geometry) -> Iterator[Oddity]:
     for name, field in type(geometry).model_fields.items():
         value = getattr(geometry, name)
-        if value is not None and dimension_of(field) is LENGTH:
+        if value and dimension_of(field) is LENGTH:  # a fillet may be 0 mm: there is none
             kind = "wall" if _WALL.search(name) else "size"
             for index, length in enumerate(value if isinstance(value, tuple) else (value,)):
                 place = (name, index) if isinstance(value, tuple) else (name,)
