@@ -37,7 +37,7 @@ from softact.spec.path import UNNAMED
 from softact.spec.slots import walk
 from softact.spec.supports import LineSpec, SupportSpec
 from softact.spec.text import to_text
-from softact.spec.timing import AmplitudeSpec, timing, with_contents
+from softact.spec.timing import AmplitudeSpec, DynamicsSpec, timing, with_contents
 from softact.spec.tolerances import AnyTolerance
 from softact.units import Angle, Dimensionless, Length, Time
 
@@ -139,16 +139,26 @@ class StepBase(Part):
     )
     amplitude: AmplitudeSpec | None = Field(
         None,
-        description="how loads go in that time: ramp (default), smooth, hold, {sine: ...}, "
+        description="how loads go in that time: ramp (default), smooth, hold, sudden, {sine: ...}, "
         "{triangle: ...} or {file: NAME.csv}",
+    )
+    dynamics: bool | DynamicsSpec = Field(
+        False, description="true, or {spectral_radius: 0.8}: with inertia, in real time"
     )
 
     @model_validator(mode="after")
     def _changes_something(self) -> Self:
         still = self.supports is None and not self.loads
         waits = self.amplitude and (self.amplitude.shape == "hold" or self.amplitude.file)
+        waits = waits or self.inertia is not None
         if still and not waits:
             raise fault(f"this step changes nothing; give it {', '.join(LOADS)} or supports")
+        return self
+
+    @model_validator(mode="after")
+    def _inertia_has_a_clock(self) -> Self:
+        if self.inertia is not None and self.duration is None and self.amplitude is None:
+            raise fault("dynamics needs a duration; write for example duration: 0.5 s")
         return self
 
     @model_validator(mode="after")
@@ -168,6 +178,13 @@ class StepBase(Part):
         return self
 
     @property
+    def inertia(self) -> DynamicsSpec | None:
+        """How the step's inertia is integrated; None where it has none."""
+        if isinstance(self.dynamics, DynamicsSpec):
+            return self.dynamics
+        return DynamicsSpec() if self.dynamics else None
+
+    @property
     def loads(self) -> dict[str, Any]:
         """What the step loads: key -> value, without what it leaves alone."""
         written = {key: getattr(self, key) for key in LOADS}
@@ -180,7 +197,7 @@ class StepBase(Part):
 
     def timing(self, layout: Layout) -> Timing | None:
         """The step's clock; None where it has none."""
-        return timing(self.duration, self.amplitude, tuple(layout.cavities))
+        return timing(self.duration, self.amplitude, tuple(layout.cavities), self.inertia)
 
     @property
     def largest_increment(self) -> float | None:
