@@ -24,6 +24,7 @@ from softact.run.slopewise import Slopewise
 from softact.run.unstable import unstable_text
 from softact.sensitivities.following import Following
 from softact.solve.checkpoint import Checkpoint, pack
+from softact.solve.generalised_alpha import energies
 from softact.solve.progress import Attempt, Trying
 from softact.solve.stepping import Stepper
 from softact.spec import plausible
@@ -65,6 +66,7 @@ class Recorder:
         self.measures = [MEASURES[name] for name in wanted]
         self.probes = locate(model, spec.probes)
         self.timed = any(step.timing(spec.geometry.layout()) for step in spec.steps)
+        self.moves = any(step.inertia is not None for step in spec.steps)
         heard = self._accept, self._reject, self._checkpoint, self._try, self._remark
         self.stepper = Stepper(model, spec.solver.settings, *heard)
         self.slopes: Slopewise | None = None
@@ -212,6 +214,8 @@ class Recorder:
         }
         if self.timed:
             row["time_s"] = state.clock.now
+        if self.moves:
+            row |= energies(self.model, state)
         row["unstable_modes"] = attempt.unstable_modes
         row["control"], row["kinetic_ratio"] = attempt.control, attempt.kinetic_ratio
         row["newton_iterations"] = attempt.iterations

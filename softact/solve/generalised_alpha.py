@@ -68,7 +68,8 @@ class GeneralisedAlpha:
         if VELOCITY not in state.memory:
             kept[EXTERNAL] = self._forces(state)[1]
         kept |= {ACCELERATION: nothing, UNBALANCED: nothing}
-        numbers = {name: state.memory.get(name, 0.0) for name in (WORK, LARGEST)}
+        stored = self._model.strain_energy(state)  # counts as supplied
+        numbers = {WORK: state.memory.get(WORK, stored), LARGEST: state.memory.get(LARGEST, 0.0)}
         state.memory = {**state.memory, **kept, **numbers}
 
     def _used(self, starts: bool) -> Weights:
@@ -159,3 +160,18 @@ def kinetic_energy(model: Model, state: State) -> float:
         return 0.0
     velocity = np.asarray(velocity)
     return model.sum(float(velocity @ model.momentum(velocity)) / 2)
+
+
+def energies(model: Model, state: State) -> dict[str, float]:
+    """Columns of curve.csv, of the whole actuator, mJ: the kinetic energy; what was there at the
+    start of the motion and the work of all loads and moved supports since then; what of that is
+    neither stored nor kinetic: dissipated by the scheme and by what creeps or rubs. Collective."""
+    kinetic = kinetic_energy(model, state)
+    stored = model.strain_energy(state)
+    supplied = float(state.memory.get(WORK, stored))
+    values = {
+        "kinetic_energy_mJ": kinetic,
+        "supplied_energy_mJ": supplied,
+        "dissipated_energy_mJ": supplied - stored - kinetic,
+    }
+    return {name: model.mesh.layout.copies * value for name, value in values.items()}

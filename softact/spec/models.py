@@ -372,6 +372,7 @@ class SpecBase(Part):
         between = list(cross_faults(data, _geometry(data)))
         if spec is not None and not between:
             between = list(fibre_faults(spec.materials, spec.geometry.layout()))
+            between += _inertia_faults(spec)
         faults += [{"type": fault(text), "loc": place, "input": None} for place, text in between]
         if faults or spec is None:
             raise ValidationError.from_exception_data(cls.__name__, faults)
@@ -487,3 +488,16 @@ def _again(error: ErrorDetails) -> InitErrorDetails:
     elif "ctx" in error:
         again["ctx"] = error["ctx"]
     return again
+
+
+def _inertia_faults(spec: Spec) -> Iterator[tuple[Place, str]]:
+    """Steps with inertia that the spec's bodies cannot have."""
+    moving = [number for number, step in enumerate(spec.steps) if step.inertia is not None]
+    if not moving:
+        return
+    for name, law in spec.materials.items():
+        if "density" not in law.model_fields_set:
+            what = "missing; dynamics needs the mass; write for example density: 1070 kg/m^3"
+            yield ("materials", name, "density"), what
+    if spec.module is not None:
+        yield ("steps", moving[0], "dynamics"), "a module of a chain has no inertia; leave it out"
