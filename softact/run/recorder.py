@@ -28,7 +28,7 @@ from softact.solve.generalised_alpha import energies
 from softact.solve.progress import Attempt, Trying
 from softact.solve.stepping import Stepper
 from softact.spec import plausible
-from softact.verdict import in_time
+from softact.verdict import in_time, step_response
 from softact.verdict.judge import AMBER, RED, Reason, Verdict, judge
 
 if TYPE_CHECKING:
@@ -143,8 +143,9 @@ class Recorder:
         return status
 
     def _in_time(self, directory: Path) -> list[str]:
-        """What to say of cycles and of creep, and tell it."""
-        said = list(in_time.lines(read(directory))) if self.timed else []
+        """What to say of cycles, of creep and of motions, and tell it."""
+        results = read(directory) if self.timed else None
+        said = [*in_time.lines(results), *step_response.lines(results)] if results else []
         for line in said:
             self.tell({"stage": "note", "text": line})
         return said

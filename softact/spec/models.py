@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal, Self, get_args
 
@@ -18,7 +18,7 @@ from pydantic_core.core_schema import ErrorType
 
 from softact.bodies import BODIES
 from softact.bodies.base import BodyKind
-from softact.fields import Name, Part, Point, fault
+from softact.fields import Name, Part, Place, Point, fault
 from softact.geometry.base import Geometry
 from softact.geometry.imported import Imported
 from softact.loads import LOADS
