@@ -66,7 +66,7 @@ class Recorder:
         self.measures = [MEASURES[name] for name in wanted]
         self.probes = locate(model, spec.probes)
         self.timed = any(step.timing(spec.geometry.layout()) for step in spec.steps)
-        self.moves = any(step.inertia is not None for step in spec.steps)
+        self.moves = any(step.dynamics is not None for step in spec.steps)
         heard = self._accept, self._reject, self._checkpoint, self._try, self._remark
         self.stepper = Stepper(model, spec.solver.settings, *heard)
         self.slopes: Slopewise | None = None

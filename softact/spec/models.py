@@ -142,22 +142,22 @@ class StepBase(Part):
         description="how loads go in that time: ramp (default), smooth, hold, sudden, {sine: ...}, "
         "{triangle: ...} or {file: NAME.csv}",
     )
-    dynamics: bool | DynamicsSpec = Field(
-        False, description="true, or {spectral_radius: 0.8}: with inertia, in real time"
+    dynamics: DynamicsSpec | None = Field(
+        None, description="true, or {spectral_radius: 0.8}: with inertia, in real time"
     )
 
     @model_validator(mode="after")
     def _changes_something(self) -> Self:
         still = self.supports is None and not self.loads
         waits = self.amplitude and (self.amplitude.shape == "hold" or self.amplitude.file)
-        waits = waits or self.inertia is not None
+        waits = waits or self.dynamics is not None
         if still and not waits:
             raise fault(f"this step changes nothing; give it {', '.join(LOADS)} or supports")
         return self
 
     @model_validator(mode="after")
     def _inertia_has_a_clock(self) -> Self:
-        if self.inertia is not None and self.duration is None and self.amplitude is None:
+        if self.dynamics is not None and self.duration is None and self.amplitude is None:
             raise fault("dynamics needs a duration; write for example duration: 0.5 s")
         return self
 
@@ -178,13 +178,6 @@ class StepBase(Part):
         return self
 
     @property
-    def inertia(self) -> DynamicsSpec | None:
-        """How the step's inertia is integrated; None where it has none."""
-        if isinstance(self.dynamics, DynamicsSpec):
-            return self.dynamics
-        return DynamicsSpec() if self.dynamics else None
-
-    @property
     def loads(self) -> dict[str, Any]:
         """What the step loads: key -> value, without what it leaves alone."""
         written = {key: getattr(self, key) for key in LOADS}
@@ -197,7 +190,7 @@ class StepBase(Part):
 
     def timing(self, layout: Layout) -> Timing | None:
         """The step's clock; None where it has none."""
-        return timing(self.duration, self.amplitude, tuple(layout.cavities), self.inertia)
+        return timing(self.duration, self.amplitude, tuple(layout.cavities), self.dynamics)
 
     @property
     def largest_increment(self) -> float | None:
@@ -492,7 +485,7 @@ def _again(error: ErrorDetails) -> InitErrorDetails:
 
 def _inertia_faults(spec: Spec) -> Iterator[tuple[Place, str]]:
     """Steps with inertia that the spec's bodies cannot have."""
-    moving = [number for number, step in enumerate(spec.steps) if step.inertia is not None]
+    moving = [number for number, step in enumerate(spec.steps) if step.dynamics is not None]
     if not moving:
         return
     for name, law in spec.materials.items():

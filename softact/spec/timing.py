@@ -56,6 +56,20 @@ class DynamicsSpec(Part, title="Dynamics"):
         description="what an increment leaves of motions far too fast for it; 1 damps nothing",
     )
 
+    @model_validator(mode="before")
+    @classmethod
+    def _true(cls, data: Any) -> Any:
+        if data is False:
+            raise fault("leave dynamics out where a step has no inertia")
+        return {} if data is True else data
+
+    @classmethod
+    def __get_pydantic_json_schema__(
+        cls, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """The word true may stand for the whole."""
+        return {"anyOf": [{"const": True}, handler(schema)]}
+
 
 class AmplitudeSpec(Part, title="Amplitude"):
     """One of ramp, smooth, hold and sudden, or one of the following."""
