@@ -9,8 +9,8 @@ from pydantic_core import CoreSchema
 from softact.errors import SpecError
 from softact.fields import Part, fault
 from softact.files.text import NAMES_A_FILE, digest
-from softact.loads.pressure_file import PressureFile, read
 from softact.loads.dynamics import Dynamics
+from softact.loads.pressure_file import PressureFile, read
 from softact.loads.timing import (
     Amplitude,
     History,
