@@ -1,6 +1,6 @@
 """Bodies with inertia in real time: increments of the generalised-alpha method.
 
-With R the internal less the external force, each with the loads of its own time, an increment solves
+With R the internal less the external force, each with the loads of its own time, an increment is
 
     (1 − αf) R₁ + αf R₀ + M ((1 − αm) a₁ + αm a₀) = 0,
 

@@ -90,12 +90,12 @@ def test_energy_is_kept_over_a_hundred_periods():
     """Spectral radius 1: the sum of kinetic and stored energy less the weight's work."""
     pull = LoadStep("pull", traction={"x_max": [1e-4 * YOUNG, 0, 0]})
     timing = Timing(100 * PERIOD, Sudden(), Dynamics(1.0))
-    free = LoadStep("free", traction={"x_max": [0.0, 0, 0]}, timing=timing, max_increment=1 / 2000)
-    model = bar(2)
+    free = LoadStep("free", traction={"x_max": [0.0, 0, 0]}, timing=timing, max_increment=1 / 600)
+    model = bar(1)
     solution = solve(model, [pull, free], [CLAMP], 1.0, time_tolerance=1.0)
     states = [state for state in solution.path if VELOCITY in state.memory]
     energy = np.array([kinetic_energy(model, s) + model.strain_energy(s) for s in states])
-    assert len(states) > 2000
+    assert len(states) > 600
     assert np.abs(energy / energy[0] - 1).max() < 1e-3
 
 
