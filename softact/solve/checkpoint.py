@@ -202,8 +202,8 @@ def _memory(
     if comm.allreduce(len(found)) and processes != comm.size:
         raise SpecError(
             "a run with contact, with inertia, with a material that creeps or softens, or beyond "
-            f"a limit of its load, was begun with -n {processes} and goes on with as many, not with "
-            f"-n {comm.size}"
+            f"a limit of its load, was begun with -n {processes} and goes on with as many, not "
+            f"with -n {comm.size}"
         )
     if comm.allreduce(len(found)) and not same_parts:
         raise SpecError(
