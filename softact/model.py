@@ -13,7 +13,7 @@ from petsc4py import PETSc
 from softact import compat
 from softact.bodies import BODIES
 from softact.bodies.base import Body
-from softact.bodies.inertia import Inertia
+from softact.bodies.inertia import Carried, Inertia
 from softact.bodies.layer import BondedLayer, Layer
 from softact.bodies.named_surfaces import Surfaces
 from softact.bodies.regions import SolidParts
@@ -116,6 +116,7 @@ class Model:
         self.supports: tuple[Support, ...] = ()
         self.turned: list[Turned] = []
         self.inertia: list[Inertia] = []
+        self.carried = Carried()
         self.load_terms: dict[tuple[str, str], Term] = {}
         self.contacts = Contacts(
             self.comm,
@@ -259,6 +260,7 @@ class Model:
             *self.load_terms.values(),
             *(term for body in self.bodies for term in body.external),
             *self.inertia,
+            self.carried,
             *self.contacts,
         ]
 

@@ -46,6 +46,24 @@ class Inertia:
         return state.motion.factor * float(away @ self.momentum(away)) / 2
 
 
+class Carried:
+    """The force that a state's ``TimeStep`` takes over from before."""
+
+    def add_force(self, state: State, out: np.ndarray) -> None:
+        """See ``Term``."""
+        if state.motion is not None and state.motion.carried is not None:
+            out += state.motion.carried
+
+    def add_tangent(self, state: State, origin: Origin | None) -> None:
+        """See ``Term``: the force is dead."""
+
+    def energy(self, state: State) -> float:
+        """See ``Term``."""
+        if state.motion is None or state.motion.carried is None:
+            return 0.0
+        return float(state.motion.carried @ state.x)
+
+
 class SolidInertia(Inertia):
     """Of a region of tetrahedra; density in tonne/mm³."""
 

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from softact.loads.dynamics import Dynamics
+
 # A pressure turns where it goes back by this part of its range: less is noise of a measurement.
 TURNS = 0.05
 
@@ -45,6 +47,15 @@ class Smooth(Amplitude):
     def at(self, part: float) -> float:
         """See ``Amplitude``."""
         return part * part * (3.0 - 2.0 * part)
+
+
+@dataclass(frozen=True)
+class Sudden(Amplitude):
+    """Loads are at their new values from the start on."""
+
+    def at(self, part: float) -> float:
+        """See ``Amplitude``."""
+        return 1.0
 
 
 @dataclass(frozen=True)
@@ -132,10 +143,12 @@ def turning_points(values: np.ndarray, least: float) -> list[int]:
 
 @dataclass(frozen=True)
 class Timing:
-    """duration: of a step, s. amplitude: how its loads go."""
+    """duration: of a step, s. amplitude: how its loads go. dynamics: with which inertia; None:
+    without."""
 
     duration: float
     amplitude: Amplitude = Steady()
+    dynamics: Dynamics | None = None
 
     @property
     def strokes(self) -> int:

@@ -29,10 +29,11 @@ from softact.run.unstable import unstable_text
 from softact.sensitivities.following import Following
 from softact.solve.at_once import found_at_once
 from softact.solve.checkpoint import Checkpoint, pack
+from softact.solve.generalised_alpha import energies
 from softact.solve.progress import Attempt, Trying
 from softact.solve.stepping import Stepper
 from softact.spec import plausible
-from softact.verdict import in_time
+from softact.verdict import in_time, step_response
 from softact.verdict.judge import AMBER, RED, Reason, Verdict, judge
 
 if TYPE_CHECKING:
@@ -75,6 +76,7 @@ class Recorder:
         if spec.target_line is not None:
             self.followed = followed(model, spec.target_line.through, spec.target_line.points)
         self.timed = any(step.timing(spec.geometry.layout()) for step in spec.steps)
+        self.moves = any(step.dynamics is not None for step in spec.steps)
         heard = self._accept, self._reject, self._checkpoint, self._try, self._remark
         self.stepper = Stepper(model, spec.solver.settings, *heard)
         self._open_accounts()
@@ -202,8 +204,9 @@ class Recorder:
         return status
 
     def _in_time(self, directory: Path) -> list[str]:
-        """What to say of cycles and of creep, and tell it."""
-        said = list(in_time.lines(read(directory))) if self.timed else []
+        """What to say of cycles, of creep and of motions, and tell it."""
+        results = read(directory) if self.timed else None
+        said = [*in_time.lines(results), *step_response.lines(results)] if results else []
         for line in said:
             self.tell({"stage": "note", "text": line})
         return said
@@ -277,6 +280,8 @@ class Recorder:
         }
         if self.timed:
             row["time_s"] = state.clock.now
+        if self.moves:
+            row |= energies(self.model, state)
         row["unstable_modes"] = attempt.unstable_modes
         row["control"], row["kinetic_ratio"] = attempt.control, attempt.kinetic_ratio
         row["newton_iterations"] = attempt.iterations

@@ -235,8 +235,9 @@ def _memory(
     found = {name: value if value.ndim else float(value) for name, value in own.items()}
     if comm.allreduce(len(found)) and processes != comm.size:
         raise SpecError(
-            "a run with contact, with a material that creeps or softens, or beyond a limit of its "
-            f"load, was begun with -n {processes} and goes on with as many, not with -n {comm.size}"
+            "a run with contact, with inertia, with a material that creeps or softens, or beyond "
+            f"a limit of its load, was begun with -n {processes} and goes on with as many, not "
+            f"with -n {comm.size}"
         )
     if comm.allreduce(len(found)) and not same_parts:
         raise SpecError(

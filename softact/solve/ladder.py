@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from softact.solve.rungs import RUNGS
 from softact.solve.rungs.base import Stopped, Trouble, Went
+from softact.solve.rungs.smaller import SmallerIncrement
 from softact.solve.walk import Walk
 
 
 def climb(walk: Walk) -> str | None:
     """Solve the step that the walk has begun; returns why it ends early, None where it does not."""
-    if walk.done == 0.0:
+    if walk.done == 0.0 and walk.alpha is None:
         stopped = _help(walk, Trouble(begins=True))
         if stopped:
             return stopped.why
@@ -37,7 +38,7 @@ def _advance(walk: Walk) -> Trouble | None:
 
 def _help(walk: Walk, trouble: Trouble) -> Stopped | None:
     """Go on after a trouble; where no rung has anything to try, the increment is tried again."""
-    for rung in RUNGS:
+    for rung in RUNGS if walk.alpha is None else (SmallerIncrement(),):
         if not rung.may(walk, trouble):
             continue
         went = rung.climb(walk, trouble)
@@ -45,4 +46,6 @@ def _help(walk: Walk, trouble: Trouble) -> Stopped | None:
             return went
         if went is Went.ON:
             return None
+    if walk.alpha is not None and walk.size < walk.settings.min_increment * walk.largest:
+        return Stopped(walk.no_equilibrium(trouble.failed))
     return None

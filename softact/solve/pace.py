@@ -45,12 +45,12 @@ class Pace:
         """Where the next increment ends at the latest."""
         return next(turn for turn in self._turns if turn > done)
 
-    def in_time(self, state: State, of_flow: float) -> InTime:
-        """What the error in time at the end of an increment says of it; of_flow: that of the air.
-        Collective."""
+    def in_time(self, state: State, others: float) -> InTime:
+        """What the error in time at the end of an increment says of it; others: that of the air and
+        of the motion. Collective."""
         if self._timing is None:
             return InTime(True, np.inf)
-        error = max(self._model.time_error(state), of_flow)
+        error = max(self._model.time_error(state), others)
         ratio = error / self._settings.time_tolerance
         factor = SAFETY * max(ratio, 1e-9) ** (-1 / 2)
         return InTime(ratio <= REJECTED, max(SHRINK, factor))

@@ -15,11 +15,12 @@ import numpy as np
 from softact.loads.load_step import LoadStep
 from softact.loads.support import Support
 from softact.model import Model
-from softact.solve import acceptance
+from softact.solve import acceptance, generalised_alpha
 from softact.solve.border import Control
 from softact.solve.checkpoint import Checkpoint
 from softact.solve.diagnosis import causes
-from softact.solve.increments import next_size
+from softact.solve.generalised_alpha import START, GeneralisedAlpha
+from softact.solve.increments import INCREMENTS, next_size
 from softact.solve.newton import Counts, Loaded, Newton, NewtonOutcome, SolveOptions
 from softact.solve.pace import Pace
 from softact.solve.passed import Passed
@@ -90,6 +91,7 @@ class Walk:
         model.contacts.check_clear(state, self.ramp.put_there)
         self.drive = LoadDrive(self.ramp)
         self.pace = Pace(step.timing, settings, model)
+        self.alpha = self._begin_inertia()
         self.largest = (step.max_increment or settings.max_increment) / self.pace.strokes
         self.size = self.pace.first(self.largest)
         self.path = [Point(0.0, state.x.copy(), self.drive.loads(state))]
@@ -100,6 +102,16 @@ class Walk:
         self.passed = Passed(model)
         self.passed.add(0.0, state.x)
         self.vain_before = self.in_vain()
+
+    def _begin_inertia(self) -> GeneralisedAlpha | None:
+        """The increments of a step with inertia; None, with all at rest, where it has none."""
+        timing = self.step.timing
+        if timing is None or timing.dynamics is None:
+            generalised_alpha.forget(self.state)
+            return None
+        alpha = GeneralisedAlpha(self.model, timing.dynamics)
+        alpha.begin(self.state)
+        return alpha
 
     def restore(self, start: Checkpoint, state: State) -> None:
         """Stand where an earlier run stood, at one of its states."""
@@ -224,8 +236,12 @@ class Walk:
         self.size = min(self.size, max(TOWARDS_LIMIT * (self.limit_ahead() - self.done), least))
         end = self.pace.next_turn(self.done)
         # Two halves rather than one whole and a sliver.
-        target = end if self.done + 1.01 * self.size >= end else self.done + self.size
+        starts = self.alpha is not None and self.done == 0.0
+        size = START * self.size if starts else self.size
+        target = end if self.done + 1.01 * size >= end else self.done + size
         gone = target - self.done
+        if self.alpha is not None:
+            return self._move(self.alpha, target, end, starts)
         outcome = self.onward(self.attempt(self.drive, self.path, target), target)
         if not outcome.converged:
             self.reject(self.drive, self.path, target, outcome)
@@ -244,6 +260,40 @@ class Walk:
         self.size = min(self.size, in_time.factor * gone)
         if end < 1.0 and target == end:
             self.path, self.size = self.path[-1:], self.pace.first(self.size)
+            self.model.forget_rates(self.state)
+        return outcome
+
+    def _move(
+        self, alpha: GeneralisedAlpha, target: float, end: float, starts: bool
+    ) -> NewtonOutcome:
+        """Try the next increment with inertia; end: of the present stroke."""
+        assert self.step.timing is not None
+        here, gone = self.path[-1].x, target - self.done
+        elapsed = gone * self.step.timing.duration
+        alpha.act(self.state, here, elapsed, starts)
+        outcome = self.attempt(self.drive, self.path, target)
+        self.state.motion = None
+        if not outcome.converged:
+            self.reject(self.drive, self.path, target, outcome)
+            return outcome
+        ended = alpha.ended(self.state, here, elapsed, starts)
+        error = 0.0 if starts else alpha.error(self.state, ended, elapsed)
+        in_time = self.pace.in_time(
+            self.state, max(error, self.ramp.flow_error(self.state, target))
+        )
+        if not in_time.accepted:
+            self.reject(
+                self.drive, self.path, target, replace(outcome, converged=False, reason=TOO_LONG)
+            )
+            self.size = in_time.factor * gone
+            return outcome
+        self.state.memory = {**self.state.memory, **ended}
+        self.path = self.accept(self.drive, self.path, target, outcome, control="dynamic")
+        if starts or target == end:
+            self.path = self.path[-1:]
+        if not starts:
+            self.size = min(self.largest, INCREMENTS.growth * self.size, in_time.factor * gone)
+        if end < 1.0 and target == end:
             self.model.forget_rates(self.state)
         return outcome
 

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self, get_args
@@ -19,7 +19,7 @@ from pydantic_core.core_schema import ErrorType
 
 from softact.bodies import BODIES
 from softact.bodies.base import BodyKind
-from softact.fields import Name, Part, Point, fault
+from softact.fields import Fault, Name, Part, Point, fault
 from softact.files.text import digest
 from softact.geometry.base import Geometry
 from softact.geometry.imported import Imported
@@ -40,7 +40,7 @@ from softact.spec.slots import walk
 from softact.spec.supports import LineSpec, SupportSpec
 from softact.spec.target_line import TargetLine
 from softact.spec.text import to_text
-from softact.spec.timing import AmplitudeSpec, timing, with_contents
+from softact.spec.timing import AmplitudeSpec, DynamicsSpec, timing, with_contents
 from softact.spec.tolerances import AnyTolerance
 from softact.units import Angle, Dimensionless, Length, Time
 
@@ -142,16 +142,25 @@ class StepBase(Part):
     )
     amplitude: AmplitudeSpec | None = Field(
         None,
-        description="how loads go in that time: ramp (default), smooth, hold, {sine: ...}, "
+        description="how loads go in that time: ramp (default), smooth, hold, sudden, {sine: ...}, "
         "{triangle: ...} or {file: NAME.csv}",
+    )
+    dynamics: DynamicsSpec | None = Field(
+        None, description="true, or {spectral_radius: 0.8}: with inertia, in real time"
     )
 
     @model_validator(mode="after")
     def _changes_something(self) -> Self:
         still = self.supports is None and not self.loads
         waits = self.amplitude and (self.amplitude.shape == "hold" or self.amplitude.file)
-        if still and not waits:
+        if still and not waits and self.dynamics is None:
             raise fault(f"this step changes nothing; give it {', '.join(LOADS)} or supports")
+        return self
+
+    @model_validator(mode="after")
+    def _inertia_has_a_clock(self) -> Self:
+        if self.dynamics is not None and self.duration is None and self.amplitude is None:
+            raise fault("dynamics needs a duration; write for example duration: 0.5 s")
         return self
 
     @model_validator(mode="after")
@@ -183,7 +192,7 @@ class StepBase(Part):
 
     def timing(self, layout: Layout) -> Timing | None:
         """The step's clock; None where it has none."""
-        return timing(self.duration, self.amplitude, tuple(layout.cavities))
+        return timing(self.duration, self.amplitude, tuple(layout.cavities), self.dynamics)
 
     @property
     def largest_increment(self) -> float | None:
@@ -367,6 +376,7 @@ class SpecBase(Part):
         between = list(cross_faults(data, _geometry(data)))
         if spec is not None and not between:
             between = list(fibre_faults(spec.materials, spec.geometry.layout()))
+            between += _inertia_faults(spec.steps, spec.materials, spec.module)
         faults += [{"type": fault(text), "loc": place, "input": None} for place, text in between]
         if faults or spec is None:
             raise ValidationError.from_exception_data(cls.__name__, faults)
@@ -485,3 +495,18 @@ def _again(error: ErrorDetails) -> InitErrorDetails:
     elif "ctx" in error:
         again["ctx"] = error["ctx"]
     return again
+
+
+def _inertia_faults(
+    steps: Sequence[Step], materials: Mapping[str, Law], module: ModuleSpec | None
+) -> Iterator[Fault]:
+    """Steps with inertia that a spec's bodies cannot have."""
+    moving = [number for number, step in enumerate(steps) if step.dynamics is not None]
+    if not moving:
+        return
+    for name, law in materials.items():
+        if "density" not in law.model_fields_set:
+            what = "missing; dynamics needs the mass; write for example density: 1070 kg/m^3"
+            yield ("materials", name, "density"), what
+    if module is not None:
+        yield ("steps", moving[0], "dynamics"), "a module of a chain has no inertia; leave it out"

@@ -9,12 +9,28 @@ from pydantic_core import CoreSchema
 from softact.errors import SpecError
 from softact.fields import Part, fault
 from softact.files.text import NAMES_A_FILE, digest
+from softact.loads.dynamics import Dynamics
 from softact.loads.pressure_file import PressureFile, read
-from softact.loads.timing import Amplitude, History, Hold, Sine, Smooth, Steady, Timing, Triangle
+from softact.loads.timing import (
+    Amplitude,
+    History,
+    Hold,
+    Sine,
+    Smooth,
+    Steady,
+    Sudden,
+    Timing,
+    Triangle,
+)
 from softact.units import Dimensionless, Frequency
 
-Shape = Literal["ramp", "smooth", "hold"]
-SHAPES: dict[str, Amplitude] = {"ramp": Steady(), "smooth": Smooth(), "hold": Hold()}
+Shape = Literal["ramp", "smooth", "hold", "sudden"]
+SHAPES: dict[str, Amplitude] = {
+    "ramp": Steady(),
+    "smooth": Smooth(),
+    "hold": Hold(),
+    "sudden": Sudden(),
+}
 
 
 class SineSpec(Part, title="Sine"):
@@ -30,11 +46,36 @@ class TriangleSpec(Part, title="Triangle"):
     cycles: Dimensionless = Field(1.0, gt=0, le=1e4, description="how many in the duration")
 
 
+class DynamicsSpec(Part, title="Dynamics"):
+    """Inertia in real time, by the generalised-alpha method."""
+
+    spectral_radius: Dimensionless = Field(
+        0.8,
+        ge=0,
+        le=1,
+        description="what an increment leaves of motions far too fast for it; 1 damps nothing",
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _true(cls, data: Any) -> Any:
+        if data is False:
+            raise fault("leave dynamics out where a step has no inertia")
+        return {} if data is True else data
+
+    @classmethod
+    def __get_pydantic_json_schema__(
+        cls, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """The word true may stand for the whole."""
+        return {"anyOf": [{"const": True}, handler(schema)]}
+
+
 class AmplitudeSpec(Part, title="Amplitude"):
-    """One of ramp, smooth and hold, or one of the following."""
+    """One of ramp, smooth, hold and sudden, or one of the following."""
 
     shape: Shape | None = Field(
-        None, description="ramp, smooth or hold; may stand alone: `amplitude: smooth`"
+        None, description="ramp, smooth, hold or sudden; may stand alone: `amplitude: smooth`"
     )
     sine: SineSpec | None = Field(None, description="cycles as a sine; they say the duration")
     triangle: TriangleSpec | None = Field(None, description="cycles at a constant rate")
@@ -106,15 +147,19 @@ class AmplitudeSpec(Part, title="Amplitude"):
 
 
 def timing(
-    duration: float | None, amplitude: AmplitudeSpec | None, cavities: tuple[str, ...]
+    duration: float | None,
+    amplitude: AmplitudeSpec | None,
+    cavities: tuple[str, ...],
+    dynamics: DynamicsSpec | None = None,
 ) -> Timing | None:
     """The clock of a step; None where it has none."""
+    inertia = None if dynamics is None else Dynamics(dynamics.spectral_radius)
     if amplitude is None:
-        return None if duration is None else Timing(duration)
+        return None if duration is None else Timing(duration, dynamics=inertia)
     own = amplitude.own_duration
     whole = own if own is not None else duration
     assert whole is not None  # the step's own check
-    return Timing(whole, amplitude.amplitude(cavities))
+    return Timing(whole, amplitude.amplitude(cavities), inertia)
 
 
 def with_contents(steps: list[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -30,17 +30,20 @@ Value = float | np.ndarray
 
 @dataclass(frozen=True, eq=False)
 class TimeStep:
-    """A time step of backward Euler that acts on a state, see ``softact.solve.rungs``.
+    """A time step that acts on a state, see ``softact.solve.rungs`` and
+    ``softact.solve.generalised_alpha``.
 
     factor: c of the force M c (x − away_from), 1/s²; away_from: (local,) where the body would be
     without force. before: (local,) unknowns at its beginning, which the solids resist to leave as a
     Newtonian fluid does; resistance: its viscosity by their shear modulus and the time step.
+    carried: (local,) force, N, that is taken over from before; None: nothing.
     """
 
     factor: float
     away_from: np.ndarray
     before: np.ndarray
     resistance: float = 0.0
+    carried: np.ndarray | None = None
 
     @functools.cached_property
     def key(self) -> bytes:
