@@ -24,7 +24,7 @@ CARD_TEXTS = (
     "strength_source", "notes",
 )  # fmt: skip
 NAMES = ("regions", "cavities", "surfaces", "sheets", "curves")  # of a layout, for a spec
-NO_LOADS = ("name", "max_increment", "duration", "amplitude")  # fields of a step that are none
+NO_LOADS = ("name", "max_increment", "duration", "amplitude", "dynamics")  # of a step
 
 
 def kind(annotation: Any) -> str:
