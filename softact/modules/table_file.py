@@ -92,7 +92,7 @@ def _leaves(data: dict[str, Any], before: str = "") -> list[tuple[str, Any]]:
 def read(path: Path) -> tuple[Table, str]:
     """A table from its JSON file, and what it was made from. Raises SpecError."""
     try:
-        data = json.loads(path.read_text())
+        data = json.loads(path.read_text(encoding="utf-8"))
         if data.pop("format") != FORMAT:
             raise SpecError(f"{path}: is a table of another softact; make it anew")
         made_from, _ = data.pop("made_from"), data.pop("units")
