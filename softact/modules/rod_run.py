@@ -243,14 +243,21 @@ class Standing:
 
         return distance
 
+    def _last(self, strains: Array, arm: complex) -> Places:
+        """A place that the end of the last piece carries, (1,)."""
+        points = Points(np.array([self.chain.pieces - 1]), np.array([arm], dtype=complex))
+        return self.start + self.rod.positions(strains, points)
+
+    def tip(self, strains: Array) -> Array:
+        """The middle of the tip's face, (3,)."""
+        (place,) = self.chain.plane.space(self._last(strains, self.spare + self.chain.tip))
+        return np.asarray(place)
+
     def line(self, strains: Array) -> Array:
-        """From the clamp to the middle of the tip, (pieces + 3, 3)."""
-        last = np.array([self.chain.pieces - 1])
-        arm = np.array([self.spare + self.chain.tip], dtype=complex)
-        tip = self.rod.positions(strains, Points(last, arm))
+        """From the clamp to the tip, (pieces + 3, 3)."""
         ends = self.start + self.rod.places(*strains.reshape(2, -1))
-        places = np.concatenate([[self.chain.base, self.start], ends, self.start + tip])
-        return self.chain.plane.space(places)
+        end = self._last(strains, self.spare)
+        return self.chain.plane.space(np.concatenate([[self.chain.base, self.start], ends, end]))
 
     def row(self, strains: Array) -> Row:
         """The measures of a state."""
@@ -258,7 +265,7 @@ class Standing:
         curvature, stretch = strains.reshape(2, -1)
         found: Row = {"pressure_kPa": 1e3 * law.pressure}
         found["bending_angle_deg"] = float(np.degrees(rod.pitch * curvature.sum()))
-        tip = self.line(strains)[-1]
+        tip = self.tip(strains)
         found |= {f"tip_{c}_mm": float(v) for c, v in zip("xyz", tip, strict=True)}
         air = law.response.conjugates(law.states(curvature, stretch))[2]
         whole = chain.modules * chain.table.pitch * air.mean()
