@@ -199,11 +199,14 @@ def test_a_file_of_mixed_keys_is_of_the_wanted_kind(folder):
     assert kind_of(read_any(Path("mixed.yaml")), "sweep") == "sweep"
 
 
+OPTIMISED = ("_optimise", "_gradient", "_index_finger")  # ends of names in configs/sweeps
+
+
 def test_every_file_of_the_repository_is_told_for_what_it_is():
     folders = {"": "spec", "reference": "case", "sweeps": "sweep"}
     for folder, kind in folders.items():
         for path in (ROOT / "configs" / folder).glob("*.yaml"):
-            wanted = "optimise" if path.stem.endswith("_optimise") else kind
+            wanted = "optimise" if path.stem.endswith(OPTIMISED) else kind
             assert kind_of(read_any(path)) == wanted, path
     cards = (ROOT / "softact" / "cards").glob("*.yaml")
     assert {kind_of(read_any(path)) for path in cards} == {"card"}

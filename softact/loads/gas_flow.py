@@ -12,7 +12,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 from softact.loads.tube_flow import Flow, Tube
 
@@ -58,6 +57,9 @@ class Valve:
     @staticmethod
     def _through(parts: Sequence[Callable[[float, float], Flow]], up: float, down: float) -> Flow:
         """One part, or two in a row with the pressure between them at which they pass the same."""
+        # Imported here: listing the loads shall not wait for scipy.
+        from scipy.optimize import brentq
+
         if len(parts) == 1:
             return parts[0](up, down)
         first, then = parts

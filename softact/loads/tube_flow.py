@@ -12,7 +12,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 #: Dynamic viscosity of air at 20 °C, MPa s.
 VISCOSITY = 1.82e-11
@@ -59,6 +58,9 @@ class Tube:
         ratio = down / up
 
         def off(log: float) -> float:
+            # Imported here: listing the loads shall not wait for scipy.
+            from scipy.optimize import brentq
+
             flow = float(np.exp(log))
             return scale * _share(self._losses(flow), ratio)[0] / flow - 1
 
@@ -97,6 +99,9 @@ def _choked(losses: float) -> float:
     1/√γ."""
 
     def off(log: float) -> float:
+        # Imported here: listing the loads shall not wait for scipy.
+        from scipy.optimize import brentq
+
         square = float(np.exp(2 * log))
         return square * (losses - 2 * log) - (1 - square)
 
