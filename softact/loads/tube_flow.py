@@ -58,11 +58,10 @@ class Tube:
         ratio = down / up
 
         def off(log: float) -> float:
-            # Imported here: listing the loads shall not wait for scipy.
-            from scipy.optimize import brentq
-
             flow = float(np.exp(log))
             return scale * _share(self._losses(flow), ratio)[0] / flow - 1
+
+        from scipy.optimize import brentq  # not while loads are listed
 
         low = np.log(0.1 * CREEPING / self.reynolds(1.0))
         high = np.log(max(slow, scale)) + 1
@@ -99,11 +98,10 @@ def _choked(losses: float) -> float:
     1/√γ."""
 
     def off(log: float) -> float:
-        # Imported here: listing the loads shall not wait for scipy.
-        from scipy.optimize import brentq
-
         square = float(np.exp(2 * log))
         return square * (losses - 2 * log) - (1 - square)
+
+    from scipy.optimize import brentq  # not while loads are listed
 
     low = -0.5 * np.log1p(losses) - 5.0
     return float(np.exp(brentq(off, low, -1e-15, xtol=1e-14, rtol=1e-14)))
