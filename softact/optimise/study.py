@@ -229,14 +229,15 @@ class Trials:
         """Folder of the run of the design nearest to that of a trial, from which it may start."""
         known = [t for t in self.done if t.values is not None] if self.end_only else []
         known = [t for t in known if self.cache.find(t.user_attrs["run"])]
+        if not known:
+            return None
         ((_, wanted), *_) = points.values()
         here = self._position(wanted)
 
         def distance(trial: FrozenTrial) -> float:
             return float(np.linalg.norm(self._position(self.coordinates(trial)) - here))
 
-        nearest = min(known, key=distance, default=None)
-        return None if nearest is None else self.cache.folder(nearest.user_attrs["run"])
+        return self.cache.folder(min(known, key=distance).user_attrs["run"])
 
     def _position(self, coordinates: Mapping[str, Any]) -> np.ndarray:
         """A design (parameters,), by the widths of the ranges."""
