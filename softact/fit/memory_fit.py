@@ -266,7 +266,7 @@ class _Problem:
                 share = 0.3 / max(count, 1)
                 times: list[float] = []
                 if count:
-                    low, high = np.log(np.array(self._span) * [1.0, 1.0])
+                    low, high = np.log(self._span)
                     middle, half = (low + high) / 2, spread * (high - low) / 2
                     times = list(middle + half * np.linspace(-1, 1, count + 2)[1:-1])
                 law = self.elastic * (1 / (1 + share * count / 2))

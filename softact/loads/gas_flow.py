@@ -57,11 +57,10 @@ class Valve:
     @staticmethod
     def _through(parts: Sequence[Callable[[float, float], Flow]], up: float, down: float) -> Flow:
         """One part, or two in a row with the pressure between them at which they pass the same."""
-        # Imported here: listing the loads shall not wait for scipy.
-        from scipy.optimize import brentq
-
         if len(parts) == 1:
             return parts[0](up, down)
+        from scipy.optimize import brentq  # not while loads are listed
+
         first, then = parts
         between = up
         if up - down > 1e-12 * up:

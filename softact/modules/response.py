@@ -77,8 +77,7 @@ def fit(
     """The energy of least squares to moment, force and air (3, n) at states (n, 3).
 
     Each of the three counts by its own largest value. within: the range, by default that of the
-    states. Raises ValueError where the states are too
-    few, or do not spread in all directions.
+    states. Raises ValueError where the states are too few, or do not spread in all directions.
     """
     low, high = within or (states.min(axis=0), states.max(axis=0))
     if np.any(high <= low):

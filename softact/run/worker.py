@@ -181,15 +181,8 @@ def main(job_file: str, parent: str | None = None) -> int:
     try:
         spec = specs.load(job["spec"])
         directory = Path(job["directory"])
-        times, more = (
-            job["times_s"],
-            (
-                job["resume"],
-                job["notes"],
-                job["sensitivities"],
-                job["near"],
-            ),
-        )
+        times = job["times_s"]
+        more = [job[name] for name in ("resume", "notes", "sensitivities", "near")]
         status = solve(comm, spec, Path(job["mesh"]), directory, times, tell, *more)
     except OSError as error:  # a full disk, a folder that has gone
         if error.errno == errno.ENOMEM:

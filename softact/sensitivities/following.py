@@ -37,6 +37,7 @@ JUMPED = "the actuator has jumped, and where it lands depends on the way"
 SLIPPED = "something with friction touches, and where it sticks depends on the way"
 REMEMBERED = "a material remembers where it has been, and no derivative of that is kept yet"
 FILLED = "air flows into a cavity or is shut up in it, and no derivative of that is kept yet"
+MOVED = "the actuator moves with inertia, and no derivative of that is kept yet"
 NONE = "the run was begun without sensitivities, and goes on without them; for them start it anew"
 OTHERS = "the run was begun with other parameters (-p); resume it with the same ones"
 SINGULAR = "the tangent has no inverse there"
@@ -124,7 +125,9 @@ class Following:
             return JUMPED
         if number and any(solid.material.law.remembers for solid in model.solids.values()):
             return REMEMBERED
-        if loads.get("supply") or loads.get("sealed"):
+        if number and self.walk.alpha is not None:
+            return MOVED
+        if any(loads.get(key) for key in ("supply", "exhaust", "sealed")):
             return FILLED
         return SLIPPED if not contacts.symmetric and contacts.touch(state) else None
 

@@ -7,9 +7,8 @@ an element inside out. Each rung hands back to load control as soon as it has pa
 
 from __future__ import annotations
 
-from softact.solve.rungs import RUNGS
+from softact.solve.rungs import IN_TIME, RUNGS
 from softact.solve.rungs.base import Stopped, Trouble, Went
-from softact.solve.rungs.smaller import SmallerIncrement
 from softact.solve.walk import Walk
 
 
@@ -38,7 +37,7 @@ def _advance(walk: Walk) -> Trouble | None:
 
 def _help(walk: Walk, trouble: Trouble) -> Stopped | None:
     """Go on after a trouble; where no rung has anything to try, the increment is tried again."""
-    for rung in RUNGS if walk.alpha is None else (SmallerIncrement(),):
+    for rung in RUNGS if walk.alpha is None else IN_TIME:
         if not rung.may(walk, trouble):
             continue
         went = rung.climb(walk, trouble)

@@ -20,6 +20,9 @@ from softact.system import jit
 from softact.system.kernels import pointer
 
 _HEADER = "dmumps_c.h"
+# Of PETSc, in which its factor is known to begin with MUMPS's structure; later ones have more than
+# one such structure.
+KNOWN = (3, 18), (3, 22)
 _petsc = ctypes.CDLL(PETSc.__file__)
 # MUMPS's ICNTL(7): let it choose; an order is given. What it says of its choice in INFOG(7).
 ANY, GIVEN = 7, 1
@@ -68,7 +71,10 @@ class Structure:
     def __init__(self, comm: MPI.Comm, factors: PETSc.Mat):
         self._dmumps = getattr(_petsc, "dmumps_c", None)
         self.fault = "PETSc is not linked to MUMPS"
-        if comm.allreduce(self._dmumps is not None, op=MPI.LAND):
+        here = PETSc.Sys.getVersion()[:2]
+        if not KNOWN[0] <= here <= KNOWN[1]:
+            self.fault = "it was tried with PETSc 3.18 to 3.22, not with {}.{}".format(*here)
+        elif comm.allreduce(self._dmumps is not None, op=MPI.LAND):
             self.fault = self._unlike(comm, factors)
 
     def _unlike(self, comm: MPI.Comm, factors: PETSc.Mat) -> str:

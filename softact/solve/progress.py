@@ -14,8 +14,9 @@ class Attempt:
     """One try at an increment, for the convergence history; see ``NewtonOutcome``.
 
     control: "load", "search" (load, with a line search), "volume", "arc" (the way through the
-    displacements), "dynamics" (an equilibrium that a damped motion has led to) or "motion" (a state
-    of the first inflation, no equilibrium). kinetic_ratio: largest ratio of kinetic to internal
+    displacements), "inertia" (a state of a step in real time), "dynamics" (an equilibrium that a
+    damped motion has led to) or "motion" (a state of the first inflation, no equilibrium).
+    kinetic_ratio: largest ratio of kinetic to internal
     energy on the way, where there was a motion. speed: norm of the displacements' change (mm) per
     change of the fraction at the equilibrium; 0 where not known.
     """

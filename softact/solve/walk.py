@@ -45,6 +45,8 @@ TOO_LONG = "the increment is too long for the accuracy in time"
 # A limit point is named where it is so near, as a part of the step, and displacements grow so much
 # faster than at first.
 NAMED, RUNS_AWAY = 0.02, 3.0
+# How a state of a step with inertia was found, see ``Attempt``.
+INERTIA = "inertia"
 RETURNED = "that equilibrium was passed before the limit"
 
 
@@ -235,67 +237,66 @@ class Walk:
         least = SMALL * self.largest
         self.size = min(self.size, max(TOWARDS_LIMIT * (self.limit_ahead() - self.done), least))
         end = self.pace.next_turn(self.done)
-        # Two halves rather than one whole and a sliver.
         starts = self.alpha is not None and self.done == 0.0
         size = START * self.size if starts else self.size
+        # Two halves rather than one whole and a sliver.
         target = end if self.done + 1.01 * size >= end else self.done + size
         gone = target - self.done
-        if self.alpha is not None:
-            return self._move(self.alpha, target, end, starts)
-        outcome = self.onward(self.attempt(self.drive, self.path, target), target)
+        outcome = self._next(target, starts)
         if not outcome.converged:
             self.reject(self.drive, self.path, target, outcome)
             return outcome
-        in_time = self.pace.in_time(self.state, self.ramp.flow_error(self.state, target))
+        moved, error = self._moved(target, starts)
+        error = max(error, self.ramp.flow_error(self.state, target))
+        in_time = self.pace.in_time(self.state, error)
         if not in_time.accepted:  # an equilibrium was found: no other rung is wanted
             self.reject(
                 self.drive, self.path, target, replace(outcome, converged=False, reason=TOO_LONG)
             )
             self.size = in_time.factor * gone
             return outcome
-        self.path = self.accept(self.drive, self.path, target, outcome)
+        self.state.memory = {**self.state.memory, **moved}
+        control = None if self.alpha is None else INERTIA
+        self.path = self.accept(self.drive, self.path, target, outcome, control=control)
         self.passed.add(target, self.state.x)
-        own = 0 if self.model.contacts.symmetric else FOR_FRICTION
-        self.size = next_size(self.size, outcome.iterations - own, self.largest)
-        self.size = min(self.size, in_time.factor * gone)
-        if end < 1.0 and target == end:
-            self.path, self.size = self.path[-1:], self.pace.first(self.size)
+        if not starts:
+            self.size = min(self._longer(outcome), in_time.factor * gone)
+        turns = end < 1.0 and target == end
+        if starts or turns:
+            self.path = self.path[-1:]
+        if turns:
+            self.size = self.pace.first(self.size)
             self.model.forget_rates(self.state)
         return outcome
 
-    def _move(
-        self, alpha: GeneralisedAlpha, target: float, end: float, starts: bool
-    ) -> NewtonOutcome:
-        """Try the next increment with inertia; end: of the present stroke."""
-        assert self.step.timing is not None
-        here, gone = self.path[-1].x, target - self.done
-        elapsed = gone * self.step.timing.duration
-        alpha.act(self.state, here, elapsed, starts)
+    def _longer(self, outcome: NewtonOutcome) -> float:
+        """How long the next increment may be after one that ended so."""
+        if self.alpha is not None:  # the error in time says it
+            return min(self.largest, INCREMENTS.growth * self.size)
+        own = 0 if self.model.contacts.symmetric else FOR_FRICTION
+        return next_size(self.size, outcome.iterations - own, self.largest)
+
+    def _next(self, target: float, starts: bool) -> NewtonOutcome:
+        """Seek the state at the end of the next increment. starts: it is the first with inertia."""
+        if self.alpha is None:
+            return self.onward(self.attempt(self.drive, self.path, target), target)
+        self.alpha.act(self.state, self.path[-1].x, self._elapsed(target), starts)
         outcome = self.attempt(self.drive, self.path, target)
         self.state.motion = None
-        if not outcome.converged:
-            self.reject(self.drive, self.path, target, outcome)
-            return outcome
-        ended = alpha.ended(self.state, here, elapsed, starts)
-        error = 0.0 if starts else alpha.error(self.state, ended, elapsed)
-        in_time = self.pace.in_time(
-            self.state, max(error, self.ramp.flow_error(self.state, target))
-        )
-        if not in_time.accepted:
-            self.reject(
-                self.drive, self.path, target, replace(outcome, converged=False, reason=TOO_LONG)
-            )
-            self.size = in_time.factor * gone
-            return outcome
-        self.state.memory = {**self.state.memory, **ended}
-        self.path = self.accept(self.drive, self.path, target, outcome, control="dynamic")
-        if starts or target == end:
-            self.path = self.path[-1:]
-        if not starts:
-            self.size = min(self.largest, INCREMENTS.growth * self.size, in_time.factor * gone)
-        if end < 1.0 and target == end:
-            self.model.forget_rates(self.state)
         return outcome
+
+    def _moved(self, target: float, starts: bool) -> tuple[dict[str, np.ndarray | float], float]:
+        """What a state remembers of its motion, and the error in time; nothing without inertia."""
+        if self.alpha is None:
+            return {}, 0.0
+        elapsed = self._elapsed(target)
+        ended = self.alpha.ended(self.state, self.path[-1].x, elapsed, starts)
+        return ended, 0.0 if starts else self.alpha.error(self.state, ended, elapsed)
+
+    def _elapsed(self, target: float) -> float:
+        """Time from the last state to a place in the step, s."""
+        assert self.step.timing is not None  # or it has no inertia
+        return (target - self.done) * self.step.timing.duration
 
     # --- what came of them ----------------------------------------------------------------------
 

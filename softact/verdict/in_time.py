@@ -84,7 +84,7 @@ def cycles(results: Results) -> list[Cycle]:
     means = (pressures[:, 1:] + pressures[:, :-1]) / 2e3  # kPa mm³ is 1e-3 mJ
     done = np.concatenate([[0.0], np.cumsum((means * np.diff(volumes)).sum(axis=0))])
     total = pressures.sum(axis=0)
-    for step, begin, end in _steps(results):
+    for step, begin, end in steps_of(results):
         turns = [begin, *_turns(total, begin, end), end]
         for low, high, back in zip(turns[::2], turns[1::2], turns[2::2], strict=False):
             work, given_back = done[high] - done[low], done[high] - done[back]
@@ -119,13 +119,14 @@ def supplied(results: Results) -> list[Supplied]:
     if TIME not in results.curve or not len(used) or not len(pressures):
         return []
     found = []
-    for step, begin, end in _steps(results):
+    for step, begin, end in steps_of(results):
         taken = used[:, end] - used[:, begin]
         if taken.max() <= 0:
             continue
         most = int(np.argmax(taken)) if len(pressures) == len(taken) else 0
         times, values = (v[begin : end + 1] for v in (results.curve[TIME], pressures[most]))
-        way = (values - values[0]) / (values[-1] - values[0])
+        gone = values[-1] - values[0]
+        way = (values - values[0]) / gone if gone else np.ones(len(values))
         work = results.curve.get("pressure_work_mJ", np.full(len(used[0]), np.nan))
         numbers = (
             taken.sum(),
@@ -134,7 +135,7 @@ def supplied(results: Results) -> list[Supplied]:
             work[end] - work[begin],
             _lifted(results, begin, end),
             values[-1],
-            *(_first(times, way, share) for share in (0.63, 0.95)),
+            *(first_time(times, way, share) for share in (0.63, 0.95)),
         )
         found.append(Supplied(step, *map(float, numbers)))
     return found
@@ -146,7 +147,7 @@ def creeps(results: Results) -> list[Creep]:
     pressures = _pressures(results)
     if TIME not in results.curve or not len(pressures):
         return []
-    for step, begin, end in _steps(results):
+    for step, begin, end in steps_of(results):
         part = pressures[:, begin : end + 1]
         times = results.curve[TIME][begin : end + 1]
         if np.ptp(part, axis=1).max() > HELD * np.abs(part).max() or times[-1] <= times[0]:
@@ -155,7 +156,7 @@ def creeps(results: Results) -> list[Creep]:
             values = results.curve.get(column, np.zeros(0))[begin : end + 1]
             if len(values) and abs(values[-1] - values[0]) > least:
                 way = (values - values[0]) / (values[-1] - values[0])
-                reached = [_first(times, way, share) for share in (0.63, 0.95)]
+                reached = [first_time(times, way, share) for share in (0.63, 0.95)]
                 ends = values[0], values[-1], times[-1] - times[0]
                 found.append(Creep(step, column, *map(float, (*ends, *reached))))
                 break
@@ -209,7 +210,7 @@ def _volumes(results: Results) -> np.ndarray:
     return _columns(results, "cavity_volume", "mm3")
 
 
-def _steps(results: Results) -> Iterator[tuple[str, int, int]]:
+def steps_of(results: Results) -> Iterator[tuple[str, int, int]]:
     """Name, first and last row of each step; it begins with the last row of the one before."""
     names = [str(name) for name in results.curve["step"]]
     begin = 0
@@ -225,7 +226,7 @@ def _turns(values: np.ndarray, begin: int, end: int) -> list[int]:
     return [begin + i + 1 for i in np.flatnonzero(signs[1:] * signs[:-1] < 0)]
 
 
-def _first(times: np.ndarray, way: np.ndarray, share: float) -> float:
+def first_time(times: np.ndarray, way: np.ndarray, share: float) -> float:
     """When ``way`` first reaches ``share``, since the first time, linear in between."""
     row = int(np.argmax(way >= share))
     if row == 0:

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from softact.results.folder import Results
+from softact.verdict.in_time import FOLLOWED, TIME, first_time, steps_of
 
-TIME, KINETIC = "time_s", "kinetic_energy_mJ"
-# Figures that are followed, the first one that moves by more than this.
-FOLLOWED = {"bending_angle_deg": 0.01, "elongation_mm": 1e-4, "tip_z_mm": 1e-4, "tip_x_mm": 1e-4}
+KINETIC = "kinetic_energy_mJ"
 # Part of the end of a step over which the mean counts as the final value; band around it.
 TAIL, BAND = 0.2, 0.05
 # Parts of the way between which the rise is counted.
@@ -40,15 +39,16 @@ def responses(results: Results) -> list[Response]:
     if TIME not in curve or KINETIC not in curve:
         return []
     found = []
-    for step, rows in _steps(results):
+    for step, begin, end in steps_of(results):
+        rows = np.arange(begin, end + 1)
         times = curve[TIME][rows] - curve[TIME][rows[0]]
         if times[-1] <= 0 or not curve[KINETIC][rows[1:]].any():
             continue
         for column, least in FOLLOWED.items():
             values = curve[column][rows] if column in curve else np.zeros(len(rows))
-            end = _tail_mean(times, values)
-            if abs(end - values[0]) > least:
-                found.append(_response(step, column, times, values, end))
+            final = _tail_mean(times, values)
+            if abs(final - values[0]) > least:
+                found.append(_response(step, column, times, values, final))
                 break
     return found
 
@@ -69,7 +69,7 @@ def _response(
     step: str, column: str, times: np.ndarray, values: np.ndarray, end: float
 ) -> Response:
     way = (values - values[0]) / (end - values[0])
-    rise = _first(times, way, HIGH) - _first(times, way, LOW)
+    rise = first_time(times, way, HIGH) - first_time(times, way, LOW)
     outside = np.flatnonzero(np.abs(way - 1) > BAND)
     last = times[min(outside[-1] + 1, len(times) - 1)] if len(outside) else 0.0
     settling = float(last) if last <= (1 - TAIL) * times[-1] else None
@@ -83,22 +83,3 @@ def _tail_mean(times: np.ndarray, values: np.ndarray) -> float:
     at = np.append(begin, times[times > begin])
     there = np.interp(at, times, values)
     return float((there[1:] + there[:-1]) @ np.diff(at) / 2 / (times[-1] - begin))
-
-
-def _first(times: np.ndarray, way: np.ndarray, share: float) -> float:
-    """When ``way`` first reaches ``share``, linear in between."""
-    row = int(np.argmax(way >= share))
-    if row == 0:
-        return 0.0
-    part = (share - way[row - 1]) / (way[row] - way[row - 1])
-    return float(times[row - 1] + part * (times[row] - times[row - 1]))
-
-
-def _steps(results: Results) -> Iterator[tuple[str, np.ndarray]]:
-    """Name and rows of each step; it begins with the last row of the one before."""
-    names = [str(name) for name in results.curve["step"]]
-    begin = 0
-    for row, name in enumerate(names):
-        if row + 1 == len(names) or names[row + 1] != name:
-            yield name, np.arange(begin, row + 1)
-            begin = row

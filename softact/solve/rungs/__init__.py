@@ -8,3 +8,5 @@ from softact.solve.rungs.smaller import SmallerIncrement
 from softact.solve.rungs.volume import Volume
 
 RUNGS: tuple[Rung, ...] = (Inflation(), SmallerIncrement(), LineSearch(), Volume(), Motion())
+#: Of a step with inertia: all others seek an equilibrium, or a motion that is damped.
+IN_TIME: tuple[Rung, ...] = (SmallerIncrement(),)
