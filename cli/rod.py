@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import click
 
 from softact.cli._force import force_option
 from softact.cli._options import set_option
+from softact.errors import NoEquilibriumError
 
 
 @click.command(short_help="The whole actuator as a rod of its modules, in milliseconds a load.")
@@ -43,6 +45,8 @@ def rod(
     curve.csv, rod.html and the table, which the next call in the same folder takes again: only
     the first one solves finite elements.
 
+    Exits with 4 where the rod stops before the last load.
+
     \b
     Examples:
       softact rod benchmarks/pneunet8.yaml
@@ -66,3 +70,5 @@ def rod(
     for line in rod_page.lines(found):
         click.echo(line)
     click.echo(f"page: {page}")
+    if found.stopped:
+        sys.exit(NoEquilibriumError.exit_code)

@@ -74,6 +74,8 @@ def faults(spec: Spec) -> Iterator[Fault]:
             yield ("steps", index, key), f"a rod takes {', '.join(sorted(LOADED))} alone"
         if step.supports is not None:
             yield ("steps", index, "supports"), "a rod stays clamped"
+        if step.timing(spec.layout()) is not None:
+            yield ("steps", index, "duration"), "a rod has no clock; leave it out"
         for load in _payloads(step):
             if load.surface not in (None, spec.layout().tip):
                 yield ("steps", index, "payload"), "a rod is loaded at its tip"
@@ -81,6 +83,7 @@ def faults(spec: Spec) -> Iterator[Fault]:
 
 def check(spec: Spec) -> None:
     """Raise SpecError with one line for each thing that a rod cannot be asked."""
+    spec.geometry.module()  # or it says that there is none
     if found := list(faults(spec)):
         raise SpecError(*(f"{'.'.join(map(str, place))}: {text}" for place, text in found))
     largest_pressures(spec)
@@ -109,6 +112,7 @@ def _refused(spec: Spec) -> Iterator[tuple[str, str]]:
     clamp = spec.layout().clamp
     loose = [s for s in spec.supports or () if s.surface != clamp or s.spring or s.turn]
     yield "supports", "a rod is clamped at its base, and nowhere else" if loose else ""
+    yield "module", "a rod is of a whole actuator" if spec.layout().repeats else ""
     yield "contact", "a rod does not meet itself; leave contact out" if spec.contact else ""
 
 

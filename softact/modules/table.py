@@ -119,8 +119,7 @@ class Table:
     errors: of moment, force and air at states that were held out, a part of each largest. moment:
     of dead loads, N mm, for which there is room. pressures: of the cavities where the largest is 1.
     origin: the middle of the left face. outline: (m,) corners of the convex hull of a module, from
-    there. Places are complex
-    (``Plane.flat``), mm.
+    there. Places are complex (``Plane.flat``), mm.
     """
 
     response: Response

@@ -64,21 +64,6 @@ def _plain(value: Any) -> Any:
     return value
 
 
-def write(table: Table, made_from: str, json_file: Path, hdf5_file: Path) -> None:
-    """Write both files."""
-    data = _plain(asdict(table))
-    heads = {"format": FORMAT, "made_from": made_from, "units": UNITS}
-    write_atomic(json_file, json_text(heads | data))
-    import h5py
-
-    with replacing(hdf5_file) as partial, h5py.File(partial, "w") as file:
-        file.attrs.update({"format": FORMAT, "made_from": made_from})
-        for name, value in _leaves(data):
-            file[name.replace(".", "/")] = value
-            if name in UNITS:
-                file[name.replace(".", "/")].attrs["unit"] = UNITS[name]
-
-
 def _leaves(data: dict[str, Any], before: str = "") -> list[tuple[str, Any]]:
     found = []
     for name, value in data.items():
@@ -89,8 +74,39 @@ def _leaves(data: dict[str, Any], before: str = "") -> list[tuple[str, Any]]:
     return found
 
 
-def read(path: Path) -> tuple[Table, str]:
-    """A table from its JSON file, and what it was made from. Raises SpecError."""
+@dataclass(frozen=True)
+class MadeTable:
+    """A table and what it was made from."""
+
+    table: Table
+    made_from: str
+
+    def serves(self, made_from: str, pressure: float, moment: float) -> bool:
+        """Whether it is of the same module, up to a pressure (MPa) and with room for a moment of
+        dead loads (N mm)."""
+        reaches = self.table.walked.levels[-1], self.table.moment
+        enough = all(r >= w * ENOUGH for r, w in zip(reaches, (pressure, moment), strict=True))
+        return self.made_from == made_from and enough
+
+    def write(self, json_file: Path, hdf5_file: Path) -> None:
+        """Write both files."""
+        data = _plain(asdict(self.table))
+        heads = {"format": FORMAT, "made_from": self.made_from}
+        write_atomic(json_file, json_text({**heads, "units": UNITS, **data}))
+        # Imported here: reading a table shall not wait for it.
+        import h5py
+
+        with replacing(hdf5_file) as partial, h5py.File(partial, "w") as file:
+            file.attrs.update(heads)
+            for name, value in _leaves(data):
+                place = name.replace(".", "/")
+                file[place] = value
+                if name in UNITS:
+                    file[place].attrs["unit"] = UNITS[name]
+
+
+def read(path: Path) -> MadeTable:
+    """A table from its JSON file. Raises SpecError."""
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
         if data.pop("format") != FORMAT:
@@ -106,23 +122,12 @@ def read(path: Path) -> tuple[Table, str]:
         ends = data.pop("ends")
         arrays = {name: np.asarray(ends[name]) for name in ("pressures", "idle", "air")}
         data["ends"] = Ends(ends["stiff"], **arrays)
-        return Table(response=Response(**response), walked=Walked(**walked), **data), made_from
+        found = Table(response=Response(**response), walked=Walked(**walked), **data)
+        return MadeTable(found, made_from)
     except OSError as error:
         raise SpecError(f"{path}: cannot be read: {error.strerror}") from None
     except (ValueError, KeyError, TypeError, AttributeError):
         raise SpecError(f"{path}: is no table of 'softact module --table'") from None
-
-
-@dataclass(frozen=True)
-class MadeTable:
-    """A table and what it was made from."""
-
-    table: Table
-    made_from: str
-
-    def write(self, json_file: Path, hdf5_file: Path) -> None:
-        """Write it."""
-        write(self.table, self.made_from, json_file, hdf5_file)
 
 
 def made_or_read(
@@ -138,20 +143,28 @@ def made_or_read(
     full = max(pressures.values())
     shares = {name: value / full for name, value in pressures.items()}
     made_from = key(_specs(spec, {name: SAMPLE * part for name, part in shares.items()}), grid)
-    if given or known.exists():
-        found, source = read(known)
-        wide = found.walked.levels[-1] >= full * ENOUGH and found.moment >= loads.moment * ENOUGH
-        if source == made_from and wide:
-            tell(f"table: that of {known}")
-            return MadeTable(found, source)
-        if given:
-            raise SpecError(
-                f"{known}: is the table of another module, or of less than {1e3 * full:g} kPa or "
-                f"{loads.moment:.3g} N mm of weight and payload; geometry, materials, layers and "
-                "solver are to be the same"
-            )
+    found = _known(known, given)
+    if found and found.serves(made_from, full, loads.moment):
+        tell(f"table: that of {known}")
+        return found
+    if given:
+        raise SpecError(
+            f"{known}: is the table of another module, or of less than {1e3 * full:g} kPa or "
+            f"{loads.moment:.3g} N mm of weight and payload; geometry, materials, layers and "
+            "solver are to be the same"
+        )
     free, *short = _specs(spec, pressures)
     return MadeTable(table(free, grid, loads, tell, *short), made_from)
+
+
+def _known(path: Path, given: bool) -> MadeTable | None:
+    """The table of a file; None where it is not given and there is none, or none to be read."""
+    try:
+        return read(path)
+    except SpecError:
+        if given:
+            raise
+        return None
 
 
 def _specs(spec: Spec, pressures: Mapping[str, float]) -> list[Spec]:

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self, get_args
@@ -19,7 +19,7 @@ from pydantic_core.core_schema import ErrorType
 
 from softact.bodies import BODIES
 from softact.bodies.base import BodyKind
-from softact.fields import Fault, Name, Part, Point, fault
+from softact.fields import Name, Part, Point, fault
 from softact.files.text import digest
 from softact.geometry.base import Geometry
 from softact.geometry.imported import Imported
@@ -40,7 +40,7 @@ from softact.spec.slots import walk
 from softact.spec.supports import LineSpec, SupportSpec
 from softact.spec.target_line import TargetLine
 from softact.spec.text import to_text
-from softact.spec.timing import AmplitudeSpec, DynamicsSpec, timing, with_contents
+from softact.spec.timing import AmplitudeSpec, DynamicsSpec, inertia_faults, timing, with_contents
 from softact.spec.tolerances import AnyTolerance
 from softact.units import Angle, Dimensionless, Length, Time
 
@@ -376,7 +376,7 @@ class SpecBase(Part):
         between = list(cross_faults(data, _geometry(data)))
         if spec is not None and not between:
             between = list(fibre_faults(spec.materials, spec.geometry.layout()))
-            between += _inertia_faults(spec.steps, spec.materials, spec.module)
+            between += inertia_faults(spec.steps, spec.materials, spec.module is not None)
         faults += [{"type": fault(text), "loc": place, "input": None} for place, text in between]
         if faults or spec is None:
             raise ValidationError.from_exception_data(cls.__name__, faults)
@@ -495,18 +495,3 @@ def _again(error: ErrorDetails) -> InitErrorDetails:
     elif "ctx" in error:
         again["ctx"] = error["ctx"]
     return again
-
-
-def _inertia_faults(
-    steps: Sequence[Step], materials: Mapping[str, Law], module: ModuleSpec | None
-) -> Iterator[Fault]:
-    """Steps with inertia that a spec's bodies cannot have."""
-    moving = [number for number, step in enumerate(steps) if step.dynamics is not None]
-    if not moving:
-        return
-    for name, law in materials.items():
-        if "density" not in law.model_fields_set:
-            what = "missing; dynamics needs the mass; write for example density: 1070 kg/m^3"
-            yield ("materials", name, "density"), what
-    if module is not None:
-        yield ("steps", moving[0], "dynamics"), "a module of a chain has no inertia; leave it out"

@@ -1,13 +1,14 @@
 """How loads go with time, as a step of a spec says it."""
 
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, GetJsonSchemaHandler, field_validator, model_validator
+from pydantic import BaseModel, Field, GetJsonSchemaHandler, field_validator, model_validator
 from pydantic_core import CoreSchema
 
 from softact.errors import SpecError
-from softact.fields import Part, fault
+from softact.fields import Fault, Part, fault
 from softact.files.text import NAMES_A_FILE, digest
 from softact.loads.dynamics import Dynamics
 from softact.loads.pressure_file import PressureFile, read
@@ -160,6 +161,21 @@ def timing(
     whole = own if own is not None else duration
     assert whole is not None  # the step's own check
     return Timing(whole, amplitude.amplitude(cavities), inertia)
+
+
+def inertia_faults(
+    steps: Sequence[Any], materials: Mapping[str, BaseModel], module: bool
+) -> Iterator[Fault]:
+    """Steps with inertia that the bodies of a spec cannot have. module: the spec is that of one."""
+    moving = [number for number, step in enumerate(steps) if step.dynamics is not None]
+    if not moving:
+        return
+    for name, law in materials.items():
+        if "density" not in law.model_fields_set:
+            what = "missing; dynamics needs the mass; write for example density: 1070 kg/m^3"
+            yield ("materials", name, "density"), what
+    if module:
+        yield ("steps", moving[0], "dynamics"), "a module of a chain has no inertia; leave it out"
 
 
 def with_contents(steps: list[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -1,6 +1,8 @@
 """A table of a module and the rod of it, beside the whole actuator."""
 
+import csv
 import json
+import re
 
 import h5py
 import numpy as np
@@ -11,7 +13,7 @@ from softact.cli.main import softact
 from softact.errors import SpecError
 from softact.modules import rod_run, table_file
 from softact.modules.rod_run import Chain
-from softact.modules.table import Grid, largest_pressures
+from softact.modules.table import Grid, Table, largest_pressures
 from softact.results.folder import read
 from softact.run.start import run
 from softact.spec import Spec
@@ -56,7 +58,7 @@ def folder(spec, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def table(folder):
-    return table_file.read(folder / table_file.JSON)[0]
+    return table_file.read(folder / table_file.JSON).table
 
 
 def test_states_that_are_not_in_the_fit(table):
@@ -145,13 +147,43 @@ def test_what_a_rod_is_not_asked(spec):
         largest_pressures(spec.with_({"steps": falling}))
 
 
-def test_the_command(folder, spec, tmp_path):
-    (tmp_path / "small.yaml").write_text(spec.with_({"steps.inflate.pressure": "9 kPa"}).to_yaml())
-    (tmp_path / "table.json").write_bytes((folder / table_file.JSON).read_bytes())
-    arguments = ["rod", str(tmp_path / "small.yaml"), "-o", str(tmp_path / "out")]
-    called = CliRunner().invoke(softact, [*arguments, "--table", str(tmp_path / "table.json")])
-    assert called.exit_code != 0  # of another grid than the command's
-    assert "is the table of another module" in str(called.output) + str(called.exception)
+@pytest.fixture
+def command(folder, spec, tmp_path, monkeypatch):
+    """Calls the command with a pressure, its table's grid being that of these tests."""
+    monkeypatch.setattr(table_file, "Grid", lambda: GRID)
+
+    def called(pressure):
+        changed = spec.with_({"steps.inflate.pressure": pressure})
+        (tmp_path / "small.yaml").write_text(changed.to_yaml())
+        arguments = ["rod", str(tmp_path / "small.yaml"), "-o", str(tmp_path / "out")]
+        table = ["--table", str(folder / table_file.JSON)]
+        return CliRunner().invoke(softact, [*arguments, *table, "--increments", "2"])
+
+    return called
+
+
+def test_the_command(command, tmp_path):
+    done = command("9 kPa")
+    assert done.exit_code == 0, done.output
+    rows = list(csv.DictReader((tmp_path / "out/curve.csv").open()))
+    assert [row["step"] for row in rows] == ["weight"] * 3 + ["inflate"] * 2
+    assert float(rows[-1]["pressure_kPa"]) == pytest.approx(9.0)
+    assert f"{float(rows[-1]['bending_angle_deg']):.4g}" in done.output
+    assert "Line of the rod" in (tmp_path / "out/rod.html").read_text()
+    assert (tmp_path / "out" / table_file.HDF5).is_file()
+
+
+def test_the_command_says_where_a_rod_stops(command, tmp_path, monkeypatch):
+    monkeypatch.setattr(Table, "reach", lambda self, pressure: (-1e-6, 1e-6))
+    stopped = command("9 kPa")
+    assert stopped.exit_code == 4
+    assert "is outside of the table" in stopped.output
+    assert "is outside of the table" in (tmp_path / "out/rod.html").read_text()
+
+
+def test_more_than_the_table_has_room_for(command):
+    refused = command("15 kPa")
+    assert refused.exception and "or of less than 15 kPa" in str(refused.exception)
 
 
 def test_a_broken_table(tmp_path):
@@ -160,3 +192,21 @@ def test_a_broken_table(tmp_path):
         table_file.read(tmp_path / "t.json")
     with pytest.raises(SpecError, match="cannot be read"):
         table_file.read(tmp_path / "none.json")
+
+
+@pytest.mark.parametrize(
+    ("changes", "why"),
+    [
+        ({"steps.inflate.duration": "1 s"}, "steps.1.duration: a rod has no clock"),
+        ({"geometry": {"type": "thick_sphere"}}, "thick_sphere has no module that repeats"),
+    ],
+)
+def test_what_has_no_rod_is_told(spec, changes, why):
+    data = spec.model_dump(mode="json", exclude_none=True)
+    if "geometry" in changes:
+        data |= {"supports": [], "steps": [{"name": "up", "pressure": "1 kPa"}], **changes}
+        changed = Spec.model_validate(data)
+    else:
+        changed = spec.with_(changes)
+    with pytest.raises(SpecError, match=re.escape(why)):
+        rod_run.check(changed)

@@ -143,13 +143,30 @@ geometry: {type: thick_sphere, mesh_size: 8 mm}
 materials: {body: {law: neo_hookean, c10: 0.1 MPa}}
 steps: [{name: up, duration: 10 ms, supply: {pressure: 5 kPa, diameter: 0.5 mm}}]
 """
+EMPTIED = """
+geometry: {type: thick_sphere, mesh_size: 8 mm}
+materials: {body: {law: neo_hookean, c10: 0.1 MPa}}
+steps:
+  - {name: out, duration: 10 ms, exhaust: {diameter: 0.5 mm}}
+"""
+MOVING = """
+geometry: {type: block, length: 4 mm, width: 4 mm, height: 4 mm, mesh_size: 4 mm}
+materials: {body: {law: neo_hookean, c10: 0.1 MPa, density: 1000 kg/m^3}}
+supports: [{surface: x_min, fix: [x, y, z]}]
+steps: [{name: drop, duration: 1 ms, gravity: [0, 0, -1], dynamics: true}]
+"""
 
 
 @pytest.mark.parametrize(
     ("text", "why"),
-    [(REMEMBERING, "a material remembers where it has been"), (FILLED, "air flows into a cavity")],
+    [
+        (REMEMBERING, "a material remembers where it has been"),
+        (FILLED, "air flows into a cavity"),
+        (EMPTIED, "air flows into a cavity"),
+        (MOVING, "the actuator moves with inertia"),
+    ],
 )
-def test_none_are_given_of_memory_or_of_air(text, why, tmp_path):
+def test_none_are_given_of_memory_of_air_or_of_motion(text, why, tmp_path):
     run(text, tmp_path / "run", ("materials.body.c10",))
     assert why in (tmp_path / "run/run.json").read_text(encoding="utf-8")
 
