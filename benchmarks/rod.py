@@ -60,7 +60,7 @@ def main(rounds: int) -> None:
             assert isinstance(made, MadeTable)
             table = made.table
             took, chain = timed(lambda table=table: Chain(spec, table))
-            states, rod = timed(lambda chain=chain: rod_run.run(chain, INCREMENTS, click.echo))
+            states, rod = timed(lambda chain=chain: rod_run.run(chain, INCREMENTS))
             times["rod"].append(took + states)
             times["states"].append(states)
             times["whole"].append(whole_steps(spec, mesh)[0])

@@ -65,7 +65,7 @@ def rod(
         known = table or directory / JSON
         law = made_or_read(loaded, known, given=table is not None, tell=click.echo)
         law.write(*map(folder.file, FILES))
-        found = rod_run.run(rod_run.Chain(loaded, law.table), increments, click.echo)
+        found = rod_run.run(rod_run.Chain(loaded, law.table), increments)
         page = rod_page.write(found, law.table, loaded.name, folder)
     for line in rod_page.lines(found):
         click.echo(line)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -289,7 +289,7 @@ class Standing:
         return found
 
 
-def run(chain: Chain, increments: int, tell: Callable[[str], None]) -> RodRun:
+def run(chain: Chain, increments: int) -> RodRun:
     """Carry a rod through the steps of its spec, each in so many increments."""
     strains = np.concatenate([np.zeros(chain.pieces), np.ones(chain.pieces)])
     before, found = Driven(), RodRun([], [], [], "")
@@ -302,9 +302,7 @@ def run(chain: Chain, increments: int, tell: Callable[[str], None]) -> RodRun:
                 strains = standing.rod.settle(strains, standing.loads)
                 chain.table.check(standing.law, strains.reshape(2, -1))
             except (ArithmeticError, ValueError) as error:
-                stopped = f"step '{step.name}' stops at {part:.0%}: {error}"
-                tell(stopped)
-                return replace(found, stopped=stopped)
+                return replace(found, stopped=f"step '{step.name}' stops at {part:.0%}: {error}")
             place: Row = {"step": step.name, "increment": float(number), "step_fraction": part}
             found.rows.append(place | standing.row(strains))
             found.lines.append(standing.line(strains))

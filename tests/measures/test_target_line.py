@@ -58,11 +58,11 @@ def test_distances_of_a_bar_that_is_pulled_and_their_derivatives(tmp_path):
     ("content", "why"),
     [
         (None, "line.csv: cannot be read"),
-        ("x (mm),z (mm)\n1,2\n", "two points are wanted"),
-        ("x,z\n1,2\n3,4\n", "'x' is no axis with a unit"),
+        ("x (mm),z (mm)\n1,2\n", "two rows are wanted"),
+        ("x,z\n1,2\n3,4\n", "'x' has no unit"),
         ("x (mm),z (kPa)\n1,2\n3,4\n", "z (kPa)"),
         ("x (mm),x (mm)\n1,2\n3,4\n", "once for each axis"),
-        ("x (mm),z (mm)\n1,2\n3\n", "row 3 holds '3'; 2 numbers are wanted"),
+        ("x (mm),z (mm)\n1,2\n3\n", "row 3 has 1 cells, and the header 2"),
         ("x (mm),z (mm)\n1,2\n3,nan\n", "row 3 holds"),
     ],
 )

@@ -94,7 +94,7 @@ def test_beside_the_whole_actuator(spec, table, tmp_path):
     within 1 %."""
     assert run(spec, tmp_path / "run", report=False).status == "complete"
     whole = read(tmp_path / "run").curve
-    rod = rod_run.run(Chain(spec, table), 2, print)
+    rod = rod_run.run(Chain(spec, table), 2)
     assert not rod.stopped
     for row in rod.rows[2:]:
         at = (whole["step"] == row["step"]) & np.isclose(
@@ -119,7 +119,7 @@ def test_it_stands_on_a_plate(spec, table):
     }
     blocked = spec.with_({"obstacles": {"plate": plate | {"load_cell": True}}})
     blocked = blocked.with_({"steps.inflate.pressure": "8 kPa"})
-    rod = rod_run.run(Chain(blocked, table), 4, print)
+    rod = rod_run.run(Chain(blocked, table), 4)
     assert not rod.stopped
     last = rod.rows[-1]
     assert last["blocked_force_N"] > 0.01
