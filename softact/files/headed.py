@@ -1,4 +1,7 @@
-"""CSV files whose header says what a column is and in which unit. All raise SpecError, in one line."""
+"""CSV files whose header says what a column is and in which unit.
+
+All functions raise SpecError, in one line.
+"""
 
 from __future__ import annotations
 

@@ -59,9 +59,7 @@ def read(path: Path) -> PressureFile:
     names = [name for name, _ in columns]
     if names.count("time") != 1 or len(names) < 2 or len(set(names)) < len(names):
         raise SpecError(f"{path.name}: one time and pressures are wanted; write '{EXAMPLE}'")
-    numbers = np.array(
-        [headed.numbers(path, i, row, len(names)) for i, row in enumerate(rows[1:], 2)]
-    )
+    numbers = headed.numbers(path, rows)
     values = dict(zip(names, (numbers * [factor for _, factor in columns]).T, strict=True))
     times = values.pop("time")
     back = np.flatnonzero(np.diff(times) <= 0)
@@ -85,9 +83,7 @@ def columns_of(path: Path, example: str) -> dict[str, np.ndarray]:
         name, unit = headed.named(path, heading, example)
         names.append("time" if name in TIMES else name)
         factors.append(headed.factor(path, heading, unit, TIME.internal) if name in TIMES else 1.0)
-    numbers = np.array(
-        [headed.numbers(path, i, row, len(names)) for i, row in enumerate(rows[1:], 2)]
-    )
+    numbers = headed.numbers(path, rows)
     return dict(zip(names, (numbers * factors).T, strict=True))
 
 
