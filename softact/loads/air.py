@@ -197,20 +197,18 @@ def _numbers(opening: _Opening, copies: int) -> np.ndarray:
 
 
 def valve_of(numbers: Value) -> Valve:
-    """The valve of the numbers of a load that flows; the first three may do."""
-    pressure, area, conductance, *more = map(float, np.asarray(numbers))
-    _, length, diameter, copies = more or (1.0, 0.0, 0.0, 1.0)
+    """The valve of the numbers of a load that flows."""
+    pressure, area, conductance, _, length, diameter, copies = map(float, np.asarray(numbers))
     tube = Tube(length, diameter, SPEED) if length else None
     return Valve(pressure, area, conductance, tube, copies)
 
 
 def exponent_of(numbers: Value) -> float:
     """n of a load that flows."""
-    known = np.asarray(numbers)
-    return float(known[3]) if len(known) > 3 else 1.0
+    return float(np.asarray(numbers)[3])
 
 
 def sealed_of(numbers: Value) -> tuple[float, float]:
     """How much hotter the air of a ``Sealed`` cavity becomes, and its n."""
-    heated, *more = map(float, np.atleast_1d(numbers))
-    return heated, (more[0] if more else 1.0)
+    heated, exponent = map(float, np.asarray(numbers))
+    return heated, exponent

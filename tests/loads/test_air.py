@@ -14,6 +14,7 @@ from softact.materials import LAWS
 from softact.model import Support
 from tests.analytic.meshes import block
 from tests.analytic.solving import build, solve
+from tests.loads.supplies import line
 
 FIXED = [Support("x_min", {0: 0.0, 1: 0.0, 2: 0.0})]
 
@@ -55,7 +56,7 @@ def test_choked_flow_by_hand():
 def test_rigid_vessel_fills_through_a_choked_orifice():
     """p rises along a straight line, Q/V: to 0.5 % at each increment."""
     model, area = vessel(1e4), 1e-6
-    step = LoadStep("fill", timing=Timing(0.5), supply={"cavity": [1.0, area, 0.0]})
+    step = LoadStep("fill", timing=Timing(0.5), supply={"cavity": line(1.0, area)})
     solution = solve(model, step, FIXED, 0.25)
     times = np.array([s.clock.now for s in solution.path])
     volume = model.cavity_volume(solution.path[0], "cavity")
@@ -70,8 +71,8 @@ def test_rigid_vessel_fills_up_and_is_emptied():
     to 0.5 % of the supply's pressure."""
     model, area = vessel(1e4), 3e-6
     steps = [
-        LoadStep("fill", timing=Timing(1.0), supply={"cavity": [0.2, area, 0.0]}),
-        LoadStep("empty", timing=Timing(1.0), supply={"cavity": [0.0, area, 0.0]}),
+        LoadStep("fill", timing=Timing(1.0), supply={"cavity": line(0.2, area)}),
+        LoadStep("empty", timing=Timing(1.0), supply={"cavity": line(0.0, area)}),
     ]
     solution = solve(model, steps, FIXED, 0.1, time_tolerance=1.5e-4)
     volume = model.cavity_volume(solution.path[0], "cavity")
@@ -92,7 +93,7 @@ def test_rigid_vessel_fills_up_and_is_emptied():
 def test_soft_vessel_keeps_its_balance_of_mass():
     """What is in it is what has flowed in, to 1e-8 of it; and it is wider than a rigid one."""
     model, valve = vessel(0.1), Valve(0.03, conductance=2.0)
-    step = LoadStep("fill", timing=Timing(1.0), supply={"cavity": [0.03, 0.0, 2.0]})
+    step = LoadStep("fill", timing=Timing(1.0), supply={"cavity": line(0.03, conductance=2.0)})
     solution = solve(model, step, FIXED, 0.1, tolerance=1e-11)
     inside = amounts(model, solution)
     times = np.array([s.clock.now for s in solution.path])
@@ -108,7 +109,9 @@ def test_sealed_vessel_is_heated_or_pulled(pull):
     model = vessel(0.1)
     held = [*FIXED, Support("x_max", {0: pull})]
     start = LoadStep("up", pressure={"cavity": 0.005})
-    sealed = LoadStep("sealed", held if pull else None, sealed={"cavity": 1.0 if pull else 1.15})
+    sealed = LoadStep(
+        "sealed", held if pull else None, sealed={"cavity": [1.0 if pull else 1.15, 1.0]}
+    )
     solution = solve(model, [start, sealed], FIXED, 0.25)
     end = solution.ends[0]
     before = (0.005 + AMBIENT) * model.cavity_volume(end, "cavity")

@@ -20,14 +20,10 @@ from softact.mesh.msh_file import read_msh
 from softact.mesh.tetrahedra import distribute
 from softact.model import Model
 from tests.analytic.solving import solve
+from tests.loads.supplies import line
 from tests.loads.test_air import FIXED, SPHERE, amounts, pressures, vessel
 
 CHOKED = 0.684731  # √γ (2/(γ + 1))^((γ+1)/(2(γ−1)))
-
-
-def line(pressure=0.0, area=0.0, conductance=0.0, exponent=1.0, length=0.0, diameter=0.0):
-    """The numbers of a supply."""
-    return [pressure, area, conductance, exponent, length, diameter, 1.0]
 
 
 def times_of(solution):
