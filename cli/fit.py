@@ -192,6 +192,8 @@ def fit(
       softact fit loops.csv --cyclic --law ogden_2
       softact fit slow.csv fast.csv --rates
     """
+    if relaxation and (cyclic or rates or creep):
+        raise click.UsageError("--relaxation does not go with --cyclic, --rates and --creep")
     if relaxation:
         from softact.fit import relaxation as tests
 
