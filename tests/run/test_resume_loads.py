@@ -74,7 +74,17 @@ CASES = {
         "duration: 20 ms, supply: {pressure: 5 kPa, diameter: 0.5 mm}",
         "{name: later, duration: 20 ms, supply: {pressure: 8 kPa, diameter: 0.5 mm}}",
     ),
+    "exhaust": (
+        SPHERE,
+        "duration: 20 ms, supply: {pressure: 5 kPa, diameter: 0.5 mm}",
+        "{name: later, duration: 20 ms, exhaust: {diameter: 0.5 mm}}",
+    ),
     "sealed": (SPHERE, "sealed: {heated: 1.01}", "{name: later, sealed: {heated: 1.01}}"),
+    "ambient": (
+        SPHERE,
+        "sealed: true, ambient: 99 kPa",
+        "{name: later, sealed: true, ambient: 98 kPa}",
+    ),
 }
 
 
