@@ -221,6 +221,9 @@ def _leave(code: int) -> None:
 
     sys.stdout.flush()
     sys.stderr.flush()
+    # PETSc takes what Python no longer holds apart together, on the processes that know of some:
+    # each must, or those that do would wait for the others for ever.
+    PETSc.Vec().createMPI(MPI.COMM_WORLD.size, comm=MPI.COMM_WORLD)
     PETSc._finalize()  # writes what PETSC_OPTIONS asks for, such as -log_view
     MPI.Finalize()
     os._exit(code)
