@@ -147,7 +147,7 @@ def test_both_give_the_same_solution_on_two_processes():
         capture_output=True, text=True, check=False, timeout=600,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr[-2000:]
-    assert done.stdout.split() == ["same"] * 2
+    assert done.stdout.count("same") == 2  # lines of two processes may run into each other
 
 
 SPEC = """
