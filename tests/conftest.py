@@ -1,10 +1,14 @@
 """The order of the tests, one headless Chromium for all tests of pages, and the folder of the tests
 of the report."""
 
+import os
 from pathlib import Path
 
 import pytest
 
+from softact.system import blas
+
+os.environ.update(blas.variables())  # before anything loads numpy: tests solve in this process too
 pytest.register_assert_rewrite("tests.browsing")
 
 from softact.report import write_report  # noqa: E402

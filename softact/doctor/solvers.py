@@ -11,6 +11,7 @@ from types import ModuleType
 
 from softact.doctor.finding import Finding, missing_module
 from softact.doctor.supply import owner, packages, sudo
+from softact.system import blas
 
 
 def import_petsc() -> ModuleType:
@@ -107,7 +108,7 @@ def look_at_blas() -> Iterable[Finding]:
     else:
         # The library behind an interface such as .../openblas-pthread/libblas.so.3 tells more.
         real = next((p for p in fast if "openblas" in Path(p).name), fast[0])
-        yield Finding("BLAS", "ok", real + blas_threads(real))
+        yield Finding("BLAS", "ok", real + blas_threads(real) + blas_kernels())
 
 
 def blas_among(maps: Iterable[str]) -> list[str]:
@@ -128,3 +129,12 @@ def blas_threads(path: str) -> str:
     except (OSError, AttributeError):
         return ""
     return f" ({threads} thread{'s' if threads != 1 else ''})"
+
+
+def blas_kernels() -> str:
+    """Which kernels OpenBLAS takes, and which softact has it take instead, as a phrase."""
+    kernels, better = blas.taken(), blas.variables()
+    if not better:
+        return f", kernels of {kernels}" if kernels else ""
+    instead = better[blas.VARIABLE]
+    return f", kernels of {kernels}: it does not know this processor; runs take those of {instead}"

@@ -7,6 +7,7 @@ import tempfile
 from pathlib import Path
 
 from softact.child_processes import bound, environment, python
+from softact.system import blas
 
 
 def command(processes: int, *arguments: str | Path) -> list[str]:
@@ -37,6 +38,7 @@ def variables(processes: int, threads: int | None, scratch: Path) -> dict[str, s
     """
     usual = str(len(os.sched_getaffinity(0)) if processes == 1 else 1)
     found = {"OPENBLAS_NUM_THREADS": usual, **environment(_OF_A_JOB), "OMP_NUM_THREADS": "1"}
+    found |= blas.variables()
     if threads:
         found["OPENBLAS_NUM_THREADS"] = str(threads)
     # All processes are on this machine and talk by shared memory: looking for networks takes each

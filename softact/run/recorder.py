@@ -33,6 +33,7 @@ from softact.solve.generalised_alpha import energies
 from softact.solve.progress import Attempt, Trying
 from softact.solve.stepping import Stepper
 from softact.spec import plausible
+from softact.system import blas
 from softact.verdict import in_time, step_response
 from softact.verdict.judge import AMBER, RED, Reason, Verdict, judge
 
@@ -197,7 +198,7 @@ class Recorder:
             }
             analysis = self.stepper.walk.newton.factor.analysis
             if analysis is not None:
-                record["factorisation"] = asdict(analysis)
+                record["factorisation"] = asdict(analysis) | {"kernels": blas.taken()}
             self.writer.finish(status, summary, record)
         done = {"stage": "done", "status": status, "message": progress.stopped}
         self.tell({**done, "verdict": self.verdict and self.verdict.data()})

@@ -1,0 +1,68 @@
+"""Kernels of OpenBLAS on a processor that it does not know."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from softact.run import launch
+from softact.run import start as runs
+from softact.spec import loads
+from softact.system import blas
+
+WIDE = {"avx512f", "avx512cd", "avx512bw", "avx512dq", "avx512vl"}
+CPUINFO = "processor\t: 0\nmodel name\t: Some Processor\nflags\t\t: fpu sse3 avx2 fma\nbugs\t\t:\n"
+SPEC = """
+geometry: {type: block, length: 8 mm, width: 4 mm, height: 4 mm, mesh_size: 4 mm}
+materials: {body: {law: neo_hookean, c10: 0.14 MPa, bulk_modulus: 100 MPa, density: 1000 kg/m^3}}
+supports: [{surface: x_min, fix: [x, y, z]}]
+steps: [{gravity: [0, 0, -1]}]
+"""
+
+
+@pytest.mark.parametrize(
+    ("taken", "instructions", "better"),
+    [
+        ("Prescott", {"sse3"}, ""),  # an old processor indeed
+        ("Prescott", {"avx2"}, ""),
+        ("Prescott", {"avx2", "fma"}, "Haswell"),
+        ("Prescott", {"avx2", "fma", "avx512f"}, "Haswell"),
+        ("Prescott", {"avx2", "fma", *WIDE}, "SkylakeX"),
+        ("Zen", {"avx2", "fma", *WIDE}, ""),  # OpenBLAS knows best
+        ("", {"avx2", "fma"}, ""),  # no OpenBLAS
+    ],
+)
+def test_kernels_are_those_of_the_instructions_where_the_processor_is_unknown(
+    taken, instructions, better
+):
+    assert blas.better(taken, instructions) == better
+
+
+def test_the_instructions_are_read():
+    assert blas.instructions(CPUINFO) == {"fpu", "sse3", "avx2", "fma"}
+    assert blas.instructions("Features\t: fp asimd\n") == set()
+
+
+def test_a_choice_of_the_user_stands(monkeypatch, tmp_path):
+    monkeypatch.setenv(blas.VARIABLE, "Nehalem")
+    blas.variables.cache_clear()
+    try:
+        assert launch.variables(1, None, tmp_path)[blas.VARIABLE] == "Nehalem"
+    finally:
+        blas.variables.cache_clear()
+
+
+def test_a_run_tells_its_kernels(monkeypatch, tmp_path):
+    """And they are those that this module finds for this machine, in a process of its own."""
+    monkeypatch.delenv(blas.VARIABLE, raising=False)
+    program = """if True:
+    from softact.system import blas
+    print(blas.variables().get(blas.VARIABLE, blas.taken()))
+    """
+    said = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
+    blas.variables.cache_clear()
+    blas.taken.cache_clear()
+    runs.run(loads(SPEC), tmp_path / "result", processes=1, report=False)
+    record = json.loads((tmp_path / "result" / "run.json").read_text())
+    assert record["factorisation"]["kernels"] == said.stdout.decode().strip()
