@@ -8,7 +8,7 @@ import pytest
 
 from softact.system import blas
 
-os.environ.update(blas.variables())  # before anything loads numpy: tests solve in this process too
+os.environ.update(blas.variables())  # for the processes of xdist, in which tests solve
 pytest.register_assert_rewrite("tests.browsing")
 
 from softact.report import write_report  # noqa: E402

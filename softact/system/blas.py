@@ -44,7 +44,6 @@ def instructions(cpuinfo: str) -> set[str]:
     return next((set(names.split()) for key, _, names in lines if key.strip() == "flags"), set())
 
 
-@functools.cache
 def variables() -> dict[str, str]:
     """What to put into the environment of a process that solves; the user's own choice stands."""
     if os.environ.get(VARIABLE):

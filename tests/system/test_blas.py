@@ -46,11 +46,7 @@ def test_the_instructions_are_read():
 
 def test_a_choice_of_the_user_stands(monkeypatch, tmp_path):
     monkeypatch.setenv(blas.VARIABLE, "Nehalem")
-    blas.variables.cache_clear()
-    try:
-        assert launch.variables(1, None, tmp_path)[blas.VARIABLE] == "Nehalem"
-    finally:
-        blas.variables.cache_clear()
+    assert launch.variables(1, None, tmp_path)[blas.VARIABLE] == "Nehalem"
 
 
 def test_a_run_tells_its_kernels(monkeypatch, tmp_path):
@@ -61,8 +57,6 @@ def test_a_run_tells_its_kernels(monkeypatch, tmp_path):
     print(blas.variables().get(blas.VARIABLE, blas.taken()))
     """
     said = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
-    blas.variables.cache_clear()
-    blas.taken.cache_clear()
     runs.run(loads(SPEC), tmp_path / "result", processes=1, report=False)
     record = json.loads((tmp_path / "result" / "run.json").read_text())
     assert record["factorisation"]["kernels"] == said.stdout.decode().strip()
