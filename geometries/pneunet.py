@@ -5,7 +5,7 @@ Mosadegh et al. (2014) and Polygerinos et al. (2013). Run by itself it writes a 
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from types import ModuleType
 from typing import Annotated, Any, Literal
@@ -13,13 +13,14 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
+from softact.geometry import rows
 from softact.geometry.base import (
     THINNEST,
     Layout,
     ThroughWall,
     main,
 )
-from softact.geometry.boxes import OUTSIDE, SAME_PLANE, Box, Boxes, Counts, Plane
+from softact.geometry.boxes import OUTSIDE, Box, Boxes, Counts, Plane
 from softact.geometry.chains import Chain, OneModule
 from softact.geometry.filleted import Filleted, FilletSize
 from softact.geometry.fillets import CORNER, Rounded, beside, mouth, too_large
@@ -30,27 +31,6 @@ from softact.units import Length
 SHORT = 3  # chambers of a finger whose middle one knows nothing of the ends
 # Two lengths that should be the same are taken to be so within this, relative.
 SAME = 1e-6
-
-
-@dataclass(frozen=True)
-class Row:
-    """How the chambers divide the length of the finger, mm."""
-
-    chamber_length: float
-    gap: float
-    pitch: float
-    length: float
-
-
-@dataclass(frozen=True)
-class Block:
-    """A chamber with its walls, mm: where it begins and ends along x, where its air space does, and
-    how high that and its roof reach."""
-
-    outside: tuple[float, float]
-    hollow: tuple[float, float]
-    ceiling: float
-    top: float
 
 
 #: Lengths of each chamber or gap, and the one for all of them in whose place they stand.
@@ -241,51 +221,31 @@ class Pneunet(Filleted, Chain):
         return next((name for name in names if getattr(self, name) is not None), names[0])
 
     @property
-    def row(self) -> Row:
+    def row(self) -> rows.Row:
         """Chamber length, gap, pitch and overall length, from whichever of them were given."""
-        ends, walls, n = self.clamp_plug + self.tip_plug, 2 * self.inner_wall, self.chambers
-        chamber, gap, pitch, length = self.chamber_length, self.gap, self.pitch, self.length
-        if gap is None and (chamber is None) + (pitch is None) + (length is None) > 1:
-            gap = 1.0
-        if chamber is None and pitch is None and length is None:
-            chamber = 6.0
-        if chamber is None:
-            if gap is None:  # or it would have got its default
-                assert pitch is not None and length is not None
-                chamber = length - ends - (n - 1) * pitch
-            elif pitch is not None:
-                chamber = pitch - walls - gap
-            else:
-                assert length is not None
-                chamber = (length - ends - (n - 1) * (walls + gap)) / n
-        if gap is None:
-            if pitch is not None:
-                gap = pitch - walls - chamber
-            else:
-                assert length is not None
-                gap = (length - ends - n * chamber) / max(n - 1, 1) - walls
-        pitch = chamber + walls + gap
-        return Row(chamber, gap, pitch, ends + chamber + (n - 1) * pitch)
+        return rows.divided(
+            self.chambers,
+            self.clamp_plug + self.tip_plug,
+            2 * self.inner_wall,
+            self.chamber_length,
+            self.gap,
+            self.pitch,
+            self.length,
+        )
 
     @property
-    def blocks(self) -> list[Block]:
+    def blocks(self) -> list[rows.Block]:
         """The chambers, each with its walls; the ends belong to the first and the last."""
         row, n = self.row, self.chambers
-        lengths = self._each("chamber_lengths", row.chamber_length, n)
-        inner = self._each("inner_walls", self.inner_wall, n)
-        gaps = (*self._each("gaps", row.gap, n - 1), 0.0)
-        heights = self._each("chamber_heights", self.chamber_height, n)
-        roofs = self._each("roofs", self.roof, n)
-        found, at, wall = [], 0.0, self.clamp_plug
-        for i in range(n):
-            start, end = at + wall, at + wall + lengths[i]
-            after = inner[i] if i < n - 1 else self.tip_plug
-            ceiling = self.base + heights[i]
-            outside = at, end + after
-            found.append(Block(outside, (start, end), ceiling, ceiling + roofs[i]))
-            at = end + after + gaps[i]
-            wall = inner[i + 1] if i < n - 1 else 0.0
-        return found
+        return rows.blocks(
+            (self.clamp_plug, self.tip_plug),
+            self.base,
+            self._each("chamber_lengths", row.chamber_length, n),
+            self._each("inner_walls", self.inner_wall, n),
+            self._each("gaps", row.gap, n - 1),
+            self._each("chamber_heights", self.chamber_height, n),
+            self._each("roofs", self.roof, n),
+        )
 
     def no_chain(self) -> Iterator[tuple[str, str]]:
         yield from super().no_chain()
@@ -362,12 +322,8 @@ class Pneunet(Filleted, Chain):
 
     def _of_blocks(self) -> tuple[float, float, float]:
         """The same of the finger."""
-        blocks = self.blocks
         bridge = self.base + self.channel_height + self.channel_roof
-        area = sum((b.outside[1] - b.outside[0]) * b.top for b in blocks)
-        area += sum((two.outside[0] - one.outside[1]) * bridge for one, two in pairwise(blocks))
-        air = sum((b.hollow[1] - b.hollow[0]) * (b.ceiling - self.base) for b in blocks)
-        return area, air, sum(two.hollow[0] - one.hollow[1] for one, two in pairwise(blocks))
+        return rows.areas(self.blocks, self.base, bridge)
 
     def _sections(self) -> tuple[Rounded, Rounded]:
         """Of a chamber, across x, and of the channel."""
@@ -487,15 +443,10 @@ class Pneunet(Filleted, Chain):
     def _lifted(self, points: np.ndarray) -> np.ndarray:
         """Points (n, 3) above the channel's roof, from the heights of the tallest chamber and the
         thickest roof to those of their own chamber."""
-        x, z = points[:, 0], points[:, 2].copy()
         channel = self.channel_height + (self.channel_roof if self.chambers > 1 else 0.0)
-        low, high = self.base + channel, self.base + self._tallest
-        for block in self.blocks:
-            here = (x > block.outside[0] - SAME_PLANE) & (x < block.outside[1] + SAME_PLANE)
-            to = [low, block.ceiling, block.top]
-            above = here & (z > low)
-            z[above] = np.interp(z[above], [low, high, high + self._thickest_roof], to)
-        return np.column_stack([points[:, :2], z])
+        ceiling = self.base + self._tallest
+        top = ceiling + self._thickest_roof
+        return rows.lifted(points, self.blocks, self.base + channel, ceiling, top)
 
     def _in_steps(self) -> Boxes:
         """The finger as boxes with their own heights, for CAD."""
