@@ -13,6 +13,11 @@ class Weight:
     def __init__(self, unit: np.ndarray):
         self._unit = unit
 
+    @property
+    def mass(self) -> float:
+        """Of this process's part of the body, tonne: what all nodes weigh at 1 mm/s²."""
+        return float(self._unit[0].sum())
+
     def add_force(self, state: State, out: np.ndarray) -> None:
         """See ``Term``."""
         gravity = state["gravity"].get(EVERYTHING)

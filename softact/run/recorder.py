@@ -174,10 +174,11 @@ class Recorder:
         messages += compressed_layers(self.model, self.stepper.state)
         messages += plausible.lines(self.spec)
         messages = [message for message in messages if message]
+        mass = self._mass()
         if self.writer is not None:
             if self.slopes is not None:
                 times["sensitivities"] = self.slopes.time
-            summary = parameters(self.spec) | self.row
+            summary = parameters(self.spec) | self.row | mass
             counts = {
                 "increments": len(progress.attempts) - progress.cutbacks - 1,
                 "cutbacks": progress.cutbacks,
@@ -203,6 +204,12 @@ class Recorder:
         done = {"stage": "done", "status": status, "message": progress.stopped}
         self.tell({**done, "verdict": self.verdict and self.verdict.data()})
         return status
+
+    def _mass(self) -> dict[str, float]:
+        """Of all bodies that have a density, of the whole actuator; empty where none has one.
+        Collective."""
+        mass = self.model.sum(sum(weight.mass for weight in self.model.weights))
+        return {"mass_g": 1e6 * self.model.mesh.layout.copies * mass} if mass else {}
 
     def _in_time(self, directory: Path) -> list[str]:
         """What to say of cycles, of creep and of motions, and tell it."""
