@@ -3,8 +3,15 @@
 import math
 from dataclasses import dataclass
 
-#: Endings of column names: (unit as shown, factor from the stored unit to the shown one).
+#: Endings of column names, the longer ones first: (unit as shown, factor from the stored unit to the
+#: shown one).
 _UNITS = {
+    "nl_per_min": ("nl/min", 1.0),
+    "per_m": ("1/m", 1.0),
+    "nl": ("nl", 1.0),
+    "mm2": ("mm²", 1.0),
+    "g": ("g", 1.0),
+    "s": ("s", 1.0),
     "kPa": ("kPa", 1.0),
     "MPa": ("MPa", 1.0),
     "deg": ("°", 1.0),
@@ -16,6 +23,10 @@ _UNITS = {
     "N": ("N", 1.0),
     "percent": ("%", 1.0),
 }
+
+
+# What ends with the name of a region, which may look like a unit.
+_PURE = "principal_stretch_p999_"
 
 
 @dataclass(frozen=True)
@@ -71,9 +82,10 @@ def column(name: str) -> Label:
     """Label of a column of curve.csv or summary.csv, from its name."""
     if name in _SPECIAL:
         return _SPECIAL[name]
-    stem, _, ending = name.rpartition("_")
-    unit, factor = _UNITS.get(ending, ("", 1.0)) if stem else ("", 1.0)
-    stem = stem if unit else name
+    endings = () if name.startswith(_PURE) else _UNITS
+    ending = next((end for end in endings if name.endswith(f"_{end}")), "")
+    unit, factor = _UNITS.get(ending, ("", 1.0))
+    stem = name.removesuffix(f"_{ending}") if unit else name
     for beginning, said in _STEMS.items():
         if stem == beginning or stem.startswith(f"{beginning}_"):
             region = stem.removeprefix(beginning).replace("_", " ").strip()

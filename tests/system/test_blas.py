@@ -1,14 +1,13 @@
 """Kernels of OpenBLAS on a processor that it does not know."""
 
 import json
+import os
 import subprocess
 import sys
 
 import pytest
 
 from softact.run import launch
-from softact.run import start as runs
-from softact.spec import loads
 from softact.system import blas
 
 WIDE = {"avx512f", "avx512cd", "avx512bw", "avx512dq", "avx512vl"}
@@ -49,14 +48,20 @@ def test_a_choice_of_the_user_stands(monkeypatch, tmp_path):
     assert launch.variables(1, None, tmp_path)[blas.VARIABLE] == "Nehalem"
 
 
-def test_a_run_tells_its_kernels(monkeypatch, tmp_path):
+def test_a_run_tells_its_kernels(tmp_path):
     """And they are those that this module finds for this machine, in a process of its own."""
-    monkeypatch.delenv(blas.VARIABLE, raising=False)
+    clean = {name: value for name, value in os.environ.items() if name != blas.VARIABLE}
     program = """if True:
     from softact.system import blas
     print(blas.variables().get(blas.VARIABLE, blas.taken()))
     """
-    said = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
-    runs.run(loads(SPEC), tmp_path / "result", processes=1, report=False)
+
+    def called(*arguments):
+        command = [sys.executable, *arguments]
+        done = subprocess.run(command, env=clean, cwd=tmp_path, capture_output=True, check=True)
+        return done.stdout.decode().strip()
+
+    (tmp_path / "block.yaml").write_text(SPEC)
+    called("-m", "softact.cli.main", "run", "block.yaml", "-n", "1", "-o", "result")
     record = json.loads((tmp_path / "result" / "run.json").read_text())
-    assert record["factorisation"]["kernels"] == said.stdout.decode().strip()
+    assert record["factorisation"]["kernels"] == called("-c", program)
