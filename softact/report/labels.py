@@ -3,8 +3,8 @@
 import math
 from dataclasses import dataclass
 
-#: Endings of column names, the longer ones first: (unit as shown, factor from the stored unit to the
-#: shown one).
+#: Endings of column names, the longer ones first: (unit as shown, factor to it from the stored
+#: unit).
 _UNITS = {
     "nl_per_min": ("nl/min", 1.0),
     "per_m": ("1/m", 1.0),

@@ -230,7 +230,8 @@ def test_numbers(value, text):
      ("max_von_mises_MPa", "Largest von Mises stress (MPa)"), ("tip_x_mm", "Tip x (mm)"),
      ("reaction_moment_y_Nmm", "Reaction moment y (N·mm)"),
      ("max_principal_stretch", "Largest principal stretch"), ("mass_g", "Mass (g)"),
-     ("air_flow_nl_per_min", "Air flow (nl/min)"), ("contact_area_pad_mm2", "Contact area pad (mm²)"),
+     ("air_flow_nl_per_min", "Air flow (nl/min)"),
+     ("contact_area_pad_mm2", "Contact area pad (mm²)"),
      ("principal_stretch_p999_g", "Principal stretch exceeded in 0.1 % of the volume, g")],
 )  # fmt: skip
 def test_column_labels(name, text):
