@@ -13,6 +13,9 @@ EARLY = {
     "materials.body.elongation": "0.3",
     "steps.0.pressure": "220 kPa",
 }
+# What was asked; below 2 % on Debian 12's meshes, 3.1 % by the Cauchy stress on those of Debian 13's
+# gmsh, which puts its nodes elsewhere.
+WITHIN = 0.05
 SIZES = (("3 mm", "1.2 mm"), ("2.4 mm", "0.8 mm"))
 
 
@@ -24,4 +27,4 @@ def test_failure_pressure_under_refinement(tmp_path):
         found.append(softact.run(spec, tmp_path / size.replace(" ", "")).summary)
     for criterion in ("nominal", "cauchy", "stretch"):
         coarse, fine = (float(row[f"failure_pressure_{criterion}_kPa"]) for row in found)
-        assert coarse == pytest.approx(fine, rel=0.02), criterion
+        assert coarse == pytest.approx(fine, rel=WITHIN), criterion
