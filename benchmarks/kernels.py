@@ -2,8 +2,8 @@
 
     python -m benchmarks.kernels [SPEC] [PROCESSES]
 
-Medians of three runs with the kernels that softact has OpenBLAS take, each followed by one with
-those that it takes for an unknown processor. Both say 'the same' where OpenBLAS knows this one.
+Medians of three runs with the kernels that softact has OpenBLAS take (its own choice where it
+knows the processor), each followed by one with those that it takes for an unknown one.
 """
 
 import json
@@ -14,14 +14,14 @@ import tempfile
 from pathlib import Path
 
 from softact.run import start as runs
-from softact.spec import load
+from softact.spec import Spec, load
 from softact.system import blas
 
 SPEC = Path(__file__).with_name("pneunet8.yaml")
 TIMES = "solve", "linear_solves"
 
 
-def timed(spec, processes: int, environment: dict[str, str]) -> tuple[str, list[float]]:
+def timed(spec: Spec, processes: int, environment: dict[str, str]) -> tuple[str, list[float]]:
     """Kernels of a run, and its times in s."""
     os.environ.pop(blas.VARIABLE, None)
     os.environ.update(environment)
@@ -33,7 +33,6 @@ def timed(spec, processes: int, environment: dict[str, str]) -> tuple[str, list[
 
 def main(spec_file: str = str(SPEC), processes: str = "1") -> None:
     spec, better = load(spec_file), blas.variables()
-    print("better than OpenBLAS's own choice:", better.get(blas.VARIABLE, "none, the same"))
     found: dict[str, list[list[float]]] = {}
     for _ in range(3):
         for environment in better, {blas.VARIABLE: blas.UNKNOWN}:

@@ -206,10 +206,12 @@ class Recorder:
         return status
 
     def _mass(self) -> dict[str, float]:
-        """Of all bodies that have a density, of the whole actuator; empty where none has one.
-        Collective."""
-        mass = self.model.sum(sum(weight.mass for weight in self.model.weights))
-        return {"mass_g": 1e6 * self.model.mesh.layout.copies * mass} if mass else {}
+        """Of the whole actuator; empty where a body has no density. Collective."""
+        model = self.model
+        if len(model.weights) < len(model.bodies):
+            return {}
+        mass = model.sum(sum(weight.mass for weight in model.weights))
+        return {"mass_g": 1e6 * model.mesh.layout.copies * mass}
 
     def _in_time(self, directory: Path) -> list[str]:
         """What to say of cycles, of creep and of motions, and tell it."""
