@@ -7,9 +7,11 @@ from pydantic import (
     BaseModel,
     BeforeValidator,
     Field,
+    GetJsonSchemaHandler,
     WithJsonSchema,
     model_validator,
 )
+from pydantic_core import CoreSchema
 
 from softact.contact.obstacles import OBSTACLES, SpecObstacle
 from softact.contact.obstacles.base import Friction
@@ -96,13 +98,39 @@ class SurfaceContactSpec(Part, title="SurfaceContact"):
         return (here.__dict__["self"],) if here.between is None else here.between
 
 
+#: What ``contact: auto`` is until the geometry says which surfaces are its outside.
+AUTO = (SurfaceContactSpec(name="outside", self=("outer",)),)
+
+
+_WORDS: dict[str, tuple] = {"auto": AUTO, "none": ()}
+
+
 def _contacts(value: Any) -> Any:
-    if isinstance(value, str) and value != "none":
-        raise fault(f"{given(value)}; write none, or a list such as [{{self: outer}}]")
-    return () if value == "none" else value
+    if isinstance(value, str):
+        if value not in _WORDS:
+            raise fault(f"{given(value)}; write auto, none, or a list such as [{{self: outer}}]")
+        return _WORDS[value]
+    return value
 
 
-Contacts = Annotated[tuple[SurfaceContactSpec, ...], BeforeValidator(_contacts)]
+class _OrWord:
+    """Has the JSON schema take the words, too."""
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        return {"anyOf": [handler(schema), {"enum": list(_WORDS)}]}
+
+
+Contacts = Annotated[tuple[SurfaceContactSpec, ...], BeforeValidator(_contacts), _OrWord()]
+
+
+def outside(layout: Layout) -> tuple[str, ...]:
+    """The surfaces that ``contact: auto`` keeps from passing through each other: that named outer,
+    or where there is no solid all sheets; none where the geometry names neither."""
+    if "outer" in layout.surfaces:
+        return ("outer",)
+    return () if layout.regions else tuple(layout.sheets)
 
 
 def resolved_contact(
@@ -116,6 +144,8 @@ def resolved_contact(
     if written == ():
         return ()
     contacts = written or ()
+    if written == AUTO:
+        contacts = (SurfaceContactSpec(name="outside", self=outside(layout)),)
     for cavity, walls in layout.cavities.items():
         evacuated = any(
             (change or {}).get(cavity, 0.0) < 0.0

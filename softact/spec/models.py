@@ -314,8 +314,8 @@ class SpecBase(Part):
     contact: Contacts | None = Field(
         None,
         strict=False,
-        description="surfaces that may touch themselves or each other; walls of cavities under "
-        "vacuum do in any case, unless it is none",
+        description="surfaces that may touch themselves or each other; auto: the outside touches "
+        "itself; walls of cavities under vacuum do in any case, unless it is none",
     )
     steps: tuple[Step, ...] = Field(
         strict=False, description="in order; each starts from the last state"

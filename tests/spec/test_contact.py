@@ -137,3 +137,42 @@ def test_a_sheet_on_a_solid_is_held(right, wrong, said):
         load(SLIDING.replace(right, wrong))
     (line,) = found.value.lines
     assert said in line
+
+
+AUTO = """\
+geometry: {type: pneunet, chambers: 2}
+materials: {body: elastosil-m4601}
+layers: [{surface: strain_limiting_layer, thickness: 0.1 mm, material: paper}]
+contact: auto
+steps: [{pressure: 10 kPa}]
+"""
+
+
+def test_auto_is_the_outside_with_itself():
+    """Of a solid its outer surface, of a geometry of sheets alone all of them; what the resolved
+    spec says may be read again; cavities under vacuum touch beside it."""
+    read = spec.loads(AUTO, "finger.yaml")
+    assert [(c.name, c.groups) for c in read.contact] == [("outside", (("outer",),))]
+    assert spec.loads(AUTO.replace("auto", "[{name: outside, self: outer}]"), "finger.yaml") == read
+    drawn = spec.loads(AUTO.replace("10 kPa", "-10 kPa"), "finger.yaml")
+    assert [c.name for c in drawn.contact] == ["outside", "cavity_walls"]
+    stack = SHEETS.split("obstacles:")[0] + "contact: auto\nsteps: [{pressure: 100 kPa}]\n"
+    groups = [c.groups for c in spec.loads(stack, "stack.yaml").contact]
+    assert groups == [(("pouches", "ends"),)]
+
+
+def test_auto_needs_an_outside():
+    text = "geometry: {type: block}\nmaterials: {body: ecoflex-00-30}\ncontact: auto\nsteps: [{}]\n"
+    with pytest.raises(SpecError) as caught:
+        spec.loads(text, "block.yaml")
+    assert any(
+        "contact: auto: the geometry names no surface outer" in x for x in caught.value.lines
+    )
+    with pytest.raises(SpecError) as caught:
+        spec.loads(AUTO.replace("auto", "self"), "finger.yaml")
+    assert any("write auto, none, or a list" in line for line in caught.value.lines)
+
+
+def test_the_json_schema_knows_the_words():
+    listed, words, _ = spec.json_schema()["properties"]["contact"]["anyOf"]
+    assert listed["type"] == "array" and words == {"enum": ["auto", "none"]}
