@@ -13,6 +13,7 @@ from petsc4py import PETSc
 from softact import compat
 from softact.bodies import BODIES
 from softact.bodies.base import Body
+from softact.bodies.carried_mass import MassOnSurface
 from softact.bodies.inertia import Carried, Inertia
 from softact.bodies.layer import BondedLayer, Layer
 from softact.bodies.named_surfaces import Surfaces
@@ -105,6 +106,7 @@ class Model:
         ]
         self.solids = {body.name: body for body in self.bodies if isinstance(body, Solid)}
         self.layers = [body for body in self.bodies if isinstance(body, Layer)]
+        self.masses = [body for body in self.bodies if isinstance(body, MassOnSurface)]
         self.springs = [body for body in self.bodies if isinstance(body, SpringSupport)]
         repeats = mesh.layout.repeats
         self.repeat = Repeat(self, repeats) if repeats else None

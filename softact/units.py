@@ -126,6 +126,7 @@ FREQUENCY = Dimension("frequency", "Hz", ("Hz", "kHz"), ("1/min",), "2 Hz")
 CONDUCTANCE = Dimension(
     "conductance", "mm^3/(s*MPa)", ("mm^3/(s*MPa)",), ("l/(min*bar)",), "2 l/(min*bar)"
 )
+MASS = Dimension("mass", "tonne", ("g", "kg"), ("mg", "tonne"), "50 g")
 COMPLIANCE = Dimension("compliance", "1/MPa", ("1/MPa",), ("1/kPa",), "2.9 1/MPa")
 
 DIMENSIONS = (
@@ -142,6 +143,7 @@ DIMENSIONS = (
     STIFFNESS,
     FREQUENCY,
     CONDUCTANCE,
+    MASS,
 )
 
 
@@ -297,4 +299,5 @@ Volume = Annotated[float, *_quantity(VOLUME)]
 Compliance = Annotated[float, *_quantity(COMPLIANCE)]
 Conductance = Annotated[float, *_quantity(CONDUCTANCE)]
 Frequency = Annotated[float, *_quantity(FREQUENCY)]
+Mass = Annotated[float, *_quantity(MASS)]
 Dimensionless = Annotated[float, BeforeValidator(_parse_number)]

@@ -1,6 +1,7 @@
 """Bodies, one kind a file; ``BODIES`` holds the kinds by their key."""
 
 from softact.bodies.base import BodyKind, InModule
+from softact.bodies.carried_mass import CarriedMasses
 from softact.bodies.constraints import Constraints
 from softact.bodies.spring import Springs
 
@@ -11,6 +12,7 @@ BODIES: dict[str, BodyKind] = {
         InModule("layers", "softact.bodies.layer"),
         InModule("sheets", "softact.bodies.sheet_bending"),
         Springs(),
+        CarriedMasses(),
         Constraints(),
     )
 }

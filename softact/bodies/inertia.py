@@ -11,6 +11,7 @@ from softact.system.term import FUNCTIONS, Origin, State
 
 if TYPE_CHECKING:
     from softact.mesh.triangles import Triangles
+    from softact.model import Model
     from softact.system.assembly import Assembler
 
 
@@ -108,3 +109,24 @@ class SheetInertia(Inertia):
         for c in range(3):
             matrices[:, :, c, :, c] = factor * self._mass
         self._triangles.table.add(matrices)
+
+
+class LumpedInertia(Inertia):
+    """Of masses (k,) tonne at nodes whose unknowns are dofs (k, 3), each of one process."""
+
+    def __init__(self, model: Model, dofs: np.ndarray, masses: np.ndarray):
+        self._dofs, self._masses = dofs, masses[:, None]
+        self._assembler = model.assembler
+        numbers = model.unknowns.number[dofs].ravel()
+        self._slots = model.assembler.couple(numbers, numbers)
+
+    def momentum(self, velocity: np.ndarray) -> np.ndarray:
+        """See ``Inertia``."""
+        out = np.zeros_like(velocity)
+        out[self._dofs] = self._masses * velocity[self._dofs]
+        return out
+
+    def add_mass(self, factor: float) -> None:
+        """See ``Inertia``."""
+        free = self._assembler.fixed[self._dofs] == 0
+        self._assembler.extra_values[self._slots] += (factor * free * self._masses).ravel()

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from softact.bodies.carried_mass import carried_at
 from softact.estimate.beam import Beam, Curve
 from softact.export.rod import Rod
 from softact.loads.several import entries
@@ -16,14 +17,13 @@ PIECES = 16
 
 def last_loads(spec: Spec) -> tuple[np.ndarray, np.ndarray]:
     """(3,) gravity in mm/s² and (3,) force on the tip in N, at the end of the steps."""
-    gravity, force = np.zeros(3), np.zeros(3)
+    gravity, force, tip = np.zeros(3), np.zeros(3), spec.geometry.layout().tip
     for step in spec.steps:
         if step.gravity is not None:
             gravity = np.asarray(step.gravity, float)
-        tip = spec.geometry.layout().tip
         loads = [p.force for p in entries(step.payload) if p.surface in (None, tip)]
         force = np.sum(loads, axis=0, dtype=float) if loads else force
-    return gravity, force
+    return gravity, force + carried_at(spec.masses, tip, tip) * gravity
 
 
 def mass(spec: Spec) -> float:

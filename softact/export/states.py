@@ -15,6 +15,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from pydantic import BaseModel
 
+from softact.bodies.carried_mass import carried_at
 from softact.errors import SpecError
 from softact.export.masses import point_masses
 from softact.loads.several import entries
@@ -279,13 +280,13 @@ class _Ramps:
         return self._ramp(lambda step: step.gravity)
 
     def force_on(self, tip: str) -> np.ndarray:
-        """(rows, 3) N of the payload on a surface."""
+        """(rows, 3) N of the payload and of carried masses on a surface."""
 
         def value(step: Step) -> Sequence[float] | None:
             forces = [p.force for p in entries(step.payload) if (p.surface or tip) == tip]
             return np.sum(forces, axis=0) if forces else None
 
-        return self._ramp(value)
+        return self._ramp(value) + carried_at(self.spec.masses, tip, tip) * self.gravity
 
 
 def _acts(value: object) -> bool:

@@ -30,7 +30,9 @@ def _evaluate(snapshot: Snapshot) -> dict[str, float]:
     if softening:
         lost = model.sum(sum(body.softened_away(snapshot.state) for body in softening))
         columns["softening_loss_mJ"] = snapshot.layout.copies * lost
-    if payloads := [t for (field, _), t in model.load_terms.items() if field == "payload"]:
+    payloads = [t for (field, _), t in model.load_terms.items() if field == "payload"]
+    payloads += [carried.weight() for carried in model.masses]
+    if payloads:
         lifted = model.sum(sum(term.energy(snapshot.state) for term in payloads))
         columns["payload_energy_mJ"] = snapshot.layout.copies * lifted
     return columns
@@ -43,8 +45,8 @@ ENERGY = Measure(
         "strain_energy_mJ": "elastic energy of solids and layers; of a material that creeps, what "
         "is left in the long run",
         "pressure_work_mJ": "∫ p dV from the start, by the trapezoidal rule over the increments",
-        "payload_energy_mJ": "potential energy of payloads, from the undeformed shape: what it "
-        "gains under a constant payload is work on it",
+        "payload_energy_mJ": "potential energy of payloads and carried masses, from the undeformed "
+        "shape: what it gains under a constant payload is work on it",
         "softening_loss_mJ": "energy that Mullins' softening has taken for good, where a material "
         "softens",
     },

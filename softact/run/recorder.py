@@ -206,11 +206,14 @@ class Recorder:
         return status
 
     def _mass(self) -> dict[str, float]:
-        """Of the whole actuator; empty where a body has no density. Collective."""
+        """Of the whole actuator, without what it carries; empty where a body has no density.
+        Collective."""
         model = self.model
-        if len(model.weights) < len(model.bodies):
+        made_of = [body for body in model.bodies if body.elastic]
+        if len(model.weights) - len(model.masses) < len(made_of):
             return {}
         mass = model.sum(sum(weight.mass for weight in model.weights))
+        mass -= sum(carried.mass for carried in model.masses)
         return {"mass_g": 1e6 * model.mesh.layout.copies * mass}
 
     def _in_time(self, directory: Path) -> list[str]:

@@ -29,8 +29,8 @@ KINDS = {
         "a spec",
         "to solve it: softact run {}",
         "geometry materials layers sheets supports obstacles contact steps probes assumptions "
-        "measures safety_factor solver constraints points lines fields tolerances module tiles "
-        "target_line",
+        "measures safety_factor solver constraints masses points lines fields tolerances module "
+        "tiles target_line",
     ),
     "sweep": _kind("a sweep", "to compute it: softact sweep {}", "base set axes design trends"),
     "optimise": _kind(

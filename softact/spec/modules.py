@@ -21,6 +21,7 @@ BESIDE = {
     "obstacles": "an obstacle touches some modules and not others",
     "contact": "a module does not see what its neighbours touch",
     "sheets": "a sheet does not go on in the next module",
+    "masses": "a carried mass hangs on one place of a chain",
     "constraints": "a face of a chain keeps no shape of its own",
 }
 IN_STEPS = {

@@ -32,9 +32,11 @@ def build(
     wall_normal=lambda region, points: (0.0, 0.0, 1.0),
     obstacles=(),
     touching=(),
+    more=None,
     **layout,
 ) -> Model:
-    """A model of one material on a mesh of ``meshes``; ``layout``: further fields of Layout."""
+    """A model of one material on a mesh of ``meshes``; ``layout``: further fields of Layout;
+    more: further kinds of bodies."""
     names = {"clamp": "x_min", "tip": "x_max"} | layout
     whole = Layout(
         regions=("body",),
@@ -45,7 +47,7 @@ def build(
     )
     mesh = distribute(MPI.COMM_SELF, lambda: tets, whole)
     materials = {"body": law.material()}
-    return Model(mesh, materials, layers, element, wall_normal, obstacles, touching)
+    return Model(mesh, materials, layers, element, wall_normal, obstacles, touching, more=more)
 
 
 @dataclass
