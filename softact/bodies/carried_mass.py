@@ -30,9 +30,9 @@ class CarriedMass(Part):
     mass: Mass = Field(gt=0, description="what the whole actuator carries there")
 
 
-def carried_at(masses: Sequence[CarriedMass], surface: str, tip: str) -> float:
+def carried_at(masses: Sequence[CarriedMass] | None, surface: str, tip: str) -> float:
     """Tonne on a surface; those that name none are at the tip."""
-    return sum(carried.mass for carried in masses if (carried.surface or tip) == surface)
+    return sum(carried.mass for carried in masses or () if (carried.surface or tip) == surface)
 
 
 class MassOnSurface:

@@ -56,7 +56,7 @@ def left_out(spec: Spec, taken: tuple[str, ...]) -> list[str]:
                 found += [key] if layout.tip in on and key not in taken else []
             elif key not in taken:
                 found.append(key)
-    at = [carried.surface or layout.tip for carried in spec.masses]
+    at = [carried.surface or layout.tip for carried in spec.masses or ()]
     found += [f"mass on {name}" for name in at if name != layout.tip or "gravity" not in taken]
     held = [*(spec.supports or ()), *(s for step in spec.steps for s in step.supports or ())]
     ends = (layout.clamp,) if layout.cavities else (layout.clamp, layout.tip)

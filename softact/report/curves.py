@@ -11,6 +11,7 @@ import numpy as np
 
 from softact.report import labels
 from softact.results.folder import BOOKKEEPING, Results, load, load_name, rest_state
+from softact.verdict import frequency_response
 
 if TYPE_CHECKING:
     from softact.results.folder import Results
@@ -38,7 +39,8 @@ _AXES = ("_x_mm", "_y_mm", "_z_mm")
 
 @dataclass(frozen=True)
 class Chart:
-    """Lines over one abscissa; ``equal`` asks for the same scale on both axes. columns: of
+    """Lines over one abscissa; ``equal`` asks for the same scale on both axes,
+    ``logarithmic`` for a logarithmic abscissa. columns: of
     curve.csv, one for each line; none where the abscissa is no load."""
 
     title: str
@@ -46,6 +48,7 @@ class Chart:
     y: str
     series: list[tuple[str, np.ndarray, np.ndarray]]
     equal: bool = False
+    logarithmic: bool = False
     columns: tuple[str, ...] = ()
 
 
@@ -120,7 +123,25 @@ def charts(results: Results) -> list[Chart]:
         found.insert(1, _tip_path(results, tip))
         left = [name for name in left if name not in tip]
     found += [_chart(results, labels.column(name).name, x_label, abscissa, [name]) for name in left]
-    return found + _over_time(results)
+    return [*found, *_over_time(results), *_over_frequency(results)]
+
+
+def _over_frequency(results: Results) -> list[Chart]:
+    """Gain and phase of steps that swing, where two frequencies or more were tried."""
+    found = frequency_response.harmonics(results)
+    if len({one.frequency for one in found}) < 2:
+        return []
+    charts, label = [], "Frequency (Hz)"
+    frequencies = np.array([one.frequency for one in found])
+    answer = labels.column(found[0].column)
+    unit = f"{answer.unit}/kPa" if found[0].drive else answer.unit
+    for title, y, values in (
+        (f"{answer.name}: gain", f"Gain ({unit})", [one.gain * answer.factor for one in found]),
+        (f"{answer.name}: phase", "Phase (°)", [-one.lag for one in found]),
+    ):
+        line = (answer.name, frequencies, np.array(values))
+        charts.append(Chart(title, label, y, [line], logarithmic=True))
+    return charts
 
 
 def _over_time(results: Results) -> list[Chart]:
@@ -210,6 +231,8 @@ def picture(results: Results, most: int = 4) -> bytes:
         axes.spines[["top", "right"]].set_visible(False)
         if chart.equal:
             axes.set_aspect("equal", adjustable="datalim")
+        if chart.logarithmic:
+            axes.set_xscale("log")
         if len(chart.series) > 1:
             axes.legend(frameon=False, fontsize=9)
     out = BytesIO()

@@ -235,6 +235,7 @@ def _plots(results: Results, bands: scatter.Bands) -> list[Plot]:
             chart.title, chart.x, chart.y,
             [*(base.xy(name, x, y) for name, x, y in chart.series), *scatter.traces(chart, bands)],
             equal=chart.equal,
+            layout={"xaxis": {"type": "log"}} if chart.logarithmic else {},
         )
         for chart in curves.charts(results)
     ]  # fmt: skip

@@ -34,7 +34,7 @@ from softact.solve.progress import Attempt, Trying
 from softact.solve.stepping import Stepper
 from softact.spec import plausible
 from softact.system import blas
-from softact.verdict import in_time, step_response
+from softact.verdict import frequency_response, in_time, step_response
 from softact.verdict.judge import AMBER, RED, Reason, Verdict, judge
 
 if TYPE_CHECKING:
@@ -219,7 +219,8 @@ class Recorder:
     def _in_time(self, directory: Path) -> list[str]:
         """What to say of cycles, of creep and of motions, and tell it."""
         results = read(directory) if self.timed else None
-        said = [*in_time.lines(results), *step_response.lines(results)] if results else []
+        told = (in_time, step_response, frequency_response) if results else ()
+        said = [line for part in told for line in part.lines(results)]
         for line in said:
             self.tell({"stage": "note", "text": line})
         return said
