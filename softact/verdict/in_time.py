@@ -18,6 +18,8 @@ TIME = "time_s"
 FOLLOWED = {"bending_angle_deg": 0.01, "elongation_mm": 1e-4, "tip_z_mm": 1e-4, "tip_x_mm": 1e-4}
 # A load is held where pressures stay within this part of their largest.
 HELD = 1e-9
+# A cycle takes back more than this part of its pressure; less is a swing about a pressure that stays.
+RETURNED = 0.5
 
 
 @dataclass(frozen=True)
@@ -88,7 +90,8 @@ def cycles(results: Results) -> list[Cycle]:
         turns = [begin, *_turns(total, begin, end), end]
         for low, high, back in zip(turns[::2], turns[1::2], turns[2::2], strict=False):
             work, given_back = done[high] - done[low], done[high] - done[back]
-            if total[high] > max(total[low], total[back]) and work > 0:
+            rise, fall = total[high] - total[low], total[high] - total[back]
+            if work > 0 and fall > RETURNED * rise > 0:
                 times = results.curve[TIME][[low, back]]
                 air = _taken(pressures, volumes, low, high)
                 numbers = *times, work, work - given_back, *air, _lifted(results, low, high)
@@ -193,6 +196,8 @@ def _of_air(part: Cycle | Supplied) -> str:
     said = f"{part.used:.4g} nl of air of {part.exergy:.4g} mJ exergy, {part.work:.4g} mJ of work"
     if np.isnan(part.lifted) or part.exergy <= 0:
         return said
+    if part.lifted < 0:
+        return f"{said}, the payload sinks by {-part.lifted:.4g} mJ"
     share = part.lifted / part.exergy
     return f"{said}, {part.lifted:.4g} mJ on the payload (efficiency {share:.3%})"
 

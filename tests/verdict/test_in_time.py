@@ -55,3 +55,45 @@ def test_nothing_is_said_without_a_clock_or_a_cycle():
     columns = {"pressure_kPa": 10 * ramp, "cavity_volume_mm3": 100 + ramp}
     assert not list(in_time.lines(curve(ramp, steps, **columns)))
     assert not list(in_time.lines(SimpleNamespace(curve={"step": np.array(steps), **columns})))
+
+
+def filled(payload=(0.0, -3.0)):
+    """A vessel of 1000 mm³ that fills to 20 kPa as 1 − exp(−t/τ), overshoots by 1 % and stays."""
+    times = np.linspace(0.0, 3.0, 601)
+    pressure = 20 * (1 - np.exp(-times / 0.3))
+    pressure[-50:] += 0.2 * np.sin(np.linspace(0, np.pi, 50))
+    ambient, litre = in_time.AMBIENT * 1e3, in_time.NORMAL_LITRE / 1e-3
+    used = pressure * 1000 / litre
+    columns = {
+        "pressure_kPa": pressure,
+        "cavity_volume_mm3": np.full_like(times, 1000.0) + times,
+        "air_used_nl": used,
+        "air_flow_nl_per_min": np.gradient(used, times) * 60,
+        "air_exergy_mJ": used * ambient,
+        "pressure_work_mJ": times * 2,
+        "payload_energy_mJ": np.linspace(*payload, len(times)),
+    }
+    return curve(times, ["fill"] * len(times), **columns)
+
+
+def test_a_swing_about_a_pressure_that_stays_is_no_cycle():
+    assert in_time.cycles(filled()) == []
+
+
+def test_what_a_supply_has_filled():
+    """Air by the closed form of a rigid vessel; 63 % after τ ln(1/0.37), 95 % after τ ln 20."""
+    (one,) = in_time.supplied(filled())
+    assert one.pressure == pytest.approx(20.0, rel=1e-3)
+    assert one.to_63 == pytest.approx(0.3 * np.log(1 / 0.37), rel=2e-3)
+    assert one.to_95 == pytest.approx(0.3 * np.log(20), rel=2e-3)
+    assert one.work == pytest.approx(6.0) and one.lifted == pytest.approx(-3.0)
+    assert one.used == pytest.approx(20.0 * 1000 / (in_time.NORMAL_LITRE / 1e-3), rel=1e-3)
+    assert one.flow == pytest.approx(60 * one.used / 0.3, rel=0.02)
+
+
+def test_a_payload_that_sinks_has_no_efficiency():
+    (line,) = in_time.lines(filled())
+    assert "6 mJ of work, the payload sinks by 3 mJ, at most " in line and "efficiency" not in line
+    (line,) = in_time.lines(filled((0.0, 3.0)))
+    exergy = filled().curve["air_exergy_mJ"][-1]
+    assert f"3 mJ on the payload (efficiency {3 / exergy:.3%})" in line
