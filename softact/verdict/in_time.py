@@ -18,7 +18,7 @@ TIME = "time_s"
 FOLLOWED = {"bending_angle_deg": 0.01, "elongation_mm": 1e-4, "tip_z_mm": 1e-4, "tip_x_mm": 1e-4}
 # A load is held where pressures stay within this part of their largest.
 HELD = 1e-9
-# A cycle takes back more than this part of its pressure; less is a swing about a pressure that stays.
+# A cycle takes back more than this part of its pressure; less is a swing about a held pressure.
 RETURNED = 0.5
 
 
