@@ -34,7 +34,7 @@ from softact.solve.progress import Attempt, Trying
 from softact.solve.stepping import Stepper
 from softact.spec import plausible
 from softact.system import blas
-from softact.verdict import frequency_response, in_time, step_response
+from softact.verdict import efficiency, frequency_response, in_time, step_response
 from softact.verdict.judge import AMBER, RED, Reason, Verdict, judge
 
 if TYPE_CHECKING:
@@ -48,6 +48,7 @@ if TYPE_CHECKING:
 
 # Seconds without an event after which it is told what the solver tries.
 SILENCE = 5.0
+CARRIED = "payload_energy_mJ"  # a column of runs in which the actuator carries something
 
 
 class Recorder:
@@ -179,6 +180,8 @@ class Recorder:
             if self.slopes is not None:
                 times["sensitivities"] = self.slopes.time
             summary = parameters(self.spec) | self.row | mass
+            if CARRIED in self.row:
+                summary |= efficiency.figures(read(self.writer.directory))
             counts = {
                 "increments": len(progress.attempts) - progress.cutbacks - 1,
                 "cutbacks": progress.cutbacks,
@@ -217,9 +220,10 @@ class Recorder:
         return {"mass_g": 1e6 * model.mesh.layout.copies * mass}
 
     def _in_time(self, directory: Path) -> list[str]:
-        """What to say of cycles, of creep and of motions, and tell it."""
-        results = read(directory) if self.timed else None
-        told = (in_time, step_response, frequency_response) if results else ()
+        """What to say of cycles, creep, motions and loads that are lifted, and tell it."""
+        told = [in_time, step_response, frequency_response] if self.timed else []
+        told += [efficiency] if CARRIED in self.row else []
+        results = read(directory) if told else None
         said = [line for part in told for line in part.lines(results)]
         for line in said:
             self.tell({"stage": "note", "text": line})

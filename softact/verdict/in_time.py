@@ -79,7 +79,7 @@ class Creep:
 def cycles(results: Results) -> list[Cycle]:
     """Cycles of pressure in the steps with a clock: from a smallest pressure over a largest one to
     the next smallest."""
-    pressures, volumes = _pressures(results), _volumes(results)
+    pressures, volumes = pressures_of(results), volumes_of(results)
     found: list[Cycle] = []
     if TIME not in results.curve or not len(pressures) or len(pressures) != len(volumes):
         return found
@@ -93,19 +93,19 @@ def cycles(results: Results) -> list[Cycle]:
             rise, fall = total[high] - total[low], total[high] - total[back]
             if work > 0 and fall > RETURNED * rise > 0:
                 times = results.curve[TIME][[low, back]]
-                air = _taken(pressures, volumes, low, high)
+                air = taken(pressures, volumes, low, high)
                 numbers = *times, work, work - given_back, *air, _lifted(results, low, high)
                 found.append(Cycle(step, *map(float, numbers)))
     return found
 
 
-def _taken(pressures: np.ndarray, volumes: np.ndarray, low: int, high: int) -> tuple[float, float]:
+def taken(pressures: np.ndarray, volumes: np.ndarray, low: int, high: int) -> tuple[float, float]:
     """Normal litres of air that go in from one row to another, at ambient temperature, and the
     exergy (mJ) that it has at the pressures of the latter."""
     absolute = pressures / 1e3 + AMBIENT
     amounts = absolute * volumes
-    taken = np.maximum(amounts[:, high] - amounts[:, low], 0.0)
-    return taken.sum() / NORMAL_LITRE, float(taken @ np.log(absolute[:, high] / AMBIENT))
+    new = np.maximum(amounts[:, high] - amounts[:, low], 0.0)
+    return new.sum() / NORMAL_LITRE, float(new @ np.log(absolute[:, high] / AMBIENT))
 
 
 def _lifted(results: Results, begin: int, end: int) -> float:
@@ -116,23 +116,23 @@ def _lifted(results: Results, begin: int, end: int) -> float:
 
 def supplied(results: Results) -> list[Supplied]:
     """Steps in which air is taken from a supply."""
-    pressures = _pressures(results)
+    pressures = pressures_of(results)
     used, exergy = (_columns(results, f"air_{what}", "") for what in ("used", "exergy"))
     flows = np.abs(_columns(results, "air_flow", ""))
     if TIME not in results.curve or not len(used) or not len(pressures):
         return []
     found = []
     for step, begin, end in steps_of(results):
-        taken = used[:, end] - used[:, begin]
-        if taken.max() <= 0:
+        litres = used[:, end] - used[:, begin]
+        if litres.max() <= 0:
             continue
-        most = int(np.argmax(taken)) if len(pressures) == len(taken) else 0
+        most = int(np.argmax(litres)) if len(pressures) == len(litres) else 0
         times, values = (v[begin : end + 1] for v in (results.curve[TIME], pressures[most]))
         gone = values[-1] - values[0]
         way = (values - values[0]) / gone if gone else np.ones(len(values))
         work = results.curve.get("pressure_work_mJ", np.full(len(used[0]), np.nan))
         numbers = (
-            taken.sum(),
+            litres.sum(),
             (exergy[:, end] - exergy[:, begin]).sum(),
             flows[:, begin + 1 : end + 1].sum(axis=0).max(),
             work[end] - work[begin],
@@ -147,7 +147,7 @@ def supplied(results: Results) -> list[Supplied]:
 def creeps(results: Results) -> list[Creep]:
     """Steps with a clock through which pressures are held, and what moves in them."""
     found = []
-    pressures = _pressures(results)
+    pressures = pressures_of(results)
     if TIME not in results.curve or not len(pressures):
         return []
     for step, begin, end in steps_of(results):
@@ -207,11 +207,11 @@ def _columns(results: Results, beginning: str, end: str) -> np.ndarray:
     return np.array([results.curve[name] for name in names])
 
 
-def _pressures(results: Results) -> np.ndarray:
+def pressures_of(results: Results) -> np.ndarray:
     return _columns(results, "pressure_", "kPa")
 
 
-def _volumes(results: Results) -> np.ndarray:
+def volumes_of(results: Results) -> np.ndarray:
     return _columns(results, "cavity_volume", "mm3")
 
 
