@@ -167,18 +167,19 @@ def main(job_file: str, parent: str | None = None) -> int:
     # Options in .petscrc, of the home or of the folder that softact is called in, would change
     # results without a word in the spec.
     petsc4py.init(["softact", "-skip_petscrc"])
-    # While the mesh is made: these take as long.
     from softact import spec as specs
     from softact.system import jit
 
     comm = MPI.COMM_WORLD
-    job = _await(Path(job_file))
 
     def tell(event: dict) -> None:
         if comm.rank == 0:
             print_event(event)
 
+    directory = Path(job_file).parent
     try:
+        _import_the_rest()
+        job = _await(Path(job_file))
         spec = specs.load(job["spec"])
         directory = Path(job["directory"])
         times = job["times_s"]
@@ -206,6 +207,13 @@ def main(job_file: str, parent: str | None = None) -> int:
         sys.stderr.flush()
         comm.Abort(70)
     return 0 if status == "complete" else 4
+
+
+def _import_the_rest() -> None:
+    """What a solve needs, while the mesh is made: it takes as long."""
+    import meshio  # noqa: F401
+
+    from softact.run import from_spec, recorder  # noqa: F401
 
 
 def _abort_without_memory(comm: MPI.Comm) -> NoReturn:

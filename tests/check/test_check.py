@@ -179,8 +179,8 @@ def test_stored_cases_cover_what_they_should(monkeypatch):
 PLANTED = {
     "wrong constant": ("softact/cards/ecoflex-00-30.yaml", "2.225e-2", "2.252e-2",
                        "equibiaxial_ogden"),
-    "wrong sign of pressure": ("softact/loads/cavity_pressure.py", "self._u(state.x), [pressure])",
-                               "self._u(state.x), [-pressure])", "thick_sphere_yeoh"),
+    "wrong size of pressure": ("softact/loads/cavity_pressure.py", "self._u(state.x), [pressure])",
+                               "self._u(state.x), [pressure / 2])", "thick_sphere_yeoh"),
     "lost layer": ("softact/bodies/layer.py", "Layer(model, layer) for layer in parts]",
                    "Layer(model, layer) for layer in parts[:0]]", "layer_in_tension"),
 }  # fmt: skip
