@@ -96,6 +96,7 @@ class Closest:
     def __call__(
         self,
         places: np.ndarray,
+        own: np.ndarray,
         nodes: np.ndarray,
         start: np.ndarray,
         candidate: np.ndarray,
@@ -103,11 +104,12 @@ class Closest:
         depth: np.ndarray,
         before: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Partner (k, q) (−1: none), place on it (k, q, 2) and signed gap (k, q) mm of points
-        (k, q, 3) on facets (k, n, 3). reach, depth: (k,) largest gap and overlap, mm. before:
-        partners that are kept where they still are."""
+        """Partner (m, q) (−1: none), place on it (m, q, 2) and signed gap (m, q) mm of points
+        (m, q, 3) of some facets, whose own nodes are ``own`` (m, n, 3), among facets (k, n, 3).
+        start: (m + 1,). reach, depth: (m,) largest gap and overlap, mm. before: partners that are
+        kept where they still are."""
         places, nodes, reach, depth = map(np.ascontiguousarray, (places, nodes, reach, depth))
-        own = np.ascontiguousarray(facet_normals(nodes))
+        own = np.ascontiguousarray(facet_normals(own))
         shape = places.shape[:2]
         partner = np.full(shape, -1, np.int32) if before is None else before.astype(np.int32)
         place, gap = np.empty((*shape, 2)), np.empty(shape)
