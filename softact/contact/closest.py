@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 SLACK = 0.01
 # The same for the facet that a point faced before: at an edge it must not change all the time.
 KEEP = 0.1
+# What differs by less, of the reach, is equally far: on flat walls the points near an edge face both
+# facets there, and rounding, which differs with the number of processes, must not choose.
+TIE = 1e-9
 # Facets with normals that may turn to face each other within an increment.
 FACING = 0.5
 SECOND = np.array([[4, 4, 0, -8, 0, 0], [4, 0, 0, -4, 4, -4], [4, 0, 4, 0, 0, -8]], float)
@@ -122,6 +125,7 @@ class Closest:
             *pointers[:7],
             ctypes.c_double(SLACK),
             ctypes.c_double(KEEP),
+            ctypes.c_double(TIE),
             *pointers[7:],
         )
         return partner, place, gap
