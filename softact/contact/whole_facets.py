@@ -110,7 +110,8 @@ class WholeFacets(Facets):
         """Add the forces (m, n, 3) on the nodes (m, n) that each process has found to its own
         unknowns ``out`` (local,). Collective."""
         at = 3 * nodes.ravel()[:, None] + np.arange(3)
-        sums = np.bincount(at.ravel(), forces.ravel(), 3 * self.count)
+        sums = np.zeros(3 * self.count)
+        sums += np.bincount(at.ravel(), forces.ravel(), len(sums))  # whole numbers where none are
         if self._comm.size > 1:
             self._comm.Allreduce(MPI.IN_PLACE, sums)
         out[self._dofs] += sums.reshape(-1, 3)[self._place]
