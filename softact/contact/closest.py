@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 SLACK = 0.01
 # The same for the facet that a point faced before: at an edge it must not change all the time.
 KEEP = 0.1
-# What differs by less, of the reach, is equally far: on flat walls the points near an edge face both
+# What differs by less, of the reach, is equally far: on flat walls points near an edge face both
 # facets there, and rounding, which differs with the number of processes, must not choose.
 TIE = 1e-9
 # Facets with normals that may turn to face each other within an increment.

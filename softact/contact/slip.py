@@ -11,7 +11,7 @@ from softact.contact.coupling import Coupling
 from softact.contact.friction import ELASTIC_SLIP, slide
 from softact.contact.memory import remembered
 from softact.contact.whole_facets import WholeFacets
-from softact.system.term import SURFACES, State
+from softact.system.term import CONTACT, State
 
 #: Facet, number of a point of it, the facet it faces and the place on that.
 Where = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
@@ -63,13 +63,13 @@ class Slipping:
 class SurfaceFriction:
     """Coulomb friction of one ``SurfaceContact``, by the return mapping of ``friction.slide``.
 
-    ``memory[surfaces name.what]``: partner, place, offset, normal and slip of each quadrature point
+    ``memory[contact name.what]``: partner, place, offset, normal and slip of each quadrature point
     at the last equilibrium, the same on all processes and on any number of them. Points without a
     partner then have no friction yet. ``nodes``: (k, n, 3) where the facets are.
     """
 
     def __init__(self, name: str, coefficient: float, facets: WholeFacets, coupling: Coupling):
-        self._name, self._coefficient = f"{SURFACES}{name}", coefficient
+        self._name, self._coefficient = f"{CONTACT}{name}", coefficient
         self._facets, self._coupling = facets, coupling
 
     def _last(self, state: State, what: str, width: int = 3) -> np.ndarray:

@@ -18,7 +18,7 @@ from softact.errors import SpecError
 from softact.files.restart import RESTART, of_another_version, seal, unseal
 from softact.loads import BY_FIELD
 from softact.solve.path import Point
-from softact.system.term import AIR, SURFACES, Clock, State, Value
+from softact.system.term import AIR, CONTACT, Clock, State, Value
 
 if TYPE_CHECKING:
     import dolfinx
@@ -29,7 +29,9 @@ if TYPE_CHECKING:
 
 SAME_PLACE = 1e-9  # of the body's size
 #: How the names begin of what all processes remember alike; it is stored once.
-COMMON = (AIR, SURFACES)
+COMMON = (AIR, CONTACT)
+# How names ended, without ``CONTACT``, where each process had facets in an order of its own.
+_FORMER = (".partner", ".stiffness")
 
 
 @dataclass
@@ -141,6 +143,8 @@ def _unpacked(model: Model, path: Path, known: Mapping, file: NpzFile) -> Checkp
             raise SpecError(f"{path}: was written on another mesh; start the run anew")
         for vector, values in zip(vectors, file[f"values_{number}"], strict=True):
             vector[dofs] = values[order]
+    if any(n.endswith(_FORMER) and CONTACT not in n for n in file.files):
+        raise KeyError("contact")
     same_parts = _same_parts(model, known)
     states, (began, now) = [], known["times"]
     for when, loads, x, time in (
@@ -239,14 +243,14 @@ def _memory(
     found = {name: value if value.ndim else float(value) for name, value in own.items()}
     if comm.allreduce(len(found)) and processes != comm.size:
         raise SpecError(
-            "a run with contact, with inertia, with a material that creeps or softens, or beyond "
-            f"a limit of its load, was begun with -n {processes} and goes on with as many, not "
+            "a run with an obstacle, with inertia, with a material that creeps or softens, or "
+            f"beyond a limit of its load, was begun with -n {processes} and goes on with as many, not "
             f"with -n {comm.size}"
         )
     if comm.allreduce(len(found)) and not same_parts:
         raise SpecError(
-            "a run with contact, or beyond a limit of its load, was begun by an earlier softact, "
-            "which gave each process another part of the mesh; start it anew, or with -n 1"
+            "a run with an obstacle, or beyond a limit of its load, was begun by an earlier "
+            "softact, which gave each process another part of the mesh; start it anew, or with -n 1"
         )
     first = f"memory/0/{when}/"
     everywhere = {n.removeprefix(first): file[n] for n in file.files if n.startswith(first)}
