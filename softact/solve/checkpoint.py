@@ -244,8 +244,8 @@ def _memory(
     if comm.allreduce(len(found)) and processes != comm.size:
         raise SpecError(
             "a run with an obstacle, with inertia, with a material that creeps or softens, or "
-            f"beyond a limit of its load, was begun with -n {processes} and goes on with as many, not "
-            f"with -n {comm.size}"
+            f"beyond a limit of its load, was begun with -n {processes} and goes on with as many, "
+            f"not with -n {comm.size}"
         )
     if comm.allreduce(len(found)) and not same_parts:
         raise SpecError(
