@@ -17,7 +17,7 @@ import numpy as np
 from softact.contact.backs import Backs
 from softact.contact.closest import Closest, candidates, derivatives
 from softact.contact.coupling import Coupling
-from softact.contact.crossing import crossed
+from softact.contact.crossing import Crossing
 from softact.contact.gap_hessian import gap_hessian
 from softact.contact.memory import stiffness_factor
 from softact.contact.pressure import pressure
@@ -83,7 +83,7 @@ class SurfaceContact:
         if len(touching.groups) == 2:
             second = np.isin(self.facets.numbers, WholeFacets(model, touching.groups[1]).numbers)
             self._side = second[self.facets.nodes].all(axis=1).astype(int)
-        self._closest = Closest(model.comm)
+        self._closest, self._crossed = Closest(model.comm), Crossing(model.comm)
         self.coupling = Coupling(model.assembler, self.facets)
         self.friction: SurfaceFriction | None = None
         if touching.friction:
@@ -300,7 +300,7 @@ class SurfaceContact:
         equilibria, of which the first one is that of the last search."""
         places, moved = (self.facets.node_places(s.x) for s in (before, after))
         start, candidate = self._candidates
-        return crossed(places, moved, self.facets.values, start, candidate, self.facets.size)
+        return self._crossed(places, moved, self.facets.values, start, candidate, self.facets.size)
 
     def strayed(self, state: State) -> float:
         """How far facets have moved since they looked for what they may touch, relative to how far
