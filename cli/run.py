@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     "--processes",
     type=click.IntRange(1, 1024),
     metavar="PROCS",
-    help="MPI processes.  [default: the cores, up to two; one with contact of surfaces or sheets]",
+    help="MPI processes.  [default: the cores, up to two; one with sheets or a module]",
 )
 @set_option
 @force_option

@@ -71,9 +71,9 @@ class Model:
 
     mesh: see ``softact.mesh.tetrahedra``. materials: region name -> law. layers: thin layers.
     element: one of ``ELEMENTS``. wall_normal: region name, points (n, 3) -> the wall's normal
-    there, for fibres; default: up. obstacles: rigid bodies. touching: surfaces that may touch, for
-    one process only. sheets: name -> what each sheet of the mesh is made of, for one process only;
-    a mesh may have sheets and no solid. more: bodies of further kinds, see ``softact.bodies``.
+    there, for fibres; default: up. obstacles: rigid bodies. touching: surfaces that may touch.
+    sheets: name -> what each sheet of the mesh is made of, for one process only; a mesh may have
+    sheets and no solid. more: bodies of further kinds, see ``softact.bodies``.
     like: a model of the same cells and triangles, whose numbering this one shares; the tangent is
     that one's alone.
     The residual is the derivative of the potential energy with respect to the unknowns.

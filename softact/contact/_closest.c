@@ -114,10 +114,11 @@ static int faces(const surface_t *on, int32_t facet, const double *x, const doub
    places: (facets, points, 3); own: (facets, 3) normals of their facets; nodes: (facets, nodes, 3)
    of the facets; start, candidate: facets that each facet may touch; reach, depth: (facets) how far
    away, and how deep inside, the other may be; slack, keep: how far beyond the edge of a facet, barycentric,
-   for a new partner and for the one that stands in partner on entry. */
+   for a new partner and for the one that stands in partner on entry; tie: of two that are equally far,
+   to this part of reach, the first one counts, whatever the rounding. */
 void closest(int64_t facets, int32_t points, int32_t count, const double *places, const double *own,
              const double *nodes, const int64_t *start, const int32_t *candidate,
-             const double *reach, const double *depth, double slack, double keep, int32_t *partner,
+             const double *reach, const double *depth, double slack, double keep, double tie, int32_t *partner,
              double *place, double *gap)
 {
     const surface_t on = {count, nodes};
@@ -134,6 +135,8 @@ void closest(int64_t facets, int32_t points, int32_t count, const double *places
             }
             for (int64_t k = start[f]; k < start[f + 1]; ++k) {
                 if (!faces(&on, candidate[k], x, own + 3 * f, best, fmin(best, depth[f]), slack, st, &g))
+                    continue;
+                if (partner[p] >= 0 && fabs(g) > best - tie * reach[f])
                     continue;
                 best = fabs(g);
                 partner[p] = candidate[k], gap[p] = g;

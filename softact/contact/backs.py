@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse.csgraph
 
 if TYPE_CHECKING:
-    from softact.contact.facets import ContactFacets
+    from softact.contact.whole_facets import WholeFacets
     from softact.model import Model
 
 # Planes nearer than this coincide, of the element size.
@@ -26,13 +26,15 @@ class Backs:
     plane or in it, and they are joined by sheets, or near each other.
     """
 
-    def __init__(self, model: Model, facets: ContactFacets):
+    def __init__(self, model: Model, facets: WholeFacets):
         points = facets.points
         self._sheet, self._size = facets.of_sheet, facets.size
         self._centre = points[:, :3].mean(axis=1)
         normal = np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0])
         self._normal = normal / np.linalg.norm(normal, axis=1, keepdims=True)
-        self._piece = _pieces(model)[facets.nodes[:, 0]]
+        self._piece = np.zeros(len(facets), dtype=int)
+        if model.sheets:  # in a model of one process, where numbers are those of its nodes
+            self._piece = _pieces(model)[facets.numbers[facets.nodes[:, 0]]]
 
     def __call__(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
         """Whether the facets i (m,) and j (m,) are such a pair."""

@@ -9,7 +9,7 @@ import numpy as np
 from softact.system.term import State, Term
 
 if TYPE_CHECKING:
-    from softact.contact.facets import ContactFacets
+    from softact.contact.facets import Facets
     from softact.contact.rigid import Obstacle
 
 
@@ -23,7 +23,10 @@ class Contact(Term, Protocol):
 
     name: str
     symmetric: bool
-    facets: ContactFacets
+
+    @property
+    def facets(self) -> Facets:
+        """See the class."""
 
     @property
     def obstacle(self) -> Obstacle | None:

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 SLACK = 0.01
 # The same for the facet that a point faced before: at an edge it must not change all the time.
 KEEP = 0.1
+# What differs by less, of the reach, is equally far: on flat walls points near an edge face both
+# facets there, and rounding, which differs with the number of processes, must not choose.
+TIE = 1e-9
 # Facets with normals that may turn to face each other within an increment.
 FACING = 0.5
 SECOND = np.array([[4, 4, 0, -8, 0, 0], [4, 0, 0, -4, 4, -4], [4, 0, 4, 0, 0, -8]], float)
@@ -96,6 +99,7 @@ class Closest:
     def __call__(
         self,
         places: np.ndarray,
+        own: np.ndarray,
         nodes: np.ndarray,
         start: np.ndarray,
         candidate: np.ndarray,
@@ -103,11 +107,12 @@ class Closest:
         depth: np.ndarray,
         before: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Partner (k, q) (−1: none), place on it (k, q, 2) and signed gap (k, q) mm of points
-        (k, q, 3) on facets (k, n, 3). reach, depth: (k,) largest gap and overlap, mm. before:
-        partners that are kept where they still are."""
+        """Partner (m, q) (−1: none), place on it (m, q, 2) and signed gap (m, q) mm of points
+        (m, q, 3) of some facets, whose own nodes are ``own`` (m, n, 3), among facets (k, n, 3).
+        start: (m + 1,). reach, depth: (m,) largest gap and overlap, mm. before: partners that are
+        kept where they still are."""
         places, nodes, reach, depth = map(np.ascontiguousarray, (places, nodes, reach, depth))
-        own = np.ascontiguousarray(facet_normals(nodes))
+        own = np.ascontiguousarray(facet_normals(own))
         shape = places.shape[:2]
         partner = np.full(shape, -1, np.int32) if before is None else before.astype(np.int32)
         place, gap = np.empty((*shape, 2)), np.empty(shape)
@@ -120,6 +125,7 @@ class Closest:
             *pointers[:7],
             ctypes.c_double(SLACK),
             ctypes.c_double(KEEP),
+            ctypes.c_double(TIE),
             *pointers[7:],
         )
         return partner, place, gap

@@ -65,7 +65,8 @@ class Contacts:
     def strayed(self, state: State) -> float:
         """How far surfaces have moved since contact looked about, relative to how far they may;
         above 1 they may have passed something unseen."""
-        return max((contact.strayed(state) for contact in self._all), default=0.0)
+        farthest = max((contact.strayed(state) for contact in self._all), default=0.0)
+        return self._comm.allreduce(farthest, op=MPI.MAX) if self._all else 0.0
 
     def smallest_gap(self, contact: Contact, state: State) -> tuple[float, float]:
         """Smallest gap (mm) and smallest ratio of a gap to the element size, over all processes;

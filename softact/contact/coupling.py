@@ -8,24 +8,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from softact.contact.facets import ContactFacets
+    from softact.contact.whole_facets import WholeFacets
     from softact.system.assembly import Assembler
 
 
 class Coupling:
-    """Blocks of the tangent between the nodes of facets that touch.
+    """Blocks of the tangent between the nodes of facets that touch, of this process's share.
 
     ``make_room`` says between which facets there may be entries; the matrix is laid out anew where
-    that is not within what it has room for already.
+    that is not within what it has room for already, on any process.
     """
 
-    def __init__(self, assembler: Assembler, facets: ContactFacets):
+    def __init__(self, assembler: Assembler, facets: WholeFacets):
         self._assembler = assembler
-        self._nodes, self._first = facets.nodes, facets.dofs[..., 0]
-        self._count = int(self._nodes.max(initial=0)) + 1
-        # first unknown of each node, by its number
-        self._dof = np.zeros(self._count, dtype=np.int64)
-        self._dof[self._nodes] = self._first
+        self._facets, self._nodes, self._count = facets, facets.nodes, facets.count
+        self._free = np.ones((self._count, 3), dtype=bool)
         self._keys = np.empty(0, dtype=np.int64)
         self._groups = np.empty(0, dtype=np.int64)
         self._slots = assembler.couple_loosely()
@@ -51,12 +48,17 @@ class Coupling:
         columns = np.tile(self._nodes[j], (1, self._nodes.shape[1])).ravel().astype(np.int64)
         keys = np.concatenate([rows * self._count + columns, columns * self._count + rows])
         self._keys = np.unique(keys)
-        row, column = self._dof[self._keys // self._count], self._dof[self._keys % self._count]
+        first = self._facets.first
+        row, column = first[self._keys // self._count], first[self._keys % self._count]
         c = np.arange(3)
         shape = (len(row), 3, 3)
-        self._rows = np.broadcast_to(row[:, None, None] + c[:, None], shape).ravel()
-        self._columns = np.broadcast_to(column[:, None, None] + c, shape).ravel()
-        self._slots.set(self._rows, self._columns)
+        rows = np.broadcast_to(row[:, None, None] + c[:, None], shape).ravel()
+        columns = np.broadcast_to(column[:, None, None] + c, shape).ravel()
+        self._slots.set(rows, columns)
+
+    def begin(self) -> None:
+        """Learn which unknowns are free, before anything is added. Collective."""
+        self._free = self._facets.free(self._assembler.fixed)
 
     def add(
         self,
@@ -79,9 +81,7 @@ class Coupling:
         block = np.searchsorted(self._keys, keys)
         c = np.arange(3)
         place = (9 * block)[:, :, None, :, None] + 3 * c[:, None, None] + c
-        fixed = self._assembler.fixed
-        free_rows = fixed[self._dof[rows][..., None] + c] == 0
-        free_columns = fixed[self._dof[across][..., None] + c] == 0
+        free_rows, free_columns = self._free[rows], self._free[across]
         kept = matrices * free_rows[..., None, None] * free_columns[:, None, None]
         self._slots.values += np.bincount(
             place.ravel(), kept.ravel(), minlength=len(self._slots.values)

@@ -2,69 +2,102 @@
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from softact.contact.facets import PIECES
+from softact.system import jit
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 # A point has gone through a facet where it ends so far behind it, of the element size; while
 # surfaces touch, points are behind by less than the second.
 BEHIND, OVERLAPPING = 0.05, 0.025
 # Places on the way at which it is compared with the facet.
 TIMES = np.linspace(0.0, 1.0, 9)
+ROOM = 1024  # for pairs at first
 
 
-def crossed(
-    before: np.ndarray,
-    after: np.ndarray,
-    values: np.ndarray,
-    start: np.ndarray,
-    candidate: np.ndarray,
-    size: np.ndarray,
-) -> bool:
-    """Whether a point of a facet went from the front of a candidate to its back, through it.
+class Crossing:
+    """The compiled search for points that changed sides; see ``_crossing.c``."""
 
-    before, after: nodes (k, n, 3) of the facets, which go straight from one to the other: a body
-    that turns is then sheared and stretched, but as a whole. values: (q, n) shape functions of the
-    points. start, candidate: see ``closest.candidates``. size: (k,) mm. A quadratic facet counts as
-    four flat triangles.
-    """
-    i = np.repeat(np.arange(len(before)), np.diff(start))
-    pieces = PIECES if before.shape[1] == 6 else ((0, 1, 2),)
-    points = [np.einsum("qn,knc->kqc", values, nodes) for nodes in (before, after)]
-    for piece in pieces:
-        corners = [nodes[:, piece] for nodes in (before, after)]
-        pair, point = _from_front_to_back(points, corners, i, candidate, size)
-        first = [p[i[pair], point] for p in points]
-        second = [c[candidate[pair]] for c in corners]
-        if _through(first, second, OVERLAPPING * size[candidate[pair]]).any():
-            return True
-    return False
+    def __init__(self, comm: MPI.Comm):
+        source = Path(__file__).with_name("_crossing.c")
+        self._behind = jit.load_library(comm, source).behind
+        self._behind.restype = ctypes.c_int64
+
+    def __call__(
+        self,
+        before: np.ndarray,
+        after: np.ndarray,
+        values: np.ndarray,
+        start: np.ndarray,
+        candidate: np.ndarray,
+        size: np.ndarray,
+    ) -> bool:
+        """Whether a point of a facet went from the front of a candidate to its back, through it.
+
+        before, after: nodes (k, n, 3) of the facets, which go straight from one to the other: a
+        body that turns is then sheared and stretched, but as a whole. values: (q, n) shape
+        functions of the points. start, candidate: see ``closest.candidates``. size: (k,) mm. A
+        quadratic facet counts as four flat triangles.
+        """
+        pieces = np.array(PIECES if before.shape[1] == 6 else ((0, 1, 2),))
+        points = [np.einsum("qn,knc->kqc", values, nodes) for nodes in (before, after)]
+        corners = [nodes[:, pieces] for nodes in (before, after)]
+        facet, other, piece, point = self._changed(points, corners, start, candidate, size).T
+        first = [p[facet, point] for p in points]
+        second = [c[other, piece] for c in corners]
+        return bool(_through(first, second, OVERLAPPING * size[other]).any())
+
+    def _changed(
+        self,
+        points: Sequence[np.ndarray],
+        corners: Sequence[np.ndarray],
+        start: np.ndarray,
+        candidate: np.ndarray,
+        size: np.ndarray,
+    ) -> np.ndarray:
+        """(m, 4): facet, candidate, piece of that and point, of the points (k, q, 3) that begin
+        before the plane of a piece (k, pieces, 3, 3) and end behind it, near it."""
+        arrays: list[np.ndarray] = [
+            np.ascontiguousarray(values, np.float64)
+            for values in (
+                *points,
+                *(c[:, :, 0] for c in corners),
+                *map(_normals, corners),
+                corners[1].mean(axis=2),
+                np.linalg.norm(corners[1] - corners[0], axis=3).max(axis=2),
+                size,
+            )
+        ]
+        arrays.insert(0, np.ascontiguousarray(candidate, np.int32))
+        arrays.insert(0, np.ascontiguousarray(start, np.int64))
+        pointers = [ctypes.c_void_p(a.ctypes.data) for a in arrays]
+        counts = (
+            ctypes.c_int64(len(size)),
+            *map(ctypes.c_int32, (points[0].shape[1], corners[0].shape[1])),
+        )
+        limits = ctypes.c_double(OVERLAPPING), ctypes.c_double(BEHIND)
+        found = np.empty((ROOM, 4), np.int32)
+        while True:
+            room = ctypes.c_int64(len(found)), ctypes.c_void_p(found.ctypes.data)
+            count = self._behind(*counts, *pointers, *limits, *room)
+            if count <= len(found):
+                return found[:count]
+            found = np.empty((count, 4), np.int32)
 
 
-def _from_front_to_back(
-    points: Sequence[np.ndarray],
-    corners: Sequence[np.ndarray],
-    i: np.ndarray,
-    j: np.ndarray,
-    size: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers (m,) of pairs (i, j) and of points that begin before the plane of the triangle and
-    end behind it, near it."""
-    heights = []
-    for p, c in zip(points, corners, strict=True):
-        normal = np.cross(c[:, 1] - c[:, 0], c[:, 2] - c[:, 0])
-        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-        heights.append(np.einsum("mqc,mc->mq", p[i] - c[j][:, :1], normal[j]))
-    h = size[j][:, None]
-    change = (heights[0] >= -OVERLAPPING * h) & (heights[1] < -BEHIND * h)
-    pair, point = np.nonzero(change)
-    away = points[1][i[pair], point] - corners[1][j[pair]].mean(axis=1)
-    way = np.linalg.norm(points[1][i[pair], point] - points[0][i[pair], point], axis=1)
-    moved = np.linalg.norm(corners[1][j[pair]] - corners[0][j[pair]], axis=2).max(axis=1)
-    near = np.linalg.norm(away, axis=1) < 2 * size[j[pair]] + way + moved
-    return pair[near], point[near]
+def _normals(corners: np.ndarray) -> np.ndarray:
+    """Unit normals (k, pieces, 3) of triangles (k, pieces, 3, 3)."""
+    sides = corners[:, :, 1:] - corners[:, :, :1]
+    normal = np.cross(sides[:, :, 0], sides[:, :, 1])
+    return normal / np.linalg.norm(normal, axis=2, keepdims=True)
 
 
 def _through(

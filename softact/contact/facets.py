@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
@@ -14,6 +16,7 @@ if TYPE_CHECKING:
     from softact.bodies.sheet import SheetPart
     from softact.mesh.tetrahedra import Mesh
     from softact.model import Model
+    from softact.system.assembly import BlockTable
 
 # A quadratic facet is split into four triangles on its own nodes; each has the three points of
 # the rule that integrates quadratics exactly. A uniform pressure then gives exact nodal forces.
@@ -31,38 +34,30 @@ HATS = np.vstack([RULE @ np.eye(6)[list(piece)] for piece in PIECES])
 Group = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
-class ContactFacets:
-    """Facets of solids and triangles of sheets that may touch something, as one process holds them.
+class Facets(ABC):
+    """Facets of solids and triangles of sheets that may touch something, as they lie undeformed.
 
-    nodes: (k, n) displacement nodes, corners then middles of the edges, normals outward (of a
-    sheet: out of its cavity). dofs: (k, n, 3) local unknowns. points: (k, n, 3) undeformed places,
-    mm. areas: (k, 12) mm² of each quadrature point. size: (k,) mean edge length, mm. stiffness:
-    (k,) MPa/mm of the penalty. onset: (k,) mm. of_sheet: (k,) whether a facet is one of a sheet;
-    covering: (k,) of one that lies on a solid.
+    points: (k, n, 3) places, mm, corners then middles of the edges, normals outward (of a sheet:
+    out of its cavity). areas: (k, 12) mm² of each quadrature point. size: (k,) mean edge length,
+    mm. modulus: (k,) of the penalty, see ``Group``; stiffness: (k,) MPa/mm of it. onset: (k,) mm.
+    of_sheet: (k,) whether a facet is one of a sheet; covering: (k,) of one that lies on a solid.
     """
 
-    def __init__(self, model: Model, surfaces: Iterable[str]):
-        sheets = [model.sheets[name] for name in surfaces if name in model.sheets]
-        others = [name for name in surfaces if name not in model.sheets]
-        groups = [_of_sheet(model, sheet) for sheet in sheets]
-        if others or not sheets:
-            groups.insert(0, _of_solids(model, others))
-        self.nodes, modulus, self.of_sheet, self.covering = map(
-            np.concatenate, zip(*groups, strict=True)
-        )
-        self.dofs = model.displacement_dofs[self.nodes]
-        self.points = model.nodes.places[self.nodes]
-        self.values = shape_functions(POINTS, self.nodes.shape[1])
-        a, b, c = (self.points[:, i] for i in range(3))
-        self.areas = areas_at(self.points, POINTS) / len(POINTS)
+    def __init__(
+        self, points: np.ndarray, modulus: np.ndarray, of_sheet: np.ndarray, covering: np.ndarray
+    ):
+        self.points, self.modulus = points, modulus
+        self.of_sheet, self.covering = of_sheet, covering
+        self.values = shape_functions(POINTS, points.shape[1])
+        a, b, c = (points[:, i] for i in range(3))
+        self.areas = areas_at(points, POINTS) / len(POINTS)
         self.size = sum(np.linalg.norm(e, axis=1) for e in (b - a, c - b, a - c)) / 3
-        loose = self.of_sheet & ~self.covering
+        loose = of_sheet & ~covering
         self.stiffness = modulus / np.where(loose, self.size**2, self.size)
         self.onset = ONSET * self.size
-        self._table = model.assembler.add_table(model.nodes.blocks[self.nodes])
 
     def __len__(self) -> int:
-        return len(self.nodes)
+        return len(self.points)
 
     def counting_areas(
         self, facet: np.ndarray, point: np.ndarray, partner: np.ndarray
@@ -71,6 +66,42 @@ class ContactFacets:
         where a sheet lies on a solid, which does not."""
         one_sided = self.covering[facet] & ~self.of_sheet[partner]
         return np.where(one_sided, 1.0, HALF) * self.areas[facet, point]
+
+    @abstractmethod
+    def sums_at_nodes(self, values: np.ndarray, count: int) -> np.ndarray:
+        """This process's share (2, count) of ``weighted_sums`` at the ``count`` nodes of the model
+        that it holds."""
+
+    def weighted_sums(self, values: np.ndarray, nodes: np.ndarray, count: int) -> np.ndarray:
+        """What values (k, 12) at the points add up to at each of ``count`` nodes, weighted by area,
+        and the area itself (2, count); of facets on which a value is not zero. nodes: (k, n)."""
+        on = np.flatnonzero(values.any(axis=1))
+        hats = HATS if nodes.shape[1] == 6 else self.values
+        weighted = np.stack([values[on] * self.areas[on], self.areas[on]]) @ hats
+        at = nodes[on].ravel()
+        return np.stack([np.bincount(at, part.ravel(), count) for part in weighted])
+
+
+class ContactFacets(Facets):
+    """The facets that one process holds.
+
+    nodes: (k, n) displacement nodes. dofs: (k, n, 3) local unknowns.
+    """
+
+    def __init__(self, model: Model, surfaces: Iterable[str]):
+        sheets = [model.sheets[name] for name in surfaces if name in model.sheets]
+        others = [name for name in surfaces if name not in model.sheets]
+        groups = [_of_sheet(model, sheet) for sheet in sheets]
+        if others or not sheets:
+            groups.insert(0, _of_solids(model, others))
+        self.nodes, *kind = map(np.concatenate, zip(*groups, strict=True))
+        super().__init__(model.nodes.places[self.nodes], *kind)
+        self.dofs = model.displacement_dofs[self.nodes]
+        self._assembler, self._blocks = model.assembler, model.nodes.blocks[self.nodes]
+
+    @functools.cached_property
+    def _table(self) -> BlockTable:
+        return self._assembler.add_table(self._blocks)
 
     def node_places(self, x: np.ndarray) -> np.ndarray:
         """Deformed places (k, n, 3) of the nodes, mm. x: (local,) unknowns."""
@@ -81,13 +112,8 @@ class ContactFacets:
         return np.einsum("qn,knc->kqc", self.values, self.node_places(x))
 
     def sums_at_nodes(self, values: np.ndarray, count: int) -> np.ndarray:
-        """What values (k, 12) at the points add up to at each of ``count`` nodes, weighted by area,
-        and the area itself (2, count); of facets on which a value is not zero."""
-        on = np.flatnonzero(values.any(axis=1))
-        hats = HATS if self.nodes.shape[1] == 6 else self.values
-        weighted = np.stack([values[on] * self.areas[on], self.areas[on]]) @ hats
-        nodes = self.nodes[on].ravel()
-        return np.stack([np.bincount(nodes, part.ravel(), count) for part in weighted])
+        """See ``Facets``: of its own facets."""
+        return self.weighted_sums(values, self.nodes, count)
 
     def add_force(
         self, tractions: np.ndarray, out: np.ndarray, on: np.ndarray | slice = slice(None)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softact.system.term import State
+from softact.system.term import CONTACT, State
 
 
 def remembered(state: State, name: str, what: str) -> np.ndarray | None:
@@ -20,4 +20,4 @@ def stiffness_factor(state: State, name: str) -> float:
 
 def stiffness_key(name: str) -> str:
     """Under which the factor stands."""
-    return f"{name}.stiffness"
+    return f"{CONTACT}{name}.stiffness"

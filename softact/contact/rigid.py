@@ -58,7 +58,7 @@ class RigidContact:
 
     State: ``shift[name]`` (3,) mm how far the obstacle was moved; ``presence[name]`` 1 where it is
     there, 0 where not; between, it was removed and the force of the last equilibrium fades.
-    ``memory[name.what]``: stiffness (factor), traction, slip and place at the last equilibrium.
+    ``memory[name.what]``: traction, slip and place at the last equilibrium.
     """
 
     def __init__(self, obstacle: Obstacle, facets: ContactFacets):

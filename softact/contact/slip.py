@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from softact.contact.closest import derivatives
 from softact.contact.coupling import Coupling
-from softact.contact.facets import ContactFacets
 from softact.contact.friction import ELASTIC_SLIP, slide
 from softact.contact.memory import remembered
-from softact.system.term import State
+from softact.contact.whole_facets import WholeFacets
+from softact.system.term import CONTACT, State
 
 #: Facet, number of a point of it, the facet it faces and the place on that.
 Where = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
@@ -40,6 +40,10 @@ class InTouch:
         """Facet, number, partner and place on it."""
         return self.facet, self.point, self.partner, self.place
 
+    def of(self, which: np.ndarray) -> InTouch:
+        """Those of these numbers."""
+        return InTouch(*(getattr(self, f.name)[which] for f in fields(self)))
+
 
 @dataclass(frozen=True)
 class Slipping:
@@ -59,12 +63,13 @@ class Slipping:
 class SurfaceFriction:
     """Coulomb friction of one ``SurfaceContact``, by the return mapping of ``friction.slide``.
 
-    ``memory[name.what]``: partner, place, offset, normal and slip of each quadrature point at the
-    last equilibrium. Points without a partner then have no friction yet.
+    ``memory[contact name.what]``: partner, place, offset, normal and slip of each quadrature point
+    at the last equilibrium, the same on all processes and on any number of them. Points without a
+    partner then have no friction yet. ``nodes``: (k, n, 3) where the facets are.
     """
 
-    def __init__(self, name: str, coefficient: float, facets: ContactFacets, coupling: Coupling):
-        self._name, self._coefficient = name, coefficient
+    def __init__(self, name: str, coefficient: float, facets: WholeFacets, coupling: Coupling):
+        self._name, self._coefficient = f"{CONTACT}{name}", coefficient
         self._facets, self._coupling = facets, coupling
 
     def _last(self, state: State, what: str, width: int = 3) -> np.ndarray:
@@ -83,7 +88,7 @@ class SurfaceFriction:
         old = before[facet, point]
         return [np.column_stack([facet, partner, old])[old >= 0]]
 
-    def at(self, state: State, touch: InTouch) -> Slipping:
+    def at(self, state: State, nodes: np.ndarray, touch: InTouch) -> Slipping:
         """Friction of the points in touch that had a partner at the last equilibrium."""
         old = remembered(state, self._name, "partner")
         if old is None:
@@ -98,25 +103,31 @@ class SurfaceFriction:
         values, _, _ = derivatives(place, self._facets.nodes.shape[1])
         across = np.hstack([self._facets.values[point], -values])
         pairs = np.column_stack([facet, old])
-        nodes = self._facets.node_places(state.x)[pairs].reshape(*across.shape, 3)
-        trial = slip + np.einsum("mn,mnc->mc", across, nodes) - offset
+        both = nodes[pairs].reshape(*across.shape, 3)
+        trial = slip + np.einsum("mn,mnc->mc", across, both) - offset
         limit = ELASTIC_SLIP * self._facets.size[facet]
         found = slide(self._coefficient, touch.pressure[on], touch.slope[on], limit, normal, trial)
         weight = self._facets.counting_areas(facet, point, old)
         return Slipping(on, pairs, across, weight, *found)
 
-    def add_force(self, state: State, touch: InTouch, out: np.ndarray) -> None:
-        """Add the nodal forces of friction."""
-        found = self.at(state, touch)
-        forces = -found.weight[:, None, None] * found.across[:, :, None] * found.traction[:, None]
-        dofs = self._facets.dofs[found.pairs].reshape(forces.shape)
-        out += np.bincount(dofs.ravel(), forces.ravel(), len(out))
+    def forces(
+        self, state: State, nodes: np.ndarray, touch: InTouch
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Pairs (m', 2) of facets, and the forces (m', 2 n, 3) of friction on their nodes."""
+        found = self.at(state, nodes, touch)
+        weighted = -found.weight[:, None, None] * found.across[:, :, None]
+        return found.pairs, weighted * found.traction[:, None]
 
     def add_tangent(
-        self, state: State, touch: InTouch, across: np.ndarray, normal: np.ndarray
+        self,
+        state: State,
+        nodes: np.ndarray,
+        touch: InTouch,
+        across: np.ndarray,
+        normal: np.ndarray,
     ) -> None:
         """Add their derivatives. across, normal: of the points in touch, see ``SurfaceContact``."""
-        found = self.at(state, touch)
+        found = self.at(state, nodes, touch)
         on, count = found.on, len(found.on)
         weighted = -found.weight[:, None, None, None] * found.across[:, None, :, None]
         moved = found.across[:, None, :, None] * found.modulus[:, :, None]
@@ -129,18 +140,23 @@ class SurfaceFriction:
         self._coupling.add(found.pairs, traction, gap_change, now)
 
     def remember(
-        self, state: State, touch: InTouch, partner: np.ndarray, place: np.ndarray, faced: Faced
+        self,
+        state: State,
+        nodes: np.ndarray,
+        touch: InTouch,
+        partner: np.ndarray,
+        place: np.ndarray,
+        faced: Faced,
     ) -> dict[str, np.ndarray]:
         """What is to be kept of an equilibrium. partner, place: of all quadrature points;
         faced: of those with a partner."""
         shape = self._facets.areas.shape
         slip, offset, normal = np.zeros((3, *shape, 3))
-        found = self.at(state, touch)
+        found = self.at(state, nodes, touch)
         slip[touch.facet[found.on], touch.point[found.on]] = found.elastic
         facet, point, across, normals = faced
-        nodes = self._facets.node_places(state.x)
-        nodes = np.concatenate([nodes[facet], nodes[partner[facet, point]]], axis=1)
-        offset[facet, point] = np.einsum("mn,mnc->mc", across, nodes)
+        both = np.concatenate([nodes[facet], nodes[partner[facet, point]]], axis=1)
+        offset[facet, point] = np.einsum("mn,mnc->mc", across, both)
         normal[facet, point] = normals
         kept = {"slip": slip, "partner": partner, "place": place}
         kept |= {"offset": offset, "normal": normal}

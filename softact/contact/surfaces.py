@@ -3,7 +3,8 @@
 Each quadrature point of a facet looks for the nearest point of the facets that it faces; the
 pressure of ``pressure.py`` is a function of that gap. Both sides look at each other and count one
 half, so that neither is master. Force and tangent are the exact derivatives, also of the place
-that a point faces and of the curvature there.
+that a point faces and of the curvature there. On several processes each looks after the points of
+some facets and knows them all, see ``whole_facets``; all methods are collective.
 """
 
 from __future__ import annotations
@@ -16,14 +17,13 @@ import numpy as np
 from softact.contact.backs import Backs
 from softact.contact.closest import Closest, candidates, derivatives
 from softact.contact.coupling import Coupling
-from softact.contact.crossing import crossed
-from softact.contact.facets import ContactFacets
+from softact.contact.crossing import Crossing
 from softact.contact.gap_hessian import gap_hessian
 from softact.contact.memory import stiffness_factor
 from softact.contact.pressure import pressure
 from softact.contact.sight import strayed
-from softact.contact.slip import InTouch, SurfaceFriction
-from softact.errors import SpecError
+from softact.contact.slip import InTouch, SurfaceFriction, Where
+from softact.contact.whole_facets import WholeFacets
 from softact.system.term import Origin, State
 
 if TYPE_CHECKING:
@@ -58,26 +58,32 @@ class Touching:
     distance: float = 0.0
 
 
-class SurfaceContact:
-    """Contact between surfaces that deform. Only for one process.
+@dataclass(frozen=True)
+class _Seen:
+    """What was found for facets at the places ``nodes`` (k, n, 3) mm."""
 
-    ``memory[name.stiffness]``: factor of the penalty. friction: None where there is none.
+    nodes: np.ndarray
+    partners: Partners
+
+
+class SurfaceContact:
+    """Contact between surfaces that deform.
+
+    friction: None where there is none.
     """
 
     obstacle: Obstacle | None = None
 
     def __init__(self, touching: Touching, model: Model):
-        if model.comm.size > 1:
-            raise SpecError(f"contact.{touching.name}: runs on one process only; leave out -n")
         self.touching, self.name = touching, touching.name
         self.symmetric = touching.friction == 0
         surfaces = tuple(dict.fromkeys(name for group in touching.groups for name in group))
-        self.facets = ContactFacets(model, surfaces)
+        self.facets = WholeFacets(model, surfaces)
         self._side: np.ndarray = np.full(len(self.facets), -1)
         if len(touching.groups) == 2:
-            second = ContactFacets(model, touching.groups[1]).nodes
-            self._side = np.isin(self.facets.nodes, second).all(axis=1).astype(int)
-        self._closest = Closest(model.comm)
+            second = np.isin(self.facets.numbers, WholeFacets(model, touching.groups[1]).numbers)
+            self._side = second[self.facets.nodes].all(axis=1).astype(int)
+        self._closest, self._crossed = Closest(model.comm), Crossing(model.comm)
         self.coupling = Coupling(model.assembler, self.facets)
         self.friction: SurfaceFriction | None = None
         if touching.friction:
@@ -88,7 +94,7 @@ class SurfaceContact:
         self._reach = REACH * self.facets.size + touching.distance
         self._depth = DEPTH * self.facets.size - touching.distance
         self._search(np.zeros(model.unknowns.local))
-        self._last: tuple[bytes, Partners] | None = None
+        self._last: _Seen | None = None
 
     def _overlooks(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
         """Whether points of the facets i do not look at the facets j: of a sheet that lies on a
@@ -96,12 +102,16 @@ class SurfaceContact:
         return ~self.facets.of_sheet[i] & self.facets.covering[j]
 
     def _search(self, x: np.ndarray) -> None:
-        """Which facets may come to touch before the next equilibrium."""
+        """Which facets those of this process's share may come to touch before the next
+        equilibrium."""
         nodes = self.facets.node_places(x)
         numbers = self.facets.nodes
-        self._candidates = candidates(
+        start, candidate = candidates(
             nodes, numbers, self._side, self._reach, self._backs, self._overlooks
         )
+        counts, mine = np.diff(start), self.facets.mine
+        start = np.concatenate([[0], np.cumsum(counts * mine)])
+        self._candidates = start, candidate[np.repeat(mine, counts)]
         self._looked_from = nodes
 
     def stands(self, state: State) -> bool:
@@ -118,18 +128,37 @@ class SurfaceContact:
 
     def gaps(self, x: np.ndarray) -> Partners:
         """Partner, place on it and gap (k, 12) of each quadrature point; see ``Closest``."""
-        key = x.tobytes()
-        if self._last is None or self._last[0] != key:
-            places, nodes = self.facets.places(x), self.facets.node_places(x)
-            before = None if self._last is None else self._last[1][0]
-            start, candidate = self._candidates
-            partner, place, gap = self._closest(
-                places, nodes, start, candidate, self._reach, self._depth, before
-            )
-            self._last = (key, (partner, place, gap - self.touching.distance))
-        return self._last[1]
+        return self._see(x).partners
+
+    def _see(self, x: np.ndarray) -> _Seen:
+        """Where the facets are and what their points face. Whether that is known already is the
+        same on all processes, as the places are."""
+        nodes = self.facets.node_places(x)
+        if self._last is None or not np.array_equal(self._last.nodes, nodes):
+            before = None if self._last is None else self._last.partners[0]
+            self._last = _Seen(nodes, self._faced(nodes, before))
+        return self._last
+
+    def _faced(self, nodes: np.ndarray, before: np.ndarray | None) -> Partners:
+        """What the points of facets at the places ``nodes`` (k, n, 3) face."""
+        share, (start, candidate) = self.facets.share, self._candidates
+        own = nodes[share]
+        partner, place, gap = self._closest(
+            np.einsum("qn,knc->kqc", self.facets.values, own),
+            own,
+            nodes,
+            np.append(start[share], start[-1]),
+            candidate,
+            self._reach[share],
+            self._depth[share],
+            None if before is None else before[share],
+        )
+        found = np.concatenate([place, gap[..., None] - self.touching.distance], axis=2)
+        partner, found = self.facets.from_shares(partner), self.facets.from_shares(found)
+        return partner, found[..., :2], found[..., 2]
 
     def _touch(self, state: State) -> InTouch:
+        """The points in touch, of all processes."""
         partner, place, gap = self.gaps(state.x)
         facet, point = np.nonzero(gap < 0)
         partner, place, gap = (values[facet, point] for values in (partner, place, gap))
@@ -138,17 +167,21 @@ class SurfaceContact:
         area = self.facets.counting_areas(facet, point, partner)
         return InTouch(facet, point, partner, place, gap, area, stiffness, *found)
 
+    def _my_touch(self, state: State) -> InTouch:
+        """The points in touch that this process looks after."""
+        touch = self._touch(state)
+        return touch.of(np.flatnonzero(self.facets.mine[touch.facet]))
+
     def _geometry(
         self,
-        state: State,
-        facet: np.ndarray,
-        point: np.ndarray,
-        partner: np.ndarray,
-        place: np.ndarray,
+        facets: np.ndarray,
+        where: Where,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Values (m, 2 n) of the shape functions of the gap vector (own nodes, then minus the
-        partner's), tangents (m, 2, 3), normal (m, 3), derivatives, second derivatives."""
-        nodes = self.facets.node_places(state.x)[partner]
+        partner's), tangents (m, 2, 3), normal (m, 3), derivatives, second derivatives. facets:
+        (k, n, 3) places of the nodes."""
+        _, point, partner, place = where
+        nodes = facets[partner]
         values, first, second = derivatives(place, nodes.shape[1])
         across = np.hstack([self.facets.values[point], -values])
         tangents = np.einsum("man,mnc->mac", first, nodes)
@@ -158,34 +191,36 @@ class SurfaceContact:
         return across, tangents, normal, first, bend
 
     def add_force(self, state: State, out: np.ndarray) -> None:
-        touch = self._touch(state)
-        if not len(touch.facet):
-            return
-        across, _, normal, _, _ = self._geometry(state, *touch.where)
+        seen, touch = self._see(state.x), self._my_touch(state)
+        across, _, normal, _, _ = self._geometry(seen.nodes, touch.where)
         push = touch.area * touch.pressure
         forces = -push[:, None, None] * across[:, :, None] * normal[:, None]
-        dofs = np.hstack([self.facets.dofs[touch.facet], self.facets.dofs[touch.partner]])
-        out += np.bincount(dofs.ravel(), forces.ravel(), len(out))
+        pairs = np.column_stack([touch.facet, touch.partner])
         if self.friction is not None:
-            self.friction.add_force(state, touch, out)
+            rubbed, more = self.friction.forces(state, seen.nodes, touch)
+            pairs, forces = np.concatenate([pairs, rubbed]), np.concatenate([forces, more])
+        nodes = self.facets.nodes[pairs].reshape(forces.shape[:2])
+        self.facets.add_forces(nodes, forces, out)
 
     def add_tangent(self, state: State, origin: Origin | None) -> None:
         self._make_room(state)
-        touch = self._touch(state)
+        self.coupling.begin()
+        seen, touch = self._see(state.x), self._my_touch(state)
         if not len(touch.facet):
             return
-        across, tangents, normal, first, bend = self._geometry(state, *touch.where)
+        across, tangents, normal, first, bend = self._geometry(seen.nodes, touch.where)
         weights = touch.area * touch.slope, -touch.area * touch.pressure
         apart = touch.gap + self.touching.distance
         factors = gap_hessian(apart, across, tangents, normal, first, bend, *weights)
         self.coupling.add(np.column_stack([touch.facet, touch.partner]), *factors)
         if self.friction is not None:
-            self.friction.add_tangent(state, touch, across, normal)
+            self.friction.add_tangent(state, seen.nodes, touch, across, normal)
 
     def _make_room(self, state: State) -> None:
         """Keep room in the matrix for what touches or nearly does."""
         partner, _, gap = self.gaps(state.x)
-        facet, point = np.nonzero(gap < ROOM * self.facets.size[:, None])
+        near = (gap < ROOM * self.facets.size[:, None]) & self.facets.mine[:, None]
+        facet, point = np.nonzero(near)
         pairs = [np.column_stack([facet, partner[facet, point]])]
         if self.friction is not None:
             pairs += self.friction.pairs(state, facet, point, partner[facet, point])
@@ -199,15 +234,15 @@ class SurfaceContact:
         return everywhere
 
     def area(self, state: State) -> float:
-        """Undeformed area in touch on this process, mm²."""
-        return float(self._touch(state).area.sum())
+        """Undeformed area in touch of this process's share, mm²."""
+        return float(self._my_touch(state).area.sum())
 
     def force(self, state: State) -> np.ndarray:
         """See ``Contact``: what bodies do to each other adds up to nothing."""
         return np.zeros(3)
 
     def energy(self, state: State) -> float:
-        touch = self._touch(state)
+        touch = self._my_touch(state)
         return float(touch.area @ touch.potential)
 
     def remember(self, state: State) -> dict[str, np.ndarray]:
@@ -215,21 +250,22 @@ class SurfaceContact:
         self.resume(state)
         if self.friction is None:
             return {}
-        partner, place, _ = self.gaps(state.x)
+        seen = self._see(state.x)
+        partner, place, _ = seen.partners
         facet, point = np.nonzero(partner >= 0)
-        partners = partner[facet, point]
-        across, _, normal, _, _ = self._geometry(state, facet, point, partners, place[facet, point])
-        return self.friction.remember(
-            state, self._touch(state), partner, place, (facet, point, across, normal)
-        )
+        where = facet, point, partner[facet, point], place[facet, point]
+        across, _, normal, _, _ = self._geometry(seen.nodes, where)
+        faced = facet, point, across, normal
+        return self.friction.remember(state, seen.nodes, self._touch(state), partner, place, faced)
 
     def pressed(self, state: State) -> tuple[np.ndarray, np.ndarray]:
-        """Normal (m,) and tangential (m, 3) forces at the quadrature points in touch, N; only
-        those with a partner at the last equilibrium, for the others have no friction yet."""
+        """Normal (m,) and tangential (m, 3) forces at the quadrature points in touch, N, of all
+        processes; only those with a partner at the last equilibrium, for the others have no
+        friction yet."""
         if self.friction is None:
             raise ValueError(f"contact.{self.name}: there is no friction")
         touch = self._touch(state)
-        found = self.friction.at(state, touch)
+        found = self.friction.at(state, self._see(state.x).nodes, touch)
         return found.weight * touch.pressure[found.on], found.weight[:, None] * found.traction
 
     def resume(self, state: State) -> None:
@@ -244,9 +280,10 @@ class SurfaceContact:
         return 1.0
 
     def admissible(self, state: State, x: np.ndarray, to: np.ndarray) -> bool:
-        """Whether Newton may go from ``x`` to ``to``: no point so deep that it is lost."""
+        """Whether Newton may go from ``x`` to ``to``: no point of this process's share so deep that
+        it is lost."""
         partner, place, now = self.gaps(x)
-        facet, point = np.nonzero(partner >= 0)
+        facet, point = np.nonzero((partner >= 0) & self.facets.mine[:, None])
         other = partner[facet, point], place[facet, point]
         moved = self.facets.node_places(to)
         values, first, _ = derivatives(other[1], moved.shape[1])
@@ -259,11 +296,11 @@ class SurfaceContact:
         return bool((then - self.touching.distance >= lowest).all())
 
     def passed(self, before: State, after: State) -> bool:
-        """Whether a point went through a surface on its way between two equilibria, of which the
-        first one is that of the last search."""
+        """Whether a point of this process's share went through a surface on its way between two
+        equilibria, of which the first one is that of the last search."""
         places, moved = (self.facets.node_places(s.x) for s in (before, after))
         start, candidate = self._candidates
-        return crossed(places, moved, self.facets.values, start, candidate, self.facets.size)
+        return self._crossed(places, moved, self.facets.values, start, candidate, self.facets.size)
 
     def strayed(self, state: State) -> float:
         """How far facets have moved since they looked for what they may touch, relative to how far

@@ -103,9 +103,6 @@ def run(
     progress = _remembering(directory, measured, progress or (lambda event: None))
     notes = [*spec.geometry.notes(), *plausible.lines(spec)]
     slopes, some = _chosen(spec, sensitivities)
-    if spec.contact and processes > 1:
-        processes = 1
-        notes += ["contact between surfaces is computed by one process: the others are left out"]
     if spec.sheets and processes > 1:
         processes = 1
         notes += ["sheets are computed by one process: the others are left out"]
@@ -161,8 +158,8 @@ def _remember(directory: Path, measured: Sequence[Measured]) -> None:
 
 def usual_processes(spec: Spec) -> int:
     """How many MPI processes a run takes where nobody says: the cores, up to two, beyond which
-    little is gained; one where contact between surfaces, sheets or a module leave no choice."""
-    alone = spec.contact or spec.sheets or spec.layout().repeats
+    little is gained; one where sheets or a module leave no choice."""
+    alone = spec.sheets or spec.layout().repeats
     return 1 if alone else min(2, len(os.sched_getaffinity(0)))
 
 

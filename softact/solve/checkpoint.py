@@ -18,7 +18,7 @@ from softact.errors import SpecError
 from softact.files.restart import RESTART, of_another_version, seal, unseal
 from softact.loads import BY_FIELD
 from softact.solve.path import Point
-from softact.system.term import AIR, Clock, State, Value
+from softact.system.term import AIR, CONTACT, Clock, State, Value
 
 if TYPE_CHECKING:
     import dolfinx
@@ -28,6 +28,10 @@ if TYPE_CHECKING:
     from softact.model import Model
 
 SAME_PLACE = 1e-9  # of the body's size
+#: How the names begin of what all processes remember alike; it is stored once.
+COMMON = (AIR, CONTACT)
+# How names ended, without ``CONTACT``, where each process had facets in an order of its own.
+_FORMER = (".partner", ".stiffness")
 
 
 @dataclass
@@ -95,6 +99,8 @@ def pack(model: Model, checkpoint: Checkpoint) -> bytes | None:
     for rank, parts in enumerate(memories):
         for when, memory in parts.items():
             for name, value in memory.items():
+                if rank and name.startswith(COMMON):
+                    continue
                 arrays[f"memory/{rank}/{when}/{name}"] = np.asarray(value)
     known = {
         **{name: getattr(checkpoint, name) for name in PLAIN},
@@ -137,6 +143,8 @@ def _unpacked(model: Model, path: Path, known: Mapping, file: NpzFile) -> Checkp
             raise SpecError(f"{path}: was written on another mesh; start the run anew")
         for vector, values in zip(vectors, file[f"values_{number}"], strict=True):
             vector[dofs] = values[order]
+    if any(n.endswith(_FORMER) and CONTACT not in n for n in file.files):
+        raise KeyError("contact")
     same_parts = _same_parts(model, known)
     states, (began, now) = [], known["times"]
     for when, loads, x, time in (
@@ -231,22 +239,23 @@ def _memory(
     """What ``pack`` was given by this process."""
     prefix = f"memory/{comm.rank}/{when}/"
     own = {n.removeprefix(prefix): file[n] for n in file.files if n.startswith(prefix)}
-    own = {name: value for name, value in own.items() if not name.startswith(AIR)}
+    own = {name: value for name, value in own.items() if not name.startswith(COMMON)}
     found = {name: value if value.ndim else float(value) for name, value in own.items()}
     if comm.allreduce(len(found)) and processes != comm.size:
         raise SpecError(
-            "a run with contact, with inertia, with a material that creeps or softens, or beyond "
-            f"a limit of its load, was begun with -n {processes} and goes on with as many, not "
-            f"with -n {comm.size}"
+            "a run with an obstacle, with inertia, with a material that creeps or softens, or "
+            f"beyond a limit of its load, was begun with -n {processes} and goes on with as many, "
+            f"not with -n {comm.size}"
         )
     if comm.allreduce(len(found)) and not same_parts:
         raise SpecError(
-            "a run with contact, or beyond a limit of its load, was begun by an earlier softact, "
-            "which gave each process another part of the mesh; start it anew, or with -n 1"
+            "a run with an obstacle, or beyond a limit of its load, was begun by an earlier "
+            "softact, which gave each process another part of the mesh; start it anew, or with -n 1"
         )
-    first = f"memory/0/{when}/"  # air is the same on all processes
-    names = [n for n in file.files if n.startswith(first + AIR)]
-    return found | {n.removeprefix(first): float(file[n]) for n in names}
+    first = f"memory/0/{when}/"
+    everywhere = {n.removeprefix(first): file[n] for n in file.files if n.startswith(first)}
+    common = {n: value for n, value in everywhere.items() if n.startswith(COMMON)}
+    return found | {n: value if value.ndim else float(value) for n, value in common.items()}
 
 
 def _groups(model: Model) -> list[tuple[np.ndarray, np.ndarray, int]]:

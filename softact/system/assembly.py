@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse
+from mpi4py import MPI
 from petsc4py import PETSc
 
 from softact import compat
@@ -31,7 +32,7 @@ _petsc = ctypes.CDLL(PETSc.__file__)  # symbols of libpetsc; petsc4py 3.18 does 
 
 
 class LooseEntries:
-    """Matrix entries (local numbers of one process) that may be replaced at any time."""
+    """Matrix entries (global numbers, any process's) that may be replaced at any time."""
 
     def __init__(self) -> None:
         self.entries = np.empty(0, _INT), np.empty(0, _INT)
@@ -192,7 +193,7 @@ class Assembler:
         return slice(start, len(self.extra_values))
 
     def couple_loosely(self) -> LooseEntries:
-        """Room for entries that change while the matrix is in use. For one process."""
+        """Room for entries that change while the matrix is in use; all processes ask for it."""
         self._loose.append(LooseEntries())
         return self._loose[-1]
 
@@ -266,6 +267,11 @@ class Assembler:
         for loose in self._loose:
             loose.changed = False
 
+    def _any_changed(self) -> bool:
+        """Whether entries were replaced on any process; each may have others. Collective."""
+        mine = any(loose.changed for loose in self._loose)
+        return bool(self._loose) and bool(self.unknowns.comm.allreduce(mine, op=MPI.LOR))
+
     def kernels(self, name: str, *arguments: int | None) -> tuple[ctypes.c_void_p, ...]:
         """Compiled kernels of the forms that ``softact.system.forms.name`` writes for the degree of
         the cells' shape and ``arguments``."""
@@ -305,7 +311,7 @@ class Assembler:
         """Put 1 on the diagonal of fixed unknowns and hand the values to PETSc."""
         owned_fixed = np.flatnonzero(self.fixed[: self.unknowns.owned])
         self.values[self._diagonal[owned_fixed]] = 1.0
-        if any(loose.changed for loose in self._loose):
+        if self._any_changed():
             self._lay_out(self.matrix)
         values = np.concatenate(
             [self.values, self.extra_values, *(loose.values for loose in self._loose)]

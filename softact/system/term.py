@@ -25,6 +25,8 @@ FUNCTIONS = {1: 4, 2: 10}  # shape functions of a tetrahedron by degree
 EVERYTHING = ""
 #: How the names begin under which a state remembers the air of its cavities.
 AIR = "air "
+#: The same of what all processes know alike of a contact.
+CONTACT = "contact "
 Value = float | np.ndarray
 
 

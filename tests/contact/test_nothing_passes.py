@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from mpi4py import MPI
 
-from softact.contact.crossing import crossed
+from softact.contact.crossing import Crossing
 from softact.contact.obstacles.block import Block
 from softact.contact.obstacles.cylinder import Cylinder
 from softact.contact.obstacles.plane import Plane
@@ -148,6 +149,7 @@ def test_crossing(through):
     after = after @ turn.T + [3.0, 0, 1.0]
     start, candidate = np.array([0, 0, 1]), np.array([0])
     values = np.eye(6)[:3] * 0.8 + 0.2 / 6
+    crossed = Crossing(MPI.COMM_SELF)
     assert crossed(before, after, values, start, candidate, np.ones(2)) == through
 
 

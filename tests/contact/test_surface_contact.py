@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from mpi4py import MPI
 
+from softact.contact.closest import Closest
 from softact.contact.surfaces import Touching
 from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
@@ -98,6 +100,25 @@ def test_resumed_run(friction):
     if friction:
         start.memory = {}
         assert np.abs(force(other, again, start) - found).max() > 1e-4
+
+
+@pytest.mark.parametrize("nearer", [-1e-13, 0.0, 1e-13])
+def test_rounding_does_not_choose_between_two_facets(nearer):
+    """A point over the edge between two facets in one plane faces the first of them, also where
+    rounding has put the second one nearer; where that is really nearer, it faces that one."""
+    search = Closest(MPI.COMM_SELF)
+    one = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], float)
+    other = np.array([[1, 1, 0], [0, 1, 0], [1, 0, 0]], float)
+    above = np.array([[1, 0, 1], [0, 0, 1], [0, 1, 1]], float)  # looks down
+    point, reach, depth = np.array([[[0.5, 0.5, 0.01]]]), np.array([1.0]), np.array([0.25])
+
+    def faced(height):
+        nodes = np.stack([above, one, other + np.array([0, 0, height])])
+        arrays = point, nodes[:1], nodes, np.array([0, 2]), np.array([1, 2], np.int32)
+        return search(*arrays, reach, depth)[0].item()
+
+    assert faced(nearer) == 1
+    assert faced(1e-6) == 2
 
 
 SIDES = [Support("x_min", {0: 0.0}), Support("y_min", {1: 0.0}), Support("z_min", {2: 0.0})]

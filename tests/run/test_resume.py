@@ -112,6 +112,19 @@ def specs_fields(folder):
     return len(results.increments), results.field(-1, "displacement").round(9).tolist()
 
 
+@pytest.mark.parametrize("name", ["jaws.partner", "plane.stiffness"])
+def test_what_an_earlier_softact_remembered_of_contact_is_not_passed_over(
+    cube, interrupted, tmp_path, name
+):
+    cut = tmp_path / "cut"
+    interrupted(7, cut)
+    known, file = unseal(cut / RESTART)
+    arrays = {key: file[key] for key in file.files if key != "known"}
+    (cut / RESTART).write_bytes(seal(known, {**arrays, f"memory/0/now/{name}": np.array(4.0)}))
+    with pytest.raises(SoftactError, match="was written by another version"):
+        run(cube(), cut, report=False, resume=True)
+
+
 def test_another_number_of_processes_goes_on(cube, whole, interrupted, tmp_path):
     cut = tmp_path / "cut"
     interrupted(7, cut)

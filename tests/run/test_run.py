@@ -257,7 +257,7 @@ def test_a_run_may_be_started_from_a_process_under_mpi(tmp_path):
 
 @pytest.mark.parametrize(
     ("more", "cores", "expected"),
-    [("", 1, 1), ("", 2, 2), ("", 64, 2), ("contact: [{self: x_max}]", 64, 1)],
+    [("", 1, 1), ("", 2, 2), ("", 64, 2), ("contact: [{self: x_max}]", 64, 2)],
 )
 def test_how_many_processes_are_usual(more, cores, expected, monkeypatch):
     monkeypatch.setattr(runs.os, "sched_getaffinity", lambda pid: set(range(cores)))
