@@ -174,11 +174,10 @@ class Recorder:
         messages += compressed_layers(self.model, self.stepper.state)
         messages += plausible.lines(self.spec)
         messages = [message for message in messages if message]
-        mass = self._mass()
         if self.writer is not None:
             if self.slopes is not None:
                 times["sensitivities"] = self.slopes.time
-            summary = parameters(self.spec) | self.row | mass
+            summary = parameters(self.spec) | self.row
             counts = {
                 "increments": len(progress.attempts) - progress.cutbacks - 1,
                 "cutbacks": progress.cutbacks,
@@ -204,14 +203,6 @@ class Recorder:
         done = {"stage": "done", "status": status, "message": progress.stopped}
         self.tell({**done, "verdict": self.verdict and self.verdict.data()})
         return status
-
-    def _mass(self) -> dict[str, float]:
-        """Of the whole actuator; empty where a body has no density. Collective."""
-        model = self.model
-        if len(model.weights) < len(model.bodies):
-            return {}
-        mass = model.sum(sum(weight.mass for weight in model.weights))
-        return {"mass_g": 1e6 * model.mesh.layout.copies * mass}
 
     def _in_time(self, directory: Path) -> list[str]:
         """What to say of cycles, of creep and of motions, and tell it."""
