@@ -268,8 +268,8 @@ def _evaluate(snapshot: Snapshot) -> dict[str, float]:
 
 FAILURE = Measure(
     "failure",
-    "pressure at which a region or a ply of a sheet breaks: by nominal stress, by Cauchy stress and "
-    "by stretch",
+    "pressure at which a region or a ply of a sheet breaks: by nominal stress, by Cauchy stress "
+    "and by stretch",
     {
         STRESS_COLUMN: "largest principal Cauchy stress, exceeded in 0.1 % of the region's volume",
         PEAK_COLUMN: "its largest nodal mean in the region; grows under refinement at corners",
