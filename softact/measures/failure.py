@@ -252,7 +252,8 @@ def _pressures(snapshot: Snapshot, part: Part, pressures: Mapping[str, float]) -
 
 
 def _evaluate(snapshot: Snapshot) -> dict[str, float]:
-    pressures, columns = PRESSURE.evaluate(snapshot), {}
+    pressures = PRESSURE.evaluate(snapshot)
+    columns: dict[str, float] = {}
     safe = []
     for part in _parts(snapshot):
         columns |= part.judged[0]
