@@ -56,7 +56,7 @@ def _pairs(
 
 def _check_unused(context: click.Context) -> None:
     """Refuse options that a fit of memory would pass over."""
-    for name in ("relative", "method", "starts", "seed", "sigma", "fix", "compare"):
+    for name in ("relative", "method", "starts", "seed", "sigma", "fix", "compare", "broke"):
         if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
             raise click.UsageError(f"--{name} does not go with --cyclic, --rates and --creep")
 
@@ -73,6 +73,11 @@ def _check_unused(context: click.Context) -> None:
 @click.option("--loading", is_flag=True, help="Keep the first loading only.")
 @click.option("--cycle", help="Keep the loading of this cycle: 1, 2, ... or last.")
 @click.option("--whole", is_flag=True, help="Keep the break, and a hold at the end.")
+@click.option(
+    "--broke",
+    is_flag=True,
+    help="The specimens broke at their last points: strength and elongation for the card.",
+)
 @click.option("--zero", is_flag=True, help="Subtract the stress of the first point.")
 @click.option("--toe", help="Drop points below this stress, shift the zero of strain.")
 @click.option("--from", "stretch_from", type=float, help="Smallest stretch to use.")
@@ -203,6 +208,8 @@ def fit(
             for line in tests.tell(test, tests.fit_series(test), path.name):
                 click.echo(line)
         return
+    if strength is not None and reading["broke"]:
+        raise click.UsageError("--broke and --strength both give the strength; give one")
     from softact.fit.fit import Options
     from softact.fit.run import Request, run
     from softact.fit.sheet import sheets_from_argument

@@ -136,6 +136,10 @@ same headings, or a column `specimen`, are several specimens.
 - The break, a sudden fall of the stress that never recovers, and a hold at the end, in which the
   material relaxes, are left out and told; `--whole` keeps them. Unloading and cycles are refused
   without `--loading` or `--cycle`.
+- `--broke` says that the specimens broke where their tests end: the card gets the mean nominal
+  stress and elongation of these points, so that runs with it tell failure pressures. Whatever
+  `--to` leaves of the curve for the fit, the whole of it counts here. Of uniaxial tension alone;
+  in a list of tests, `broke: true` stands at those that broke.
 - A file that cannot be read as it is is refused with the command that reads it.
 
 Measured curves for `softact run --measured`, `softact report --measured` and

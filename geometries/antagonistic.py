@@ -164,17 +164,23 @@ class Antagonistic(Corrugated):
 
     def _rounded_cavity(self, pair: str) -> float:
         """Volume of a cavity with fillets."""
-        n, between, r = self.chambers, self.pitch - self.chamber_length, self.fillet
-        channel, h = self._rounded(self.channel_radius), self.central_wall / 2 + r
-        chord = 2 * sqrt((self.channel_radius - r) ** 2 - h**2)
-        volume = n * self._rounded(self.chamber_radius).prism(self.chamber_length)
-        volume += (n - 1) * (between * channel.section + 2 * mouth(r, chord))
+        r = self.fillet
+        volume = self.chambers * self._rounded(self.chamber_radius).prism(self.chamber_length)
+        if self.chambers > 1:
+            volume += (self.chambers - 1) * self._rounded_channel()
         if pair == "lower":
             inner = self.bore / 2 - r
             bore = Rounded(r, pi * inner**2, 2 * pi * inner)
             long = 2 * self._bore_length()  # both halves have one blind end
             volume += bore.prism(long) / 2
         return volume
+
+    def _rounded_channel(self) -> float:
+        """Volume of a channel between two chambers, with what it takes from their roundings."""
+        r, inner = self.fillet, self.channel_radius - self.fillet
+        chord = 2 * sqrt(inner**2 - (self.central_wall / 2 + r) ** 2)
+        section = self._rounded(self.channel_radius).section
+        return (self.pitch - self.chamber_length) * section + 2 * mouth(r, chord)
 
     def _cavity(self, pair: str) -> float:
         if self.fillet:

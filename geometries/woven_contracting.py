@@ -22,6 +22,8 @@ class WovenContracting(SheetGeometry):
     """Two equal sheets, sealed along their rim and between the pouches but for an air passage.
 
     A quarter is meshed: the upper sheet for y ≥ 0. The seams stay in the plane between the sheets.
+    Those across the actuator may have a width, which is welded as the tabs are; that along the rim
+    is a line.
     """
 
     type: Literal["woven_contracting"] = "woven_contracting"
@@ -30,12 +32,21 @@ class WovenContracting(SheetGeometry):
     w_a: Length = Field(60.0, description="width across")
     h_a: Length = Field(22.86, description="length of one pouch along the actuator, flat")
     passage: Length = Field(5.0, description="width of the air passage between the pouches")
+    seam: Length = Field(
+        0.0, description="width of the welds before, between and after the pouches, half on each"
+    )
     mesh_size: Length = Field(5.0, description="longest side of the triangles along the axes")
     between_lines: BetweenLines = None
 
     @property
     def _tab(self) -> float:
         return (self.l_i - self.n_a * self.h_a) / 2
+
+    @property
+    def _pouches(self) -> np.ndarray:
+        """Where the air of each pouch begins and ends along x (n_a, 2)."""
+        starts = self._tab + self.h_a * np.arange(self.n_a + 1)
+        return np.column_stack([starts[:-1] + self.seam / 2, starts[1:] - self.seam / 2])
 
     def faults(self) -> Iterator[tuple[str, str]]:
         if self._tab <= 0:
@@ -44,6 +55,8 @@ class WovenContracting(SheetGeometry):
                 f"{self.n_a} pouches of {self.h_a:g} mm need more than {self.l_i:g} mm: write at "
                 f"least {self.n_a * self.h_a + 1:g} mm, so that tabs are left for the ends",
             )
+        if self.seam >= self.h_a:
+            yield "seam", f"{self.seam:g} mm leave no air in pouches of {self.h_a:g} mm"
         if self.passage >= self.w_a:
             yield "passage", f"{self.passage:g} mm leave no seam across a width of {self.w_a:g} mm"
 
@@ -60,26 +73,36 @@ class WovenContracting(SheetGeometry):
 
     def volumes(self) -> dict[str, float]:
         half = self.w_a / 2
-        return {"pouches": self.n_a * self.h_a * half, "tabs": 2 * self._tab * half}
+        pouches = self.n_a * (self.h_a - self.seam) * half
+        pouches += (self.n_a - 1) * self.seam * self.passage / 2
+        return {"pouches": pouches, "tabs": self.l_i * half - pouches}
+
+    def _in_pouches(self, x: np.ndarray) -> np.ndarray:
+        """Which places along the actuator are beside the air of a pouch, not beside a weld."""
+        begin, end = self._pouches.T
+        return ((x[:, None] > begin) & (x[:, None] < end)).any(axis=1)
 
     def sheet_mesh(self) -> SheetMesh:
-        starts = self._tab + self.h_a * np.arange(self.n_a + 1)
-        x = self.divided([0.0, *starts, self.l_i])
-        lines = Lines(x, self.divided([0.0, self.passage / 2, self.w_a / 2]))
+        pouches = self._pouches
+        first, last, half, open_ = pouches[0, 0], pouches[-1, 1], self.w_a / 2, self.passage / 2
+        x = self.divided([0.0, *np.unique(pouches), self.l_i])
+        lines = Lines(x, self.divided([0.0, open_, half]))
         points, triangles = lines.points(), lines.triangles()
         centre = points[triangles].mean(axis=1)
-        inside = (centre[:, 0] > starts[0]) & (centre[:, 0] < starts[-1])
+        beside = (centre[:, 0] > first) & (centre[:, 0] < last)
+        inside = beside & (self._in_pouches(centre[:, 0]) | (centre[:, 1] < open_))
         edges = sides(triangles)
+        middle = points[edges].mean(axis=1)
 
         def along(axis: int, value: float) -> np.ndarray:
             return (np.abs(points[edges][:, :, axis] - value) < 1e-9).all(axis=1)
 
-        sealed = (points[edges][:, :, 1] > self.passage / 2 - 1e-9).all(axis=1)
-        middle = points[edges].mean(axis=1)[:, 0]
-        at_pouches = (middle > starts[0]) & (middle < starts[-1])
-        seams = (along(1, self.w_a / 2) & at_pouches) | along(0, starts[0]) | along(0, starts[-1])
-        for start in starts[1:-1]:
-            seams |= along(0, start) & sealed
+        sealed = middle[:, 1] > open_
+        seams = (along(1, half) & self._in_pouches(middle[:, 0])) | along(0, first) | along(0, last)
+        for end in pouches.ravel()[1:-1]:
+            seams |= along(0, end) & sealed
+        between = (middle[:, 0] > first) & (middle[:, 0] < last)
+        seams |= along(1, open_) & between & ~self._in_pouches(middle[:, 0])
         curves = {
             "clamp": edges[along(0, 0.0)],
             "tip": edges[along(0, self.l_i)],
@@ -91,13 +114,16 @@ class WovenContracting(SheetGeometry):
 
     def pattern(self) -> Pattern:
         w, p, end = self.w_a / 2, self.passage / 2, self.l_i
-        starts = self._tab + self.h_a * np.arange(self.n_a + 1)
-        first, last = float(starts[0]), float(starts[-1])
+        ends = self._pouches
+        first, last = float(ends[0, 0]), float(ends[-1, 1])
         corners = [(0.0, -w), (end, -w), (end, w), (0.0, w), (0.0, -w)]
         seams = [((first, s * w), (last, s * w)) for s in (-1, 1)]
         seams += [((x, -w), (x, w)) for x in (first, last)]
-        for start in map(float, starts[1:-1]):
-            seams += [((start, -w), (start, -p)), ((start, p), (start, w))]
+        for x in map(float, np.unique(ends.ravel()[1:-1])):
+            seams += [((x, -w), (x, -p)), ((x, p), (x, w))]
+        if self.seam:
+            for before, after in zip(ends[:-1, 1], ends[1:, 0], strict=True):
+                seams += [((float(before), s * p), (float(after), s * p)) for s in (-1, 1)]
         return Pattern(tuple(pairwise(corners)), tuple(seams))
 
 

@@ -136,6 +136,11 @@ class Membrane:
         tensor = stress[:, PLACE].reshape(*f.shape[:2], 2, 2) / self.thickness
         return f @ tensor @ np.swapaxes(f, -1, -2)
 
+    def ply_stresses(self, x: np.ndarray) -> list[np.ndarray]:
+        """Second Piola-Kirchhoff stress (k q, 2, 2) MPa of each layer."""
+        metric = self.metric(x)
+        return [law.evaluate(metric)[1][:, PLACE] for law, _ in self.laws]
+
     def wrinkling(self, x: np.ndarray) -> np.ndarray | None:
         """0 taut, 1 wrinkled, 2 slack (k, q), of the first layer; None without tension field."""
         law = self.laws[0][0]

@@ -88,6 +88,7 @@ class SheetPart:
         self, name: str, sheet: Sheet, triangles: Triangles, patches: np.ndarray, size: int
     ):
         self.name, self.sheet, self.triangles = name, sheet, triangles
+        self.materials = [ply.law.material() for ply in sheet.plies]
         self.patches, self._size = patches, size
         along = np.asarray(sheet.axis, dtype=float)
         directed = any(isinstance(ply.law, FibreLaw) for ply in sheet.plies)

@@ -4,6 +4,7 @@ import numpy as np
 import yaml
 
 from softact.files.text import json_text
+from softact.fit.broken import of_card
 from softact.fit.fit import Fit
 from softact.fit.reason import reason
 from softact.materials import Law
@@ -14,7 +15,8 @@ DIGITS = 9
 def card_text(fit: Fit, density: float | None, strength: float | None) -> str:
     """Return the YAML of a card, in the words of a spec; it can stand under ``materials:`` too.
 
-    density: tonne/mm³ or None for the default. strength: MPa or None.
+    density: tonne/mm³ or None for the default. strength: MPa or None, nominal.
+    Tests that say that their specimen broke give strength and elongation.
     """
     low, high = fit.stretch_range
     fields: dict[str, object] = {
@@ -24,6 +26,7 @@ def card_text(fit: Fit, density: float | None, strength: float | None) -> str:
     }
     if density is not None:
         fields["density"] = density
+    fields |= of_card(fit.problem.tests)
     if strength is not None:
         fields["strength"] = strength
     if remarks := fit.remarks():

@@ -7,6 +7,7 @@ import numpy as np
 
 from softact.errors import SpecError
 from softact.fit.advise import advice
+from softact.fit.broken import Broken, broken
 from softact.fit.choose import choose, contradictions, pick
 from softact.fit.convert import Reading, size_of, stress_of, stretch_of
 from softact.fit.sheet import TestSheet
@@ -27,6 +28,7 @@ class Test:
 
     mode: a key of ``modes.MODES`` or 'biaxial'. direction: of the load in a sheet with fibres.
     other: stretch across it, in the mode 'biaxial'. messages: what was done and what looks odd.
+    broken: where the specimen broke, if it did and somebody says so.
     """
 
     __test__ = False  # not a test of pytest's
@@ -38,6 +40,7 @@ class Test:
     direction: str | None = None
     other: np.ndarray | None = None
     messages: tuple[str, ...] = ()
+    broken: Broken | None = None
 
     @property
     def label(self) -> str:
@@ -127,7 +130,11 @@ def _read_one(
     messages = [*reading.messages, *messages, *contradictions(table, full, choice, sizes)]
     mode = "uniaxial" if sheet.mode == "compression" else sheet.mode
     test = Test(name, mode, x, y, direction, other, ())
-    test = prepare(sheet, _elastic(reading, test, messages))
+    test = _elastic(reading, test, messages)
+    end = broken(sheet, test) if sheet.broke else None
+    test = replace(prepare(sheet, test), broken=end)
+    if end is not None:
+        test = replace(test, messages=(*test.messages, end.text))
     _check_count(sheet, len(test.stretch))
     if np.max(np.abs(test.stretch - 1.0)) < 1e-6:
         raise SpecError(f"{sheet.file}: the stretch is 1 throughout; there is no deformation")

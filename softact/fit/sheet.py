@@ -95,6 +95,10 @@ class TestSheet(BaseModel):
     stretch_from: Dimensionless | None = Field(default=None, gt=0)
     stretch_to: Dimensionless | None = Field(default=None, gt=0)
     whole: bool = Field(default=False, description="keep the break and a hold at the end")
+    broke: bool = Field(
+        default=False,
+        description="the specimen broke where its test ends: strength and elongation of the card",
+    )
     smooth: int | None = Field(
         default=None, ge=5, description="Savitzky-Golay window in points, second order"
     )

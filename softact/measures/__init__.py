@@ -14,6 +14,7 @@ from softact.measures.failure import FAILURE
 from softact.measures.fibres import FIBRES
 from softact.measures.held_tip import HELD_TIP
 from softact.measures.lateral import LATERAL
+from softact.measures.mass import MASS
 from softact.measures.module import MODULE
 from softact.measures.pressure import PRESSURE
 from softact.measures.probe import PROBE_STRESS, PROBES
@@ -49,6 +50,7 @@ MEASURES: dict[str, Measure] = {
         FAILURE,
         FIBRES,
         ENERGY,
+        MASS,
     )
 }
 

@@ -13,10 +13,19 @@ if TYPE_CHECKING:
     from softact.measures.snapshot import Snapshot
 
 
+def blocked_force(snapshot: Snapshot) -> np.ndarray | None:
+    """Force (3,) N of the whole actuator on all load cells; None where there is none."""
+    contacts, state = snapshot.model.contacts, snapshot.state
+    cells = [c for c in contacts if c.obstacle is not None and c.obstacle.load_cell]
+    if not cells:
+        return None
+    return np.sum([snapshot.of_whole(contacts.force(cell, state)) for cell in cells], axis=0)
+
+
 def _evaluate(snapshot: Snapshot) -> dict[str, float]:
     contacts, state = snapshot.model.contacts, snapshot.state
     columns: dict[str, float] = {}
-    blocked, worst = None, 0.0
+    worst = 0.0
     for contact in contacts:
         gap, ratio = contacts.smallest_gap(contact, state)
         worst = max(worst, -ratio)
@@ -25,15 +34,13 @@ def _evaluate(snapshot: Snapshot) -> dict[str, float]:
             columns |= vector_columns(f"contact_force_{contact.name}_<xyz>_N", force)
             moved = np.asarray(state["shift"].get(contact.name, np.zeros(3)))
             columns |= vector_columns(f"obstacle_{contact.name}_<xyz>_mm", moved)
-            if contact.obstacle.load_cell:
-                blocked = force if blocked is None else blocked + force
         area = snapshot.layout.copies * contacts.area(contact, state)
         columns[f"contact_area_{contact.name}_mm2"] = area
         pressure = contacts.largest_pressure(contact, state)
         columns[f"contact_pressure_{contact.name}_kPa"] = 1e3 * pressure
         if math.isfinite(gap):
             columns[f"contact_gap_{contact.name}_mm"] = gap
-    if blocked is not None:
+    if (blocked := blocked_force(snapshot)) is not None:
         columns["blocked_force_N"] = float(np.linalg.norm(blocked))
     if len(contacts):
         columns["contact_overlap_percent"] = 100 * worst

@@ -12,6 +12,18 @@ if TYPE_CHECKING:
     from softact.measures.snapshot import Snapshot
 
 
+def lifted(snapshot: Snapshot) -> float | None:
+    """Potential energy of the whole actuator's payloads and carried masses, mJ; None without any.
+    Collective."""
+    model = snapshot.model
+    payloads = [term for (field, _), term in model.load_terms.items() if field == "payload"]
+    payloads += [carried.weight() for carried in model.masses]
+    if not payloads:
+        return None
+    energy = model.sum(sum(term.energy(snapshot.state) for term in payloads))
+    return snapshot.layout.copies * energy
+
+
 def _evaluate(snapshot: Snapshot) -> dict[str, float]:
     model, previous = snapshot.model, snapshot.previous
     stored = model.strain_energy(snapshot.state)
@@ -30,11 +42,8 @@ def _evaluate(snapshot: Snapshot) -> dict[str, float]:
     if softening:
         lost = model.sum(sum(body.softened_away(snapshot.state) for body in softening))
         columns["softening_loss_mJ"] = snapshot.layout.copies * lost
-    payloads = [t for (field, _), t in model.load_terms.items() if field == "payload"]
-    payloads += [carried.weight() for carried in model.masses]
-    if payloads:
-        lifted = model.sum(sum(term.energy(snapshot.state) for term in payloads))
-        columns["payload_energy_mJ"] = snapshot.layout.copies * lifted
+    if (energy := lifted(snapshot)) is not None:
+        columns["payload_energy_mJ"] = energy
     return columns
 
 

@@ -5,11 +5,15 @@ and which is right depends on the material. The largest principal value of each 
 the card bears (``softact.materials.breaking``). The peak at a re-entrant corner grows with every
 refinement, so it decides nothing: the value that 0.1 % of the region's undeformed volume exceeds
 does. The pressure at which the nodal peak gets there is told beside it.
+
+Sheets are judged in the same way, each ply by the stress and stretch in its plane.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +22,7 @@ from softact.materials.breaking import breaking
 from softact.materials.tensors import bounds, largest_eigenvalue, symmetric
 from softact.measures.base import Measure, per_cavity, vector_columns
 from softact.measures.pressure import PRESSURE
+from softact.measures.sheet_failure import plies
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -127,35 +132,73 @@ def reached(
     return start + (limit - before) / (value - before) * (pressure - start)
 
 
-def _region(
-    snapshot: Snapshot, name: str, solid: Solid
-) -> tuple[dict[str, float], dict[str, np.ndarray]]:
-    """Columns of stress and stretch of one region, and the place (3,) of each of ``CRITERIA``."""
-    regions, comm = snapshot.layout.regions, snapshot.model.comm
-    volumes = solid.volumes.ravel()
+Judged = tuple[dict[str, float], dict[str, np.ndarray]]
+
+
+def _judged(
+    comm: MPI.Comm,
+    tensors: Mapping[str, np.ndarray],
+    volumes: np.ndarray,
+    places_of: Callable[[np.ndarray], np.ndarray],
+    named: Callable[[str], str],
+) -> Judged:
+    """Columns of stress and stretch of a part, and the place (3,) of each of ``CRITERIA``.
+
+    tensors: of each criterion, (n, 6); of the stretch C. named: a title with the part's name.
+    """
+    found = {
+        criterion: percentile(comm, values, volumes, places_of)
+        for criterion, values in tensors.items()
+    }
+    columns = {
+        named(STRESS_COLUMN): found["cauchy"][0],
+        named(NOMINAL_COLUMN): found["nominal"][0],
+        named(STRETCH_COLUMN): float(np.sqrt(found["stretch"][0])),
+    }
+    return columns, {criterion: place for criterion, (_, place) in found.items()}
+
+
+def _region(snapshot: Snapshot, name: str, solid: Solid, named: Callable[[str], str]) -> Judged:
+    """See ``_judged``, of a region of solids; with the highest node."""
+    comm = snapshot.model.comm
     cauchy = snapshot.cauchy_at_points(name)
-
-    def places_of(chosen: np.ndarray) -> np.ndarray:
-        return snapshot.quadrature_places(solid, chosen)
-
     tensors = {
         "nominal": solid.nominal(snapshot.state, cauchy),
         "cauchy": symmetric(cauchy),
         "stretch": solid.right_cauchy_green(snapshot.state.x).reshape(-1, 6),
     }
-    found = {
-        criterion: percentile(comm, values, volumes, places_of)
-        for criterion, values in tensors.items()
-    }
+
+    def places_of(chosen: np.ndarray) -> np.ndarray:
+        return snapshot.quadrature_places(solid, chosen)
+
+    columns, places = _judged(comm, tensors, solid.volumes.ravel(), places_of, named)
     nodes = np.unique(snapshot.model.cell_nodes[solid.cells])
     peak = float(snapshot.max_principal_stress[nodes].max(initial=-np.inf))
-    columns = {
-        of_region(STRESS_COLUMN, name, regions): found["cauchy"][0],
-        of_region(PEAK_COLUMN, name, regions): max(comm.allgather(peak)),
-        of_region(NOMINAL_COLUMN, name, regions): found["nominal"][0],
-        of_region(STRETCH_COLUMN, name, regions): float(np.sqrt(found["stretch"][0])),
-    }
-    return columns, {criterion: place for criterion, (_, place) in found.items()}
+    return columns | {named(PEAK_COLUMN): max(comm.allgather(peak))}, places
+
+
+@dataclass(frozen=True)
+class Part:
+    """A region or a ply in a state: its names in titles, material and ``_judged``."""
+
+    named: Callable[[str], str]
+    material: Material
+    judged: Judged
+
+
+def _parts(snapshot: Snapshot) -> Iterator[Part]:
+    """All regions, then all plies of sheets. A name is left out of titles where a region, or in an
+    actuator without any, a ply is the only one."""
+    regions, comm = snapshot.layout.regions, snapshot.model.comm
+    for name, solid in snapshot.model.solids.items():
+        named = partial(of_region, region=name, regions=regions)
+        yield Part(named, solid.material, _region(snapshot, name, solid, named))
+    layers = list(plies(snapshot))
+    names = (*regions, *(layer.name for layer in layers))
+    for layer in layers:
+        named = partial(of_region, region=layer.name, regions=names)
+        judged = _judged(comm, layer.tensors, layer.volumes, layer.places_of, named)
+        yield Part(named, layer.material, judged)
 
 
 def _limits(material: Material) -> dict[str, tuple[str, float | None]]:
@@ -174,43 +217,51 @@ def _limits(material: Material) -> dict[str, tuple[str, float | None]]:
     }
 
 
-def _first(
-    row: Mapping[str, float], region: str, regions: Sequence[str]
-) -> tuple[str, float] | None:
+def _first(row: Mapping[str, float], named: Callable[[str], str]) -> tuple[str, float] | None:
     """The criterion that was reached first and its pressure, None where none was."""
     told = {
         criterion: row[title]
         for criterion in CRITERIA
-        if (title := of_region(criterion_column(criterion), region, regions)) in row
+        if (title := named(criterion_column(criterion))) in row
     }
     return min(told.items(), key=lambda item: abs(item[1])) if told else None
 
 
-def _evaluate(snapshot: Snapshot) -> dict[str, float]:
-    layout, previous = snapshot.layout, snapshot.previous
-    names, regions = tuple(layout.cavities), layout.regions
+def _pressures(snapshot: Snapshot, part: Part, pressures: Mapping[str, float]) -> dict[str, float]:
+    """Pressures at which a part has reached what it bears, and where it first did."""
+    previous, names, (found, places) = (
+        snapshot.previous,
+        tuple(snapshot.layout.cavities),
+        part.judged,
+    )
     columns: dict[str, float] = {}
+    for title, (column, limit) in _limits(part.material).items():
+        title, column = part.named(title), part.named(column)
+        now = previous.get(title)
+        if now is None and limit and column in found:
+            now = reached({**found, **pressures}, previous, column, limit, names)
+        if now is not None:
+            columns[title] = now
+    if first := _first(columns, part.named):
+        criterion, pressure = first
+        failed = part.named(FAILURE_COLUMN)
+        columns[failed] = previous.get(failed, pressure)
+        at = vector_columns(part.named(PLACE_COLUMN), places[criterion])
+        columns |= {title: previous.get(title, value) for title, value in at.items()}
+    return columns
+
+
+def _evaluate(snapshot: Snapshot) -> dict[str, float]:
     pressures = PRESSURE.evaluate(snapshot)
+    columns: dict[str, float] = {}
     safe = []
-    for name, solid in snapshot.model.solids.items():
-        found, places = _region(snapshot, name, solid)
-        columns |= found
-        if not names or solid.material.card is None:
+    for part in _parts(snapshot):
+        columns |= part.judged[0]
+        if not snapshot.layout.cavities or part.material.card is None:
             continue
-        for title, (column, limit) in _limits(solid.material).items():
-            title, column = (of_region(text, name, regions) for text in (title, column))
-            now = previous.get(title)
-            if now is None and limit:
-                now = reached(found | pressures, previous, column, limit, names)
-            if now is not None:
-                columns[title] = now
-        if first := _first(columns, name, regions):
-            criterion, pressure = first
-            failed = of_region(FAILURE_COLUMN, name, regions)
-            columns[failed] = previous.get(failed, pressure)
+        columns |= _pressures(snapshot, part, pressures)
+        if (failed := part.named(FAILURE_COLUMN)) in columns:
             safe.append(columns[failed] / snapshot.safety_factor)
-            titles = vector_columns(of_region(PLACE_COLUMN, name, regions), places[criterion])
-            columns |= {title: previous.get(title, at) for title, at in titles.items()}
     if safe:
         columns["safe_pressure_kPa"] = min(safe, key=abs)
     return columns
@@ -218,7 +269,8 @@ def _evaluate(snapshot: Snapshot) -> dict[str, float]:
 
 FAILURE = Measure(
     "failure",
-    "pressure at which a region breaks: by nominal stress, by Cauchy stress and by stretch",
+    "pressure at which a region or a ply of a sheet breaks: by nominal stress, by Cauchy stress "
+    "and by stretch",
     {
         STRESS_COLUMN: "largest principal Cauchy stress, exceeded in 0.1 % of the region's volume",
         PEAK_COLUMN: "its largest nodal mean in the region; grows under refinement at corners",

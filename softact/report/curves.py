@@ -34,6 +34,8 @@ _GROUPS = (
 )
 # Noise: by the scale of a unit, and of any unit. Newton's tolerance is 1e-6 or finer.
 _NOISE, _ROUNDING, _WHOLE_TURN = 1e-7, 1e-9, 360.0
+#: What is the same in all states.
+_CONSTANT = "mass_g"
 _AXES = ("_x_mm", "_y_mm", "_z_mm")
 
 
@@ -70,6 +72,7 @@ def measures(results: Results) -> list[str]:
         name
         for name, values in columns.items()
         if name not in BOOKKEEPING
+        and name != _CONSTANT
         and values.dtype == float
         and not is_place(name, columns)
         and _size(values) > noise(results, name)

@@ -24,6 +24,7 @@ BENT = 20.0
 BENDING, TWIST, ELONGATION = "bending_angle_deg", "twist_angle_deg", "elongation_mm"
 FORCE, TORQUE, PULL = "blocked_force_N", "blocked_torque_Nmm", "pull_N"
 AXIAL_TORQUE = "blocked_axial_torque_Nmm"
+BY_MASS = ("mass_g", "specific_force_N_per_kg", "specific_work_J_per_kg")
 #: Columns that have another name where they are below zero.
 _OPPOSITES = {ELONGATION: ("Elongation", "Contraction"), PULL: ("Pull", "Push")}
 _SHORT = {BENDING: "bending", TWIST: "twist"}
@@ -120,6 +121,12 @@ def _largest(results: Results, name: str) -> float:
     if values is None or values.dtype != float:
         return 0.0
     return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
+
+
+def by_mass(results: Results, row: int) -> list[Figure]:
+    """The mass, and what the actuator does for it in a state."""
+    found = [figure(results, name, row) for name in BY_MASS if _is_number(results, name)]
+    return [each for each in found if np.isfinite(each.value)]
 
 
 def figure(results: Results, name: str, row: int, note: str = "") -> Figure:

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 _UNITS = {
     "nl_per_min": ("nl/min", 1.0),
     "per_m": ("1/m", 1.0),
+    "N_per_kg": ("N/kg", 1.0),
+    "J_per_kg": ("J/kg", 1.0),
     "nl": ("nl", 1.0),
     "mm2": ("mm²", 1.0),
     "g": ("g", 1.0),

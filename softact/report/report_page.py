@@ -174,10 +174,11 @@ def _cards(results: Results, bars: dict[str, str], bands: scatter.Bands) -> list
         cards.append(card(headline.figure(results, name, main, _where(results, name, main))))
     extra = {k: v for k, v in results.summary.items() if k not in curve and "." not in k}
     broken = [f"failure_pressure{by}_kPa" for by in ("", "_nominal", "_cauchy", "_stretch")]
-    for name in (*broken, "blocked_force_N", "mass_g"):
+    for name in (*broken, "blocked_force_N"):
         if isinstance(value := extra.get(name), float):
             cards.append(_card(headline.Figure(name, labels.column(name), value)))
-    return cards
+    by_mass = headline.by_mass(results, main)
+    return cards + [card(figure) for figure in by_mass if figure.column not in shown]
 
 
 def _card(figure: headline.Figure, error: str = "") -> Markup:

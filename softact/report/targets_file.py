@@ -14,7 +14,7 @@ from softact.units import conversion, show
 #: How the names of figures end -> the unit for the registry.
 UNITS = {
     "kPa": "kPa", "MPa": "MPa", "deg": "deg", "mm": "mm", "mm3": "mm^3", "N": "N", "Nmm": "N*mm",
-    "mJ": "mJ", "kg": "kg", "percent": "percent",
+    "mJ": "mJ", "g": "g", "kg": "kg", "N_per_kg": "N/kg", "J_per_kg": "J/kg", "percent": "percent",
 }  # fmt: skip
 
 

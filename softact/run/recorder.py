@@ -175,11 +175,10 @@ class Recorder:
         messages += compressed_layers(self.model, self.stepper.state)
         messages += plausible.lines(self.spec)
         messages = [message for message in messages if message]
-        mass = self._mass()
         if self.writer is not None:
             if self.slopes is not None:
                 times["sensitivities"] = self.slopes.time
-            summary = parameters(self.spec) | self.row | mass
+            summary = parameters(self.spec) | self.row
             if CARRIED in self.row:
                 summary |= efficiency.figures(read(self.writer.directory))
             counts = {
@@ -207,17 +206,6 @@ class Recorder:
         done = {"stage": "done", "status": status, "message": progress.stopped}
         self.tell({**done, "verdict": self.verdict and self.verdict.data()})
         return status
-
-    def _mass(self) -> dict[str, float]:
-        """Of the whole actuator, without what it carries; empty where a body has no density.
-        Collective."""
-        model = self.model
-        made_of = [body for body in model.bodies if body.elastic]
-        if len(model.weights) - len(model.masses) < len(made_of):
-            return {}
-        mass = model.sum(sum(weight.mass for weight in model.weights))
-        mass -= sum(carried.mass for carried in model.masses)
-        return {"mass_g": 1e6 * model.mesh.layout.copies * mass}
 
     def _in_time(self, directory: Path) -> list[str]:
         """What to say of cycles, creep, motions and loads that are lifted, and tell it."""

@@ -18,13 +18,13 @@ COLUMNS = ("measure", "value", "parameter", "at", "derivative", "unit", "elastic
 #: Endings of the columns of measures, and the unit.
 UNITS = {
     "mm": "mm", "mm3": "mm^3", "mm2": "mm^2", "deg": "deg", "kPa": "kPa", "MPa": "MPa", "N": "N",
-    "Nmm": "N*mm", "mJ": "mJ", "percent": "%",
+    "Nmm": "N*mm", "mJ": "mJ", "g": "g", "N_per_kg": "N/kg", "J_per_kg": "J/kg", "percent": "%",
 }  # fmt: skip
 
 
 def unit_of(measure: str) -> str:
     """Unit of a column of curve.csv; empty where it has none."""
-    return UNITS.get(measure.rpartition("_")[2], "") if "_" in measure else ""
+    return next((unit for end, unit in UNITS.items() if measure.endswith(f"_{end}")), "")
 
 
 def unit_of_slope(measure: str, parameter: str) -> str:

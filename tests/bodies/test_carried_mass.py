@@ -92,7 +92,7 @@ supports: [{surface: x_min, fix: [x, y, z]}]
 masses: [{surface: x_max, mass: 2 g}, {surface: end, mass: 500 mg}]
 points: {end: [8 mm, 2 mm, 1.5 mm]}
 steps: [{name: weight, gravity: [0, 0, -1]}]
-measures: [pressure, energy, tip]
+measures: [pressure, energy, tip, mass]
 """
 
 

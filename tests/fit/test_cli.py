@@ -12,6 +12,7 @@ from matplotlib.image import imread
 from softact.cli import main as cli
 from softact.fit.modes import nominal_stress
 from softact.materials import LAWS, parse_material
+from softact.materials.breaking import breaking
 from softact.spec import load
 
 LAW = LAWS["yeoh"].of(c10=0.11, c20=-0.004, c30=0.003)
@@ -72,6 +73,26 @@ def test_fit_writes_card_plot_and_numbers(folder, capsys):
     assert law_drawn["y"] == pytest.approx(expected, abs=1e-3)
     assert data["x"] == pytest.approx(STRETCH, rel=1e-6)
     assert "Download mine.yaml" in page and "0.11" in page
+
+
+def test_specimens_that_broke_give_strength_and_elongation(folder, capsys):
+    """Two tests of one law that end at 2.5 and, torn off within a point, at 2.0; half is fitted."""
+    lines = (folder / "uniaxial.csv").read_text().splitlines()
+    torn = [*lines[:22], *(f"{105 + i};{p}" for i, p in enumerate((20, 3, 2, 1)))]
+    (folder / "torn.csv").write_text("\n".join(torn))
+    code, out, err = softact(
+        capsys, "uniaxial.csv", "torn.csv", "--broke", "--to", "1.9", "--name", "mine", "-o", "out"
+    )
+    assert (code, err) == (0, "")
+    ends = STRETCH[[-1, 20]]
+    stresses = nominal_stress(LAW, LAW, "uniaxial", ends)
+    assert f"broke at a stretch of 2.034 and {1e3 * stresses[1]:.4g} kPa (nominal)" in out
+    law = parse_material(yaml.safe_load((folder / "out" / "mine.yaml").read_text()))
+    assert law.strength == pytest.approx(stresses.mean(), rel=1e-5)
+    assert law.strength_is == "nominal" and "2 specimens" in law.strength_source
+    assert law.elongation == pytest.approx(ends.mean() - 1, rel=1e-5)
+    assert law.stretch_range[1] < 1.9
+    assert breaking(law.material()).nominal == law.strength
 
 
 def test_the_card_goes_into_a_spec_as_it_is(folder, capsys):
@@ -153,6 +174,10 @@ def test_held_constant_and_warning_of_a_wrong_unit(folder, capsys):
         (["."], "this is a folder"),
         (["bomb.yaml"], "aliases expand to more than 20000 values"),
         (["uniaxial.csv", "--seed", "-1"], "is not in the range"),
+        (["planar.csv:planar", "--broke"], "come from uniaxial tension; this is planar"),
+        (["uniaxial.csv", "--broke", "--loading"], "leave out loading"),
+        (["uniaxial.csv", "--broke", "--strength", "3 MPa"], "give one"),
+        (["uniaxial.csv", "--broke", "--cyclic"], "--broke does not go with --cyclic"),
         ([], "FILE"),
     ],
 )

@@ -25,9 +25,12 @@ def lengths(points, edges):
     return np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
 
 
-@pytest.mark.parametrize("values", [{}, {"n_a": 2, "l_i": "80 mm", "mesh_size": "3 mm"}])
+@pytest.mark.parametrize(
+    "values", [{}, {"n_a": 2, "l_i": "80 mm", "mesh_size": "3 mm"}, {"seam": "3 mm"}]
+)
 def test_areas_and_seams(values):
-    """Areas of the closed form; seams: the rim of all pouches and n − 1 lines with a gap."""
+    """Areas of the closed form; seams: the rim of all pouches and n − 1 lines with a gap, or the
+    three sides of welds that have a width."""
     geometry = woven(**values)
     mesh = geometry.checked_mesh()
     a, b, c = (mesh.points[mesh.triangles[:, i]] for i in range(3))
@@ -36,9 +39,18 @@ def test_areas_and_seams(values):
         assert areas[members].sum() == pytest.approx(geometry.volumes()[name], rel=1e-12)
     assert areas.min() > 0
     n, h, half = geometry.n_a, geometry.h_a, geometry.w_a / 2
-    between = (n - 1) * (half - geometry.passage / 2)
-    assert lengths(mesh.points, mesh.hinges).sum() == pytest.approx(n * h + 2 * half + between)
-    assert len(np.unique(mesh.patches())) == 3  # both tabs; the pouches hang together
+    wide, line = geometry.seam, half - geometry.passage / 2
+    between = (n - 1) * (2 * line + wide if wide else line)
+    rim = n * (h - wide)
+    assert lengths(mesh.points, mesh.hinges).sum() == pytest.approx(rim + 2 * half + between)
+    # Both tabs and the welds; the pouches hang together.
+    assert len(np.unique(mesh.patches())) == 3 + (n - 1 if wide else 0)
+
+
+def test_a_seam_wider_than_a_pouch_is_refused():
+    assert [*woven(n_a=3).faults()] == []
+    [(field, text)] = woven(n_a=3).model_copy(update={"seam": 23.0}).faults()
+    assert field == "seam" and "23 mm" in text and "22.86 mm" in text
 
 
 def test_the_pattern(tmp_path):
