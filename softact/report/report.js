@@ -374,6 +374,13 @@ async function drawView(view) {
     const picked = shape.at(x, y);
     if (picked) show({ picked });
   });
+  document.querySelectorAll(".showspot").forEach((button) => {
+    button.addEventListener("click", () => {
+      const vertex = shape.nearestTo(button.dataset.place.split(",").map(Number));
+      byId("view").scrollIntoView();
+      show({ picked: [[vertex, vertex, vertex], [1, 0, 0], true] });
+    });
+  });
   say();
   onTheme(() => shape.recolour());
 }

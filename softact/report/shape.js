@@ -351,6 +351,17 @@ class Shape {
     });
   }
 
+  /* The vertex nearest to a place of the undeformed actuator. */
+  nearestTo(place) {
+    const own = [0, 1, 2].map((axis) => this.undeformed(axis));
+    let best = 0, least = Infinity;
+    for (let k = 0; k < own[0].length; k++) {
+      const far = own.reduce((sum, values, axis) => sum + (values[k] - place[axis]) ** 2, 0);
+      if (far < least) [best, least] = [k, far];
+    }
+    return best;
+  }
+
   /* What is known of a place between three vertices: its coordinates, values, surface and region. */
   told(ids, weights, onSkin) {
     const n = this.view.vertices, own = ids.filter((id) => id < n * this.copies);

@@ -163,6 +163,8 @@ def test_play_runs_through_the_states_and_can_be_stopped(page):
     length = bent_beam.LENGTH
     roof = length / np.pi + 2 * bent_beam.HEIGHT
     assert max(z) == pytest.approx(np.sqrt(roof * length / np.pi) - length / np.pi, abs=0.01)
+
+
 TOLD = "return [...document.querySelectorAll('#picked tr')].map(r => "
 TOLD += "[...r.cells].map(c => c.textContent.replaceAll('\u2212', '-')));"
 
