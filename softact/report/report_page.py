@@ -10,6 +10,7 @@ from markupsafe import Markup
 from softact.report import (
     base,
     curves,
+    force_angle,
     headline,
     history,
     key_figures,
@@ -243,4 +244,4 @@ def _plots(results: Results, bands: scatter.Bands) -> list[Plot]:
             equal=chart.equal,
         )
         for chart in curves.charts(results)
-    ]  # fmt: skip
+    ] + force_angle.of_run(results)  # fmt: skip
