@@ -45,7 +45,16 @@ def write_report(
     where its figures cannot be read.
     """
     # Imported here: a sweep takes a label or a plot from this package, and makes no report.
-    from softact.report import curvature, curves, hot_spots, overlay, pictures, report_page, surface
+    from softact.report import (
+        curvature,
+        curves,
+        hot_spots,
+        material_panel,
+        overlay,
+        pictures,
+        report_page,
+        surface,
+    )
     from softact.report.base import plotly
     from softact.report.remembered import remembered
     from softact.verdict.judge import judge
@@ -80,6 +89,10 @@ def write_report(
     except SpecError as error:
         faults += error.lines
     against: list[Extra] = [partial(overlay.section, several=measured)] if measured else []
+    try:
+        more += material_panel.sections(results)
+    except SpecError as error:
+        faults += error.lines
     for make in [*against, *extra]:
         try:
             more.append(make(results))
