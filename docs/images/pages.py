@@ -1,7 +1,7 @@
 """Pictures of pages for the documentation, in headless Chromium.
 
     .venv/bin/python docs/images/pages.py PAGE PICTURE [--phone] [--dark] [--height 1100] [--at ID]
-        [--click ID,TRACE,POINT] [--scale 0.75]
+        [--click ID,TRACE,POINT] [--do SCRIPT] [--scale 0.75]
 
 PAGE: an HTML file of softact; PICTURE: the PNG. --at: the section to begin at.
 """
@@ -30,6 +30,9 @@ def picture(browser: browsing.Browser, wanted: argparse.Namespace) -> bytes:
         plot, trace, point = wanted.click.split(",")
         browser.click_point(plot, int(trace), int(point))
         browser.wait("return document.getElementById('oneshape')?.dataset.ready === 'yes'")
+    if wanted.do:
+        browser.run(wanted.do)
+        time.sleep(3.0)  # until it is drawn
     browser.tell("Input.dispatchMouseEvent", {"type": "mouseMoved", "x": 1, "y": 1})
     time.sleep(1.0)  # until what was hovered over is gone
     top, end = browser.run(
@@ -54,6 +57,7 @@ def main() -> None:
     parser.add_argument("--height", type=float, default=1100)
     parser.add_argument("--at", default="", metavar="ID")
     parser.add_argument("--click", metavar="ID,TRACE,POINT")
+    parser.add_argument("--do", metavar="SCRIPT", help="JavaScript, to set controls")
     parser.add_argument("--scale", type=float, default=0.75)
     wanted = parser.parse_args()
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:

@@ -17,6 +17,8 @@ from softact.verdict.reached import reached
 
 if TYPE_CHECKING:
     from softact.report.base import Section
+    from softact.report.hot_spots import HotSpot
+    from softact.report.pictures import Drawn
     from softact.report.surface import Skin
     from softact.verdict.judge import Verdict
 
@@ -43,7 +45,16 @@ def write_report(
     where its figures cannot be read.
     """
     # Imported here: a sweep takes a label or a plot from this package, and makes no report.
-    from softact.report import curvature, curves, overlay, pictures, report_page, surface
+    from softact.report import (
+        curvature,
+        curves,
+        hot_spots,
+        material_panel,
+        overlay,
+        pictures,
+        report_page,
+        surface,
+    )
     from softact.report.base import plotly
     from softact.report.remembered import remembered
     from softact.verdict.judge import judge
@@ -55,7 +66,9 @@ def write_report(
         (directory / name).unlink(missing_ok=True)
     view, make_skin = None, cache(lambda: surface.skin(results))
     there = bool(results.increments)
-    with pictures.drawing(results, make_skin) if there else nullcontext(lambda marks: "") as finish:
+    spots = _spots(results, faults) if there else []
+    drawing = pictures.drawing(results, make_skin, spots) if there else nullcontext(_undrawn)
+    with drawing as finish:
         try:
             if curves.charts(results):
                 write_atomic(directory / "curve.png", curves.picture(results))
@@ -66,16 +79,20 @@ def write_report(
         along = curvature.write(results, pictures.MOST_STATES)
         plotly()
         verdict = judge(results)
-        fault = finish(_marks(results, verdict))
+        drawn = finish(_marks(results, verdict))
     faults += [along.fault] if along.fault else []
-    if fault:
-        faults.append(f"The pictures of the actuator are missing: {fault}")
-    more, measured = [], []
+    if drawn.fault:
+        faults.append(f"The pictures of the actuator are missing: {drawn.fault}")
+    more, measured = hot_spots.section(results, spots, drawn.spots), []
     try:
         measured = remembered(directory)
     except SpecError as error:
         faults += error.lines
     against: list[Extra] = [partial(overlay.section, several=measured)] if measured else []
+    try:
+        more += material_panel.sections(results)
+    except SpecError as error:
+        faults += error.lines
     for make in [*against, *extra]:
         try:
             more.append(make(results))
@@ -83,10 +100,29 @@ def write_report(
             faults += error.lines
     faults = list(dict.fromkeys(faults))
     path = directory / "report.html"
-    write_atomic(path, report_page.html(results, verdict, view, faults, more, along.plots))
+    write_atomic(
+        path, report_page.html(results, verdict, view, faults, more, along.plots, drawn.dark)
+    )
     for line in faults:
         warn(line)
     return path
+
+
+def _undrawn(marks: Sequence[np.ndarray]) -> Drawn:
+    """Of a run without states there is nothing to draw."""
+    from softact.report.pictures import Drawn
+
+    return Drawn()
+
+
+def _spots(results: Results, faults: list[str]) -> list[HotSpot]:
+    from softact.report import hot_spots
+
+    try:
+        return hot_spots.spots(results)
+    except Exception as error:  # as with a picture
+        faults.append(f"The hot spots are missing: {reason(error)}")
+        return []
 
 
 def _marks(results: Results, verdict: Verdict) -> list[np.ndarray]:

@@ -107,7 +107,7 @@ class Scene:
             "bodies": beside, "body_triangles": body_triangles,
             "points": np.array(points), "values": np.array(values), "triangles": triangles,
             "edges": edges, "ghost": ghost if group.ghost else np.zeros((0, 3)),
-            "limits": np.array(self.limits), "colours": _rgb(STRESS_COLOURS),
+            "limits": np.array(self.limits), "colours": colours(STRESS_COLOURS),
             "right": self.view.right, "up": self.view.up, "eye": self.view.eye,
             "low": group.low, "high": group.high, "size": np.array(group.size),
         }  # fmt: skip
@@ -128,8 +128,9 @@ def make_scene(results: Results, parts: Skin | None = None) -> Scene:
     return Scene(results, parts, bending_view(results), field, (low, high))
 
 
-def _rgb(colours: Sequence[str]) -> np.ndarray:
-    return np.array([[int(c[n : n + 2], 16) / 255 for n in (1, 3, 5)] for c in colours])
+def colours(names: Sequence[str]) -> np.ndarray:
+    """(n, 3) in 0..1 of colours such as "#4143a7"."""
+    return np.array([[int(c[n : n + 2], 16) / 255 for n in (1, 3, 5)] for c in names])
 
 
 class Renderer:
@@ -161,10 +162,14 @@ class Renderer:
         self._pictures.append(file.with_suffix(".npy"))
 
     def drawn(self) -> Iterator[np.ndarray]:
-        """For each group (states, height, width, 3) uint8, as soon as it is there.
+        """For each group (states, height, width, 3) uint8 on white, as soon as it is there.
 
         Raises DrawingError with one line where the process failed.
         """
+        return (picture[..., :3] for picture in self.covering())
+
+    def covering(self) -> Iterator[np.ndarray]:
+        """As ``drawn``, with how much of each pixel is covered as a fourth channel."""
         (self._scratch / "end").touch()
         until = time.monotonic() + _TIME_LIMIT_S
         for picture in self._pictures:

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from io import BytesIO
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from softact.errors import reason
 from softact.files.text import write_atomic
-from softact.report import frames, headline, labels
+from softact.report import close_ups, frames, headline, labels
+from softact.report.base.parts import webp
 from softact.report.frames import Group, Scene
+from softact.report.hot_spots import HotSpot
 from softact.report.surface import Skin
 from softact.report.view import STRESS_COLOURS, View, states
 from softact.results.folder import Results, load, load_name, load_text
@@ -23,6 +26,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 INK, _GREY = "#15202b", "#8a949b"
+
+
+class Ground(NamedTuple):
+    """Colours of what a picture stands on and of its texts, those of base.css."""
+
+    paper: str
+    ink: str
+
+
+LIGHT, DARK = Ground("white", INK), Ground("#12181d", "#e6ebef")
 _DPI = 160
 _TITLE = 0.4  # inches above a panel
 MOST_STATES = 4
@@ -31,13 +44,25 @@ CORNER = 0, round(_TITLE * _DPI)  # pixels from the upper left corner to that of
 _SIDES = 4.2, 5.5  # inches of the longer side of one of several panels, and of a single one
 
 
-@contextmanager
-def drawing(results: Results, make_skin: Callable[[], Skin]) -> Iterator[Callable[..., str]]:
-    """Begin to draw both pictures in another process; other work can be done meanwhile.
+@dataclass(frozen=True)
+class Drawn:
+    """What came of the pictures. fault: why drawing failed, or ""; dark: name of a picture -> its
+    PNG on a dark ground; spots: WebP of each hot spot, on a clear one."""
 
-    make_skin: gives the ``skin`` of the results. Gives a function that waits for them and writes
-    ``states.png`` and ``shape.png``, the last of these states; it takes places (3,) mm to mark in
-    that, and returns why drawing failed, or "".
+    fault: str = ""
+    dark: Mapping[str, bytes] = field(default_factory=dict)
+    spots: Sequence[bytes] = ()
+
+
+@contextmanager
+def drawing(
+    results: Results, make_skin: Callable[[], Skin], spots: Sequence[HotSpot] = ()
+) -> Iterator[Callable[..., Drawn]]:
+    """Begin to draw all pictures in another process; other work can be done meanwhile.
+
+    make_skin: gives the ``skin`` of the results. spots: to draw small. Gives a function that waits
+    for them and writes ``states.png`` and ``shape.png``, the last of these states; it takes places
+    (3,) mm to mark in that.
     """
     with frames.renderer() as renderer:
         groups: dict[str, frames.Group] = {}
@@ -49,29 +74,39 @@ def drawing(results: Results, make_skin: Callable[[], Skin]) -> Iterator[Callabl
                 "states.png": scene.group(four, ghost=True, pixels=_DPI * _SIDES[0]),
                 "shape.png": scene.group(four[-1:], ghost=False, pixels=_DPI * _SIDES[1]),
             }
-            for group in groups.values():
-                renderer.draw(scene.job(group))
+            for job in (*map(scene.job, groups.values()), *close_ups.jobs(scene, spots)):
+                renderer.draw(job)
         except Exception as error:  # a report without pictures beats no report
             failed = reason(error)
 
-        def write(marks: Sequence[np.ndarray] = ()) -> str:
-            composed = {}
+        def write(marks: Sequence[np.ndarray] = ()) -> Drawn:
             if failed:
-                return failed
+                return Drawn(failed)
+            light, dark = {}, {}
             try:
-                for (name, group), panels in zip(groups.items(), renderer.drawn(), strict=True):
+                drawn = renderer.covering()
+                for (name, group), panels in zip(groups.items(), drawn, strict=False):
                     columns = min(len(group.numbers), 2)
                     here = marks if name == "shape.png" else ()
-                    composed[name] = compose(scene, group, panels, columns, marks=here)
+                    light[name] = compose(scene, group, panels[..., :3], columns, marks=here)
+                    dark[name] = compose(scene, group, panels, columns, marks=here, ground=DARK)
+                small = [webp(picture[0]) for picture in drawn]
             except frames.DrawingError as error:
-                return str(error)
+                return Drawn(str(error))
             except Exception as error:  # as above
-                return reason(error)
-            for name, picture in composed.items():
+                return Drawn(reason(error))
+            for name, picture in light.items():
                 write_atomic(results.directory / name, picture)
-            return ""
+            return Drawn("", dark, small)
 
         yield write
+
+
+def _on(panels: np.ndarray, ground: Ground) -> np.ndarray:
+    """(..., 3) of panels on white with their cover, (..., 4), on another ground."""
+    clear = 255.0 - panels[..., 3:]
+    paper = 255 * frames.colours([ground.paper])[0]
+    return np.round(np.clip(panels[..., :3] - clear * (1 - paper / 255), 0, 255)).astype(np.uint8)
 
 
 def _colour_map() -> LinearSegmentedColormap:
@@ -87,12 +122,15 @@ def compose(
     columns: int,
     titles: Sequence[str] | None = None,
     marks: Sequence[np.ndarray] = (),
+    ground: Ground = LIGHT,
 ) -> bytes:
     """PNG of the panels, pixel by pixel, with titles, colour bar and axes.
 
     titles: in place of those that say the load of each state. marks: places (3,) mm of the first
-    state to put a ring around.
+    state to put a ring around. ground: on which they stand; for any but ``LIGHT`` the panels have
+    their cover as fourth channel.
     """
+    panels = panels if ground is LIGHT else _on(panels, ground)
     titles = titles or [state_title(scene.results, number) for number in group.numbers]
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -101,7 +139,7 @@ def compose(
     rows = -(-len(panels) // columns)
     legend, title = 1.5, _TITLE
     size = (columns * width + legend, max(rows * (height + title) + 0.1, 3.6))
-    figure = Figure(figsize=size, dpi=_DPI, facecolor="white")
+    figure = Figure(figsize=size, dpi=_DPI, facecolor=ground.paper)
     FigureCanvasAgg(figure)
 
     def place(left: float, top: float, wide: float, tall: float) -> Axes:
@@ -118,16 +156,16 @@ def compose(
         figure.figimage(panel, *at, origin="upper")
         figure.text(
             (left + width / 2) / size[0], 1 - (top - 0.06) / size[1],
-            said, fontsize=11, color=INK, ha="center",
+            said, fontsize=11, color=ground.ink, ha="center",
         )  # fmt: skip
     if len(marks):
         _ring(place(0, title, width, height), group, scene.view.project(np.array(marks)))
     bar = place(columns * width + 0.3, title, 0.16, max(size[1] - title - 1.55, 1.2))
-    _colour_bar(figure, bar, scene)
+    _colour_bar(figure, bar, scene, ground)
     cross = place(columns * width + 0.1, size[1] - 1.3, legend - 0.2, 1.2)
     note = "ring: deepest overlap" if len(marks) else "grey: undeformed" * group.ghost
     mm_per_inch = (group.high - group.low)[0] / width
-    _axes_cross(cross, scene.view, mm_per_inch, legend - 0.2, 1.2, note)
+    _axes_cross(cross, scene.view, mm_per_inch, legend - 0.2, 1.2, note, ground)
     out = BytesIO()
     figure.savefig(out, format="png", pil_kwargs={"compress_level": 4})
     return out.getvalue()
@@ -185,7 +223,7 @@ def _ring(axes: Axes, group: Group, places: np.ndarray) -> None:
         )
 
 
-def _colour_bar(figure: Figure, axes: Axes, scene: Scene) -> None:
+def _colour_bar(figure: Figure, axes: Axes, scene: Scene, ground: Ground) -> None:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
@@ -194,12 +232,12 @@ def _colour_bar(figure: Figure, axes: Axes, scene: Scene) -> None:
         ScalarMappable(Normalize(*scene.limits), _colour_map()), cax=axes, extend="max"
     )
     bar.outline.set_visible(False)
-    bar.ax.tick_params(labelsize=9, color=_GREY, labelcolor=INK)
-    bar.set_label(str(labels.field(scene.field)), fontsize=10, color=INK)
+    bar.ax.tick_params(labelsize=9, color=_GREY, labelcolor=ground.ink)
+    bar.set_label(str(labels.field(scene.field)), fontsize=10, color=ground.ink)
 
 
 def _axes_cross(
-    axes: Axes, view: View, mm_per_inch: float, wide: float, tall: float, note: str
+    axes: Axes, view: View, mm_per_inch: float, wide: float, tall: float, note: str, ground: Ground
 ) -> None:
     """The three axes as arrows of a round length in mm, to the scale of the panels."""
     axes.set_xlim(0, wide * mm_per_inch)
@@ -212,15 +250,18 @@ def _axes_cross(
     for name, direction in zip("xyz", directions, strict=True):
         end = start + length * direction
         axes.annotate(
-            "", tuple(end), tuple(start), arrowprops={"arrowstyle": "-|>", "color": INK, "lw": 1.2,
-                                        "shrinkA": 0, "shrinkB": 0, "mutation_scale": 8},
+            "", tuple(end), tuple(start),
+            arrowprops={"arrowstyle": "-|>", "color": ground.ink, "lw": 1.2, "shrinkA": 0,
+                        "shrinkB": 0, "mutation_scale": 8},
         )  # fmt: skip
         beyond = end + 0.11 * mm_per_inch * direction / max(np.linalg.norm(direction), 0.3)
-        axes.text(beyond[0], beyond[1], name, fontsize=9, color=INK, ha="center", va="center")
+        axes.text(
+            beyond[0], beyond[1], name, fontsize=9, color=ground.ink, ha="center", va="center"
+        )
     for height, text in ((0.15, f"arrows: {length:g} mm"), (0.0, note)):
         axes.text(
             0.5 * wide * mm_per_inch, height * tall * mm_per_inch, text,
-            fontsize=8.5, color=INK, ha="center", va="bottom",
+            fontsize=8.5, color=ground.ink, ha="center", va="bottom",
         )  # fmt: skip
 
 

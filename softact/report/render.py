@@ -12,7 +12,9 @@ triangles (t, 3); edges (e, 2) vertices of creases; ghost (g, 3) or (0, 3): poin
 edges to draw in grey behind each; bodies (k, m, 3) and body_triangles (b, 3): rigid bodies beside
 each; limits (2,) of the values; colours (c, 3) in 0..1, from low to
 high; right, up, eye (3,): unit vectors of the parallel projection; low, high (2,): corners of the
-frame, mm in the picture; size (2,): pixels. 0.npy is then (k, height, width, 3) uint8, on white.
+frame, mm in the picture; size (2,): pixels; front (), where it is given: what stands further toward
+the eye is not drawn, mm. 0.npy is then (k, height, width, 4) uint8: the colours on white, and how
+much of each pixel is covered.
 """
 
 import itertools
@@ -79,6 +81,7 @@ def _renderer(job: dict, window: vtkRenderWindow) -> vtkRenderer:
     window.SetSize(*(int(n) * _FINER for n in job["size"]))
     renderer = vtkRenderer()
     renderer.SetBackground(1, 1, 1)
+    renderer.SetBackgroundAlpha(0)
     kit = vtkLightKit()
     kit.AddLightsToRenderer(renderer)
     window.AddRenderer(renderer)
@@ -181,20 +184,21 @@ def _aim(renderer: vtkRenderer, job: dict, points: np.ndarray) -> None:
     camera.SetViewUp(*job["up"])
     camera.ParallelProjectionOn()
     camera.SetParallelScale((high - low)[1] / 2)
-    camera.SetClippingRange(0.1 * far, 3 * far)
+    near = depth.mean() + far - float(job["front"]) if "front" in job else 0.1 * far
+    camera.SetClippingRange(near, 3 * far)
 
 
 def _shot(window: vtkRenderWindow) -> np.ndarray:
-    """(height, width, 3) uint8: the picture, each pixel the mean of those drawn."""
+    """(height, width, 4) uint8: the picture, each pixel the mean of those drawn."""
     grab = vtkWindowToImageFilter()
     grab.SetInput(window)
-    grab.SetInputBufferTypeToRGB()
+    grab.SetInputBufferTypeToRGBA()
     grab.ReadFrontBufferOff()
     grab.Update()  # renders
     image = grab.GetOutput()
     wide, high, _ = image.GetDimensions()
-    drawn = vtk_to_numpy(image.GetPointData().GetScalars()).reshape(high, wide, 3)[::-1]
-    mean = np.zeros((high // _FINER, wide // _FINER, 3), np.uint16)
+    drawn = vtk_to_numpy(image.GetPointData().GetScalars()).reshape(high, wide, 4)[::-1]
+    mean = np.zeros((high // _FINER, wide // _FINER, 4), np.uint16)
     for row, column in np.ndindex(_FINER, _FINER):
         mean += drawn[row::_FINER, column::_FINER]
     return (mean // _FINER**2).astype(np.uint8)
@@ -205,6 +209,7 @@ def main(folder: Path, parent: int) -> None:
     window = vtkRenderWindow()
     window.SetOffScreenRendering(True)
     window.SetMultiSamples(0)
+    window.SetAlphaBitPlanes(1)
     for number in itertools.count():
         job_file = folder / f"{number}.npz"
         while not job_file.exists():

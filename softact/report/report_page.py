@@ -1,15 +1,16 @@
 """The text of report.html: one file that needs nothing else, not even a network."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import groupby
-from pathlib import Path
+from types import MappingProxyType
 
 from markupsafe import Markup
 
 from softact.report import (
     base,
     curves,
+    force_angle,
     headline,
     history,
     key_figures,
@@ -43,9 +44,11 @@ def html(
     faults: list[str],
     more: Sequence[Section] = (),
     along: Sequence[Plot] = (),
+    dark: Mapping[str, bytes] = MappingProxyType({}),
 ) -> str:
     """The whole page. verdict: on the run; view: what ``viewer.pack`` gave; faults: what is missing
-    and why; more: sections that were asked for; along: plots over the axis, see ``curvature``.
+    and why; more: sections that were asked for; along: plots over the axis, see ``curvature``;
+    dark: the folder's pictures on a dark ground.
     """
     spec = results.spec
     name = str(spec.get("name") or results.directory.resolve().name)
@@ -81,11 +84,11 @@ def html(
         verdict=_banner(results, _worded(verdict, errors), faults),
         notes=_notes(results),
         state=state,
-        shape=_image(results.directory / "shape.png", f"{name} {state[:1].lower()}{state[1:]}"),
+        shape=_image(results, "shape.png", dark, f"{name} {state[:1].lower()}{state[1:]}"),
         cards=_cards(results, bars, bands),
         figures=_figures(results, bars),
         count=count.lower(),
-        states=_image(results.directory / "states.png", f"The actuator: {count.lower()}"),
+        states=_image(results, "states.png", dark, f"The actuator: {count.lower()}"),
         curves=base.figures(_with(_plots(results, bands), along)),
         history=history.summary(results),
         assumptions=origin.assumptions(spec),
@@ -146,8 +149,12 @@ def _notes(results: Results) -> list[str]:
     return notes
 
 
-def _image(path: Path, alt: str) -> str:
-    return base.image(path.read_bytes(), alt) if path.is_file() else ""
+def _image(results: Results, name: str, dark: Mapping[str, bytes], alt: str) -> str:
+    path = results.directory / name
+    if not path.is_file():
+        return ""
+    light = path.read_bytes()
+    return base.two_images(light, dark.get(name, light), alt)
 
 
 def _cards(results: Results, bars: dict[str, str], bands: scatter.Bands) -> list[Markup]:
@@ -239,4 +246,4 @@ def _plots(results: Results, bands: scatter.Bands) -> list[Plot]:
             layout={"xaxis": {"type": "log"}} if chart.logarithmic else {},
         )
         for chart in curves.charts(results)
-    ]  # fmt: skip
+    ] + force_angle.of_run(results)  # fmt: skip

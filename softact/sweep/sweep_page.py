@@ -17,7 +17,8 @@ from softact.report import base, labels
 from softact.report.base import Section
 from softact.report.curves import is_place
 from softact.results.folder import COMPLETE
-from softact.sweep import shape, workspace
+from softact.sweep import force_map, shape, workspace
+from softact.sweep.record import Record
 from softact.sweep.study import Study
 from softact.sweep.table import Row, measure_columns
 from softact.sweep.trends import TrendFound
@@ -37,6 +38,7 @@ def html(
         *trends(verdicts),
         *more,
         *workspace.sections(table),
+        *force_map.sections(_records(study)),
         Section("pareto", "Two measures, and the points that none beats", nav="Pareto front"),
         Section("curvesection", "Curves"),
         Section("effectsection", "Main effects"),
@@ -54,6 +56,11 @@ def html(
         points=points_banner(table),
         download=base.download("sweep.csv", csv, text="All rows as CSV"),
     )
+
+
+def _records(study: Study) -> list[Record]:
+    answers = {point.key: study.answer(point) for point in study.points}
+    return [answer.record for answer in answers.values() if answer and answer.record]
 
 
 def packed(data: Any) -> str:

@@ -157,7 +157,7 @@ def test_a_crash_while_drawing_is_told(tmp_path, monkeypatch):
     monkeypatch.setattr(frames, "_COMMAND", ("/bin/sh", "-c", "echo no GL >&2; exit 3"))
     results = read(tmp_path / "r")
     with pictures.drawing(results, lambda: surface.skin(results)) as finish:
-        assert finish() == "drawing ended with code 3: no GL"
+        assert finish().fault == "drawing ended with code 3: no GL"
 
 
 def test_a_folder_of_something_else_is_refused(tmp_path):

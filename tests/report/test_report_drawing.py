@@ -62,22 +62,40 @@ def test_many_triangles_are_drawn_by_their_corners(reported_beam):
 
 
 def unpacked(packed):
-    """What report.js does with the data."""
+    """What shape.js does with the data: triangles, tets, places, shades and peaks."""
     raw = gzip.decompress(base64.b64decode(packed["data"]))
     n, states = packed["vertices"], len(packed["states"])
-    faces = packed["outer"] + packed["inner"]
-    triangles = np.frombuffer(raw, "<u4", 3 * faces).reshape(-1, 3)
-    steps = np.frombuffer(raw, "<u2", 3 * n * states, 12 * faces).reshape(states, 3, n)
-    shades = np.frombuffer(raw, "u1", -1, 12 * faces + 6 * n * states).reshape(-1, states, n)
-    steps = np.cumsum(steps, axis=0, dtype=np.uint16)
+    faces, size, at = packed["outer"] + packed["inner"], 3 * n * len(packed["states"]), 0
+
+    def take(kind, count):
+        nonlocal at
+        part = np.frombuffer(raw, kind, count, at)
+        at += part.nbytes
+        return part
+
+    triangles = np.cumsum(take("<u4", 3 * faces).reshape(3, -1), axis=1, dtype=np.uint32).T
+    tets = np.cumsum(take("<u4", 4 * packed["tets"]).reshape(4, -1), axis=1, dtype=np.uint32).T
+    peaks = dict(zip(take("<u4", packed["peaks"]), take("<f4", packed["peaks"]), strict=True))
+    signed = take("u1", size).astype(np.uint16) | (take("u1", size).astype(np.uint16) << 8)
+    change = ((signed >> 1) ^ (0 - (signed & 1)).astype(np.uint16)).reshape(states, 3, n)
+    steps = np.cumsum(np.cumsum(change, axis=2, dtype=np.uint16), axis=0, dtype=np.uint16)
     places = np.array(packed["low"])[:, None] + packed["scale"] * steps
-    return triangles, places.transpose(0, 2, 1), np.cumsum(shades, axis=1, dtype=np.uint8)
+    shades = take("u1", len(packed["fields"]) * states * n).reshape(-1, states, n)
+    assert at + 3 * n == len(raw)
+    shades = np.cumsum(shades, axis=1, dtype=np.uint8)
+    return triangles, tets, places.transpose(0, 2, 1), shades, peaks
 
 
 def test_the_3d_view_holds_the_deformed_surface(reported_beam):
     results = read(reported_beam)
     packed = viewer.pack(results)
-    triangles, places, shades = unpacked(packed)
+    triangles, tets, places, shades, _ = unpacked(packed)
+    # The tets of the corners fill the half block, to the chords of what is curved.
+    corners = places[0][tets]
+    sizes = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6
+    channel = (LENGTH - 2 * WALL) * (HALF - WALL) * (HEIGHT - 2 * WALL)
+    rounded = packed["scale"] / WALL
+    assert sizes.sum() == pytest.approx(LENGTH * HALF * HEIGHT - channel, rel=rounded)
     assert len(places) == INCREMENTS + 1
     skin = surface.skin(results)
     k = np.radians(ANGLE) / LENGTH
@@ -99,6 +117,42 @@ def test_the_3d_view_holds_the_deformed_surface(reported_beam):
     assert seen[on_roof] == pytest.approx(min(expected, stress["high"]), abs=stress["high"] / 250)
 
 
+def test_the_view_knows_the_values_above_its_colours(tmp_path):
+    points, cells, surfaces = bent_beam.mesh()
+    writer = ResultsWriter(tmp_path / "r", "", {})
+    writer.mesh(points, cells, np.zeros(len(cells)), ["body"], surfaces, bent_beam.LAYOUT)
+    stress = np.linspace(0, 0.123, len(points))
+    corner = np.linalg.norm(points - [LENGTH, HALF, HEIGHT], axis=1).argmin()
+    stress[corner] = 7.0
+    fields = {"displacement": np.zeros_like(points), "von_mises": stress}
+    writer.increment({"step": "s", "step_fraction": 1.0}, fields)
+    packed = viewer.pack(read(tmp_path / "r"))
+    _, _, places, shades, peaks = unpacked(packed)
+    assert packed["fields"][0]["high"] < 0.2
+    (value,) = set(peaks.values())
+    assert value == 7.0
+    for place in peaks:  # one vertex for each face that meets there
+        assert places[-1][place] == pytest.approx(points[corner], abs=0.01)
+        assert shades[0, -1, place] == 255
+
+
+def test_the_view_outlines_what_is_held(tmp_path):
+    points, cells, surfaces = bent_beam.mesh(nx=30)
+    spec = bent_beam.SPEC + "supports:\n- {surface: clamp, fix: [x, y, z]}\n"
+    spec += "- {surface: symmetry, fix: [y]}\n"
+    writer = ResultsWriter(tmp_path / "r", spec, {})
+    writer.mesh(points, cells, np.zeros(len(cells)), ["body"], surfaces, bent_beam.LAYOUT)
+    fields = bent_beam.state(points, 30.0)
+    writer.increment(bent_beam.row(points, fields, 1.0, 30.0), fields)
+    packed = viewer.pack(read(tmp_path / "r"))
+    (held,) = packed["held"]  # the symmetry plane is a cut, and nothing holds it
+    assert held["name"] == "clamped face"
+    ends = unpacked(packed)[2][0][np.array(held["pairs"]).reshape(-1, 2)]
+    assert ends[..., 0] == pytest.approx(0.0, abs=0.02)
+    length = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum()
+    assert length == pytest.approx(2 * HALF + HEIGHT, abs=0.1)  # without the side in the cut
+
+
 def test_the_view_has_a_state_at_rest(tmp_path):
     points, cells, surfaces = bent_beam.mesh(nx=2, ny=2, nz=7)
     writer = ResultsWriter(tmp_path / "r", "", {})
@@ -106,7 +160,7 @@ def test_the_view_has_a_state_at_rest(tmp_path):
     fields = bent_beam.state(points, 30.0)
     writer.increment(bent_beam.row(points, fields, 1.0, 30.0), fields)
     packed = viewer.pack(read(tmp_path / "r"))
-    _, places, _ = unpacked(packed)
+    places = unpacked(packed)[2]
     assert packed["states"][0] == "undeformed" and len(places) == 2
     assert places[0][:, 0].max() == pytest.approx(LENGTH, abs=0.01)
 

@@ -26,7 +26,17 @@ A page is a list of sections; a section's body is HTML, put together from the pi
 """
 
 from softact.report.base.layout import Section, page, plotly
-from softact.report.base.parts import banner, card, download, image, note, table
+from softact.report.base.parts import (
+    banner,
+    card,
+    download,
+    image,
+    note,
+    parts,
+    picture,
+    table,
+    two_images,
+)
 from softact.report.base.plots import Plot, bars, figures, frame, lines, xy
 
 __all__ = [
@@ -42,7 +52,10 @@ __all__ = [
     "lines",
     "note",
     "page",
+    "parts",
+    "picture",
     "plotly",
     "table",
+    "two_images",
     "xy",
 ]

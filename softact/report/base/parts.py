@@ -2,6 +2,7 @@
 
 import base64
 from collections.abc import Iterable, Sequence
+from io import BytesIO
 from typing import Any
 
 from markupsafe import Markup
@@ -35,6 +36,26 @@ def card(name: str, value: str, unit: str = "", note: str = "", error: str = "")
 def image(png: bytes, alt: str) -> Markup:
     """A picture that stands in the page itself."""
     return parts().image(_packed(png), alt)
+
+
+def two_images(light: bytes, dark: bytes, alt: str) -> Markup:
+    """A picture on a light ground and on a dark one, as PNG; paper is light."""
+    return parts().two_images(_packed(webp(light)), _packed(webp(dark)), alt)
+
+
+def picture(webp: bytes, alt: str) -> Markup:
+    """A WebP with a ground that lets through the page's."""
+    return parts().picture(_packed(webp), alt)
+
+
+def webp(picture: Any) -> bytes:
+    """A picture (PNG, or (height, width, 3 or 4) uint8) as WebP: a tenth of a PNG's size."""
+    from PIL import Image
+
+    shown = Image.open(BytesIO(picture)) if isinstance(picture, bytes) else Image.fromarray(picture)
+    out = BytesIO()
+    shown.save(out, format="WEBP", quality=88, method=4)
+    return out.getvalue()
 
 
 def download(name: str, data: bytes, kind: str = "text/csv", text: str = "") -> Markup:
