@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import BytesIO
 from typing import TYPE_CHECKING
 
@@ -157,7 +157,11 @@ def _over_time(results: Results) -> list[Chart]:
     names = [name for name in measures(results) if name.startswith(beginnings)]
     shown = dict.fromkeys(n for n in (driver, *names[:2]) if n)
     return [
-        _chart(results, f"{labels.column(n).name} in time", "Time (s)", times, [n]) for n in shown
+        replace(
+            _chart(results, f"{labels.column(n).name} in time", "Time (s)", times, [n]),
+            y=str(labels.column(n)),
+        )
+        for n in shown
     ]
 
 
