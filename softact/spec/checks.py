@@ -20,7 +20,6 @@ from softact.measures import MEASURES
 from softact.measures.titles import title_of, titles
 from softact.mesh.layout import Layout
 from softact.nearest import likely, nearest
-from softact.spec.contact import outside
 from softact.spec.modules import module_faults, with_module
 from softact.units import show
 
@@ -78,9 +77,6 @@ def cross_faults(data: Any, geometry: Geometry | None) -> Iterator[Fault]:
     yield from _obstacles(data.get("obstacles"), layout)
     for index, contact in _mappings(data.get("contact")):
         yield from _contact(contact, ("contact", index), layout)
-    if data.get("contact") == "auto" and not outside(layout):
-        why = "the geometry names no surface outer that could touch itself"
-        yield ("contact",), f"auto: {why}; write the surfaces, for example [{{self: [one, other]}}]"
     yield from _unheld(_mappings(data.get("contact")), layout)
     for index, step in steps:
         yield from _step(step, ("steps", index), layout)

@@ -126,11 +126,10 @@ Contacts = Annotated[tuple[SurfaceContactSpec, ...], BeforeValidator(_contacts),
 
 
 def outside(layout: Layout) -> tuple[str, ...]:
-    """The surfaces that ``contact: auto`` keeps from passing through each other: that named outer,
-    or where there is no solid all sheets; none where the geometry names neither."""
-    if "outer" in layout.surfaces:
-        return ("outer",)
-    return () if layout.regions else tuple(layout.sheets)
+    """The surfaces and sheets that ``contact: auto`` keeps from passing through each other."""
+    if not layout.regions:
+        return tuple(layout.sheets)
+    return (*layout.outside, *(name for name in layout.sheets if name not in layout.bonded))
 
 
 def resolved_contact(
