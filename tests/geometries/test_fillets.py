@@ -108,3 +108,14 @@ def test_a_radius_that_does_not_fit(kind, given, field, said):
         kind.model_validate(given)
     fault = caught.value.errors()[0]
     assert fault["loc"] == (field,) and said in fault["msg"]
+
+
+def test_one_chamber_has_no_channel_that_a_fillet_could_be_too_large_for():
+    """A channel of 6 mm is left no section by a fillet of 1.5 mm, but is not there."""
+    lengths = {"radius": "12 mm", "bore": "3.2 mm", "bore_distance": "6.6 mm", "gap": "2 mm"}
+    values = lengths | {"pitch": "12 mm", "side_wall": "2 mm", "fillet": "1.5 mm"}
+    one = Antagonistic.model_validate({**values, "chambers": 1})
+    assert [*one.faults()] == []
+    assert (
+        0 < one.volumes()["upper_a"] < one.model_copy(update={"fillet": 0.0}).volumes()["upper_a"]
+    )
