@@ -233,9 +233,12 @@ class Picture extends Shape {
       await Plotly.restyle("shape", listed(this.cube(), "xyz"), [SURFACE + 1]);
       await Plotly.relayout("shape", layout);
     }
-    await Plotly.restyle("shape", listed(this.edgeLines()), [SIDES]);
-    await Plotly.restyle("shape", listed(this.heldLines()), [HELD]);
-    await Plotly.restyle("shape", listed(this.pickedPoint()), [PICKED]);
+    // Each takes a drawing of its own: those that show nothing, and did not, are left alone.
+    const { data } = byId("shape"), restyle = (values, nth) =>
+      Plotly.restyle("shape", listed(values), [nth]);
+    if (this.mesh || data[SIDES].visible) await restyle(this.edgeLines(), SIDES);
+    if (this.view.held.length) await restyle(this.heldLines(), HELD);
+    if (this.picked || data[PICKED].visible) await restyle(this.pickedPoint(), PICKED);
     for (const [n, { x, y, z, visible }] of this.bodies().entries()) {
       await Plotly.restyle("shape", { x: [x], y: [y], z: [z], visible }, [BODIES + n]);
     }
