@@ -134,7 +134,7 @@ def test_runs_are_compared_by_the_same_paths():
 
 LOST = {
     "geometri.n_a": "the spec has no value 'geometri'; did you mean 'geometry'?",
-    "geometry.wall": "geometry has no value 'wall'; known: type, n_a, l_i, w_a, h_a, passage, mesh",
+    "geometry.wall": "geometry has no value 'wall'; known: type, n_a, l_i, w_a, h_a, passage, seam",
     "steps.2": "'steps' has no entry '2' (it has 2 entries, counted from 0); known: step_1, push",
     "steps.pus": "'steps' has no entry 'pus' (it has 2 entries, counted from 0); did you mean",
     "steps.-1": "'steps' has no entry '-1'",
