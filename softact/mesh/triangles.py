@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy.sparse
 
 # Barycentric points and weights (sum 1): exact to degree 2 (as on the facet layers) and 4
 # (Dunavant, IJNME 21 (1985) 1129), which integrates an enclosed volume exactly.
@@ -127,8 +126,10 @@ def average(
     nodes: np.ndarray, weights: np.ndarray, values: np.ndarray, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Sums (count, ...) of weighted element values (k, n, ...) at the nodes, and of the weights."""
+    from scipy.sparse import csr_matrix  # takes its time, and a table has no mesh
+
     k, n = nodes.shape
-    add = scipy.sparse.csr_matrix(
+    add = csr_matrix(
         (np.repeat(weights, n), (nodes.ravel(), np.arange(k * n))), shape=(count, k * n)
     )
     flat = values.reshape(k * n, -1)
