@@ -23,7 +23,7 @@ KINDS = {
     "1/MPa": "a compliance",
     "N*mm": "a moment",
     "N/mm": "a stiffness",
-    "kg": "a mass",
+    "tonne": "a mass",
     "mm^2": "an area",
     "K": "a temperature",
     "mm/s": "a velocity",

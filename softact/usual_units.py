@@ -22,6 +22,7 @@ _SIZES: dict[str, dict[str, int | str | Fraction]] = {
     "N/mm": {"N/mm": 1, "N/m": Fraction(1, 1000)},
     "mm^3/(s*MPa)": {"mm^3/(s*MPa)": 1, "l/(min*bar)": "500000/3"},
     "1/MPa": {"1/MPa": 1, "1/kPa": 1000, "1/Pa": 1000000},
+    "tonne": {"tonne": 1, "g": "1e-6", "kg": "1e-3", "mg": "1e-9"},
 }  # fmt: skip
 
 #: Internal unit -> unit -> how many of the internal unit it is.
