@@ -7,6 +7,7 @@ lines of JSON on standard output.
 from __future__ import annotations
 
 import errno
+import gc
 import json
 import mmap
 import os
@@ -224,6 +225,8 @@ def _abort_without_memory(comm: MPI.Comm) -> NoReturn:
 
 def _leave(code: int) -> None:
     """End this process without taking Python and the matrices apart, which takes a second."""
+    # What is collected once MPI has ended frees its communicators, which MPI answers by an abort.
+    gc.disable()
     from mpi4py import MPI
     from petsc4py import PETSc
 

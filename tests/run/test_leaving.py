@@ -29,3 +29,29 @@ def test_processes_end_together_where_one_alone_gave_something_up(rank):
         env=dict(os.environ), check=False, capture_output=True, timeout=120,
     )  # fmt: skip
     assert done.returncode == 3
+
+
+COLLECTING = """
+import gc, os
+from softact.run.worker import _leave
+from mpi4py import MPI
+from petsc4py import PETSc
+class Kept:
+    def __del__(self):
+        os.write(2, b"collected")
+gc.disable()
+kept = Kept()
+kept.itself = kept
+del kept
+gc.set_threshold(1)
+gc.enable()
+_leave(3)
+"""
+
+
+def test_nothing_is_collected_while_mpi_ends():
+    """A communicator that was freed after MPI had ended: 'This is disallowed by the MPI standard',
+    at the end of two of some thousand runs."""
+    command = [sys.executable, "-c", COLLECTING]
+    done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=120)
+    assert (done.returncode, done.stderr) == (3, "")
