@@ -229,11 +229,8 @@ def _first(row: Mapping[str, float], named: Callable[[str], str]) -> tuple[str, 
 
 def _pressures(snapshot: Snapshot, part: Part, pressures: Mapping[str, float]) -> dict[str, float]:
     """Pressures at which a part has reached what it bears, and where it first did."""
-    previous, names, (found, places) = (
-        snapshot.previous,
-        tuple(snapshot.layout.cavities),
-        part.judged,
-    )
+    previous, names = snapshot.previous, tuple(snapshot.layout.cavities)
+    found, places = part.judged
     columns: dict[str, float] = {}
     for title, (column, limit) in _limits(part.material).items():
         title, column = part.named(title), part.named(column)

@@ -10,7 +10,7 @@ import numpy as np
 
 from softact.errors import NoEquilibriumError
 from softact.modules.module_spec import ModuleSpecs
-from softact.results.folder import Results, read
+from softact.results.folder import Results, is_pressure, read
 from softact.run.start import run
 
 SCALED = "module_angle_"  # what a chain of modules has so many times
@@ -33,7 +33,7 @@ class Study:
         """A row for each state of the free module: loads, how it stands, its cross-section, what a
         blocked one exerts, and the angle of so many of them."""
         curve = self.free.curve
-        loads = [n for n in curve if n.startswith("pressure_") and n.endswith("_kPa")]
+        loads = [n for n in curve if is_pressure(n)]
         own = [name for name in curve if name.startswith("module_")]
         air = [name for name in curve if name.startswith("cavity_volume")]
         table = {name: curve[name] for name in (*BEFORE, *loads, *own)}

@@ -10,6 +10,7 @@ from softact.mesh.boundary import face_keys
 from softact.mesh.components import FACES
 from softact.mesh.layout import Layout
 from softact.mesh.msh_file import Tetrahedra
+from softact.mesh.percentile import percentile
 
 _MOST_FACETS, _MOST_CELLS = 4000, 500
 #: Part of a step by which a line may miss a face at an edge and still pass it.
@@ -38,18 +39,12 @@ def thicknesses(mesh: Tetrahedra, layout: Layout) -> list[Thickness]:
         area, way, edge = walk.through(facets)
         inside = np.isfinite(way)
         if inside.any():
-            thin = _percentile(way[inside], area[inside], 0.01)
+            thin = percentile(way[inside], area[inside], 0.01)
             there = inside & (way <= thin * 1.05)
             elements = float(np.mean(way[there] / edge[there]))
-            median = _percentile(way[inside], area[inside], 0.5)
+            median = percentile(way[inside], area[inside], 0.5)
             found.append(Thickness(name, thin, median, elements))
     return found
-
-
-def _percentile(values: np.ndarray, weights: np.ndarray, part: float) -> float:
-    order = np.argsort(values)
-    share = np.cumsum(weights[order]) / weights.sum()
-    return float(values[order[min(int(np.searchsorted(share, part)), len(values) - 1)]])
 
 
 class _Walk:

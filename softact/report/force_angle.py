@@ -10,7 +10,7 @@ import numpy as np
 from softact.report import base, labels
 from softact.report.base import Plot
 from softact.report.base.plots import numbers
-from softact.results.folder import Results, load_name
+from softact.results.folder import Results, is_pressure, load_name
 
 ANGLE, CELL, TIP, TORQUE = "bending_angle_deg", "blocked_force_N", "tip_force", "blocked_torque_Nmm"
 _MOST_LEVELS = 6
@@ -69,9 +69,8 @@ def held(columns: Columns, exerted: np.ndarray) -> Held | None:
     rest = rest[rest < order.min()] if len(order) else rest
     rest = rest[np.argsort(pressure[rest], kind="stable")]
     free = np.column_stack([pressure[rest], angle[rest]])
-    if (
-        len(order) and len(free) and free[-1, 0] < pressure[order[0]]
-    ):  # there it begins from nothing
+    begins = len(order) > 0 and len(free) > 0 and free[-1, 0] < pressure[order[0]]
+    if begins:  # from nothing
         return Held(
             np.append(free[-1, 0], pressure[order]), np.append(free[-1, 1], angle[order]),
             np.append(0.0, exerted[order]), free,
@@ -81,7 +80,7 @@ def held(columns: Columns, exerted: np.ndarray) -> Held | None:
 
 def _pressure(columns: Columns) -> str | None:
     """The column of the pressure that changes most."""
-    names = [n for n in columns if n.startswith("pressure_") and n.endswith("_kPa")]
+    names = [n for n in columns if is_pressure(n)]
     return max(names, key=lambda n: np.ptp(columns[n]), default=None)
 
 

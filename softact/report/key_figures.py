@@ -10,7 +10,7 @@ import numpy as np
 
 from softact.report import labels
 from softact.report.curves import measures, round_loads
-from softact.results.folder import Results, load, load_name, load_text
+from softact.results.folder import Results, is_pressure, load, load_name, load_text
 from softact.verdict.reached import reached
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def _driver(results: Results, begin: int, end: int) -> str | None:
     """The pressure that changes most in a step, if any does."""
     best, span = None, 1e-9
     for name, values in results.curve.items():
-        if name.startswith("pressure_") and name.endswith("_kPa") and values.dtype == float:
+        if is_pressure(name) and values.dtype == float:
             width = float(np.ptp(np.nan_to_num(values[begin : end + 1])))
             if width > span:
                 best, span = name, width

@@ -9,6 +9,7 @@ import numpy as np
 from softact.errors import SpecError
 from softact.materials import Law
 from softact.materials.breaking import uniaxial
+from softact.mesh.percentile import percentile
 from softact.report import base, labels
 from softact.report.base import Plot, Section
 from softact.report.base.plots import numbers
@@ -69,13 +70,6 @@ def _stretches(
     return stretch[cells].mean(axis=1), volumes / volumes.sum()
 
 
-def exceeded(stretch: np.ndarray, part: np.ndarray, in_part: float) -> float:
-    """The stretch that is exceeded in a part of the volume. stretch, part: (m,) of cells."""
-    order = np.argsort(-stretch)
-    reached_part = np.cumsum(part[order])
-    return float(stretch[order][np.searchsorted(reached_part, in_part)])
-
-
 def _row(
     region: str, law: Law, stretch: np.ndarray, part: np.ndarray, largest: float
 ) -> list[str | float | None]:
@@ -83,7 +77,7 @@ def _row(
     return [
         region.replace("_", " "), card.name or "of the spec",
         str(getattr(law, "law", "")).replace("_", " "), float(stretch @ part),
-        exceeded(stretch, part, 0.01), largest, tested[1] if tested else "not known",
+        percentile(stretch, part, 0.99), largest, tested[1] if tested else "not known",
     ]  # fmt: skip
 
 

@@ -238,11 +238,16 @@ def read(directory: str | Path) -> Results:
     )
 
 
+def is_pressure(name: str) -> bool:
+    """Whether a column of the curve holds the pressure of a cavity."""
+    return name.startswith("pressure_") and name.endswith("_kPa")
+
+
 def load_name(results: Results) -> str | None:
     """Column that the curves are drawn against: the pressure that changes most, if any does."""
     best, span = None, 0.0
     for name, values in results.curve.items():
-        if name.startswith("pressure_") and name.endswith("_kPa") and values.dtype == float:
+        if is_pressure(name) and values.dtype == float:
             width = np.ptp(values[np.isfinite(values)]) if np.isfinite(values).any() else 0.0
             if width > span:
                 best, span = name, width

@@ -189,7 +189,7 @@ class Recorder:
             notes = [*self.notes, *progress.notes, *self._not_followed]
             record: dict = {"messages": messages, "notes": notes}
             started = time.perf_counter()
-            record["notes"] += self._in_time(self.writer.directory)
+            record["notes"] += self._to_say(self.writer.directory)
             self.verdict = self._judge(self.writer.directory, status, record)
             times["judge"] = time.perf_counter() - started
             record |= {
@@ -207,7 +207,7 @@ class Recorder:
         self.tell({**done, "verdict": self.verdict and self.verdict.data()})
         return status
 
-    def _in_time(self, directory: Path) -> list[str]:
+    def _to_say(self, directory: Path) -> list[str]:
         """What to say of cycles, creep, motions and loads that are lifted, and tell it."""
         told = [in_time, step_response, frequency_response] if self.timed else []
         told += [efficiency] if CARRIED in self.row else []

@@ -27,7 +27,7 @@ from softact.files.lock import held
 from softact.files.streams import UTF8
 from softact.files.text import json_text, write_atomic
 from softact.geometry.base import make_mesh
-from softact.results.folder import COMPLETE, INCOMPLETE, read
+from softact.results.folder import COMPLETE, INCOMPLETE, is_pressure, read
 from softact.results.run_log import RunLog
 from softact.run import launch
 from softact.run.resuming import to_resume
@@ -373,9 +373,7 @@ def log_line(event: Mapping) -> str:
             return f"mesh of {event['cells']} {kind}, {event['unknowns']} unknowns"
         case "increment":
             loads = ", ".join(
-                f"{name} {value:.4g}"
-                for name, value in event.items()
-                if name.startswith("pressure_") and name.endswith("_kPa")
+                f"{name} {value:.4g}" for name, value in event.items() if is_pressure(name)
             )
             return (
                 f"{event['step']} {event['fraction']:7.2%}  {event['iterations']:2d} iterations  "

@@ -7,6 +7,7 @@ import io
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from softact.results.folder import is_pressure
 from softact.sensitivities.parameters import Parameter
 
 if TYPE_CHECKING:
@@ -38,7 +39,7 @@ def unit_of_slope(measure: str, parameter: str) -> str:
 
 def pressures(row: Mapping[str, Any]) -> list[str]:
     """Columns of a row that hold the pressures of cavities."""
-    return [name for name in row if name.startswith("pressure_") and name.endswith("_kPa")]
+    return [name for name in row if is_pressure(name)]
 
 
 class Table:

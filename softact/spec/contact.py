@@ -98,8 +98,9 @@ class SurfaceContactSpec(Part, title="SurfaceContact"):
         return (here.__dict__["self"],) if here.between is None else here.between
 
 
-#: What ``contact: auto`` is until the geometry says which surfaces are its outside.
-AUTO = (SurfaceContactSpec(name="outside", self=("outer",)),)
+#: What ``contact: auto`` is until the geometry says which surfaces are its outside: nobody can
+#: write this name of a surface.
+AUTO = (SurfaceContactSpec(name="outside", self=("*",)),)
 
 
 _WORDS: dict[str, tuple] = {"auto": AUTO, "none": ()}

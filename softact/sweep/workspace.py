@@ -14,7 +14,7 @@ from markupsafe import Markup
 from softact.report import base, labels
 from softact.report.base import Plot, Section
 from softact.report.base.plots import numbers
-from softact.results.folder import COMPLETE, NO_EQUILIBRIUM
+from softact.results.folder import COMPLETE, NO_EQUILIBRIUM, is_pressure
 
 TIP = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
 #: Spread of a coordinate or a pressure below which it is none, by the largest.
@@ -78,7 +78,7 @@ def _pressures(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     columns = dict.fromkeys(name for row in rows for name in row)
     found = []
     for name in columns:
-        if not (name.startswith("pressure_") and name.endswith("_kPa")):
+        if not is_pressure(name):
             continue
         values = [row[name] for row in rows if _is_number(row.get(name))]
         if values and np.ptp(values) > FLAT * np.abs(values).max():

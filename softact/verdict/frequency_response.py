@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from softact.results.folder import Results
+from softact.results.folder import Results, is_pressure
 from softact.units import FREQUENCY
 from softact.verdict.in_time import FOLLOWED, TIME, steps_of
 
@@ -112,7 +112,7 @@ def _harmonic(
     # Loads go as (1 - cos)/2, of which half of the way is the amplitude.
     drive, driven = "", complex(2 * np.mean(-np.cos(2 * np.pi * frequency * at) * turning))
     for name, values in curve.items():
-        if name.startswith("pressure_") and name.endswith("kPa"):
+        if is_pressure(name):
             swing = first(values)
             if abs(swing) > max(_STILL, abs(driven) if drive else 0.0):
                 drive, driven = name, swing

@@ -11,6 +11,10 @@ import scipy.optimize
 from softact import spec
 from softact.bodies.carried_mass import CarriedMass
 from softact.errors import SpecError
+from softact.estimate.driven import left_out
+from softact.estimate.weight import last_loads
+from softact.export.states import _Ramps
+from softact.fields import STANDARD_GRAVITY
 from softact.loads.dynamics import Dynamics
 from softact.loads.load_step import LoadStep
 from softact.loads.timing import Sudden, Timing
@@ -120,3 +124,23 @@ def test_wrong_masses_are_one_line(old, new, said):
         spec.loads(TEXT.replace(old, new), "block.yaml")
     (line,) = caught.value.lines
     assert said in line
+
+
+FINGER = """
+geometry: {type: pneunet, chambers: 2, mesh_size: 6 mm}
+materials: {body: elastosil-m4601}
+%s
+steps: [{name: down, gravity: [0, 0, -1]%s}, {name: up, pressure: 10 kPa}]
+"""
+
+
+def test_estimates_and_exports_take_its_weight_for_a_payload():
+    weight = 20e-6 * STANDARD_GRAVITY
+    masses = "masses: [{mass: 15 g}, {surface: tip, mass: 5 g}, {surface: base, mass: 1 kg}]"
+    carried = spec.loads(FINGER % (masses, ""))
+    loaded = spec.loads(FINGER % ("", f", payload: {{force: [0 N, 0 N, {-weight} N]}}"))
+    assert last_loads(carried)[1] == pytest.approx(last_loads(loaded)[1], rel=1e-12)
+    steps = {"step": np.array(["down", "down", "up"]), "step_fraction": np.array([0.5, 1.0, 1.0])}
+    one, other = (_Ramps(each, steps).force_on("tip") for each in (carried, loaded))
+    assert one == pytest.approx(other, rel=1e-12) and one[0, 2] == pytest.approx(-weight / 2)
+    assert "mass on base" in left_out(carried, ("pressure", "gravity", "payload"))[0]

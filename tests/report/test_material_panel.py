@@ -51,13 +51,6 @@ def test_the_curve_is_the_laws_and_the_bars_are_the_volume(tmp_path):
     assert middle == pytest.approx(1.5, abs=0.005)  # the channel is in the middle, too
 
 
-def test_what_is_exceeded_in_a_part_of_the_volume():
-    stretch, part = np.array([1.0, 3.0, 2.0]), np.array([0.9, 0.02, 0.08])
-    assert material_panel.exceeded(stretch, part, 0.01) == 3.0
-    assert material_panel.exceeded(stretch, part, 0.05) == 2.0
-    assert material_panel.exceeded(stretch, part, 0.5) == 1.0
-
-
 def test_a_spec_that_cannot_be_read_is_told(tmp_path):
     results = folder(tmp_path / "r", linear, "name: bar\n")
     with pytest.raises(SpecError, match="The materials are missing"):

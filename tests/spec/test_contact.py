@@ -156,6 +156,8 @@ def test_auto_is_the_outside_with_itself():
     (surfaces,) = contact.groups
     assert contact.name == "outside" and {"outer", "base", "tip"} <= set(surfaces)
     assert not {"cavity", "symmetry"} & set(surfaces)
+    alone = spec.loads(AUTO.replace("auto", "[{name: outside, self: outer}]"), "finger.yaml")
+    assert alone.contact[0].groups == (("outer",),)  # what is written stays
     written = f"[{{name: outside, self: [{', '.join(surfaces)}]}}]"
     assert spec.loads(AUTO.replace("auto", written), "finger.yaml") == read
     drawn = spec.loads(AUTO.replace("10 kPa", "-10 kPa"), "finger.yaml")
