@@ -326,9 +326,12 @@ def _overlap(results: Results) -> Iterator[Reason]:
 
 def _remedy(results: Results, found: Sequence[str]) -> str:
     # A wall that another one has passed whole lies inside too: it was the outside that met first.
-    names = [name for name in found if name in results.layout.outside] or list(found)
-    surfaces = names[0] if len(names) == 1 else f"[{', '.join(names)}]"
-    wanted = f"contact: [{{self: {surfaces}}}]" if names else "contact"
+    names = [name for name in found if name in results.layout.outside]
+    if names and not results.spec.get("contact"):
+        wanted = "contact: auto"
+    else:
+        surfaces = ", ".join(names or found)
+        wanted = f"{{self: [{surfaces}]}} under contact" if surfaces else "contact"
     return f"{wanted} in the spec keeps these parts from each other"
 
 

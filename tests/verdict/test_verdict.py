@@ -161,7 +161,7 @@ def test_a_body_that_passes_through_itself(tmp_path):
     assert (verdict.colour, kinds(verdict)) == (AMBER, ["overlap"])
     said = verdict.reasons[0].text
     assert "passes through itself at 40 kPa" in said and "'clamp'" in said and "'tip'" in said
-    assert "contact: [{self: [" in said
+    assert "contact: auto in the spec keeps" in said
 
 
 def test_fields_that_cannot_be_read_are_not_trusted(tmp_path):
