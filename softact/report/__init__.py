@@ -101,7 +101,7 @@ def write_report(
     faults = list(dict.fromkeys(faults))
     path = directory / "report.html"
     write_atomic(
-        path, report_page.html(results, verdict, view, faults, more, along.plots, drawn.dark)
+        path, report_page.html(results, verdict, view, faults, more, along.plots, drawn.both)
     )
     for line in faults:
         warn(line)

@@ -35,7 +35,7 @@ class Ground(NamedTuple):
     ink: str
 
 
-LIGHT, DARK = Ground("white", INK), Ground("#12181d", "#e6ebef")
+LIGHT, DARK = Ground("#ffffff", INK), Ground("#12181d", "#e6ebef")
 _DPI = 160
 _TITLE = 0.4  # inches above a panel
 MOST_STATES = 4
@@ -46,11 +46,11 @@ _SIDES = 4.2, 5.5  # inches of the longer side of one of several panels, and of 
 
 @dataclass(frozen=True)
 class Drawn:
-    """What came of the pictures. fault: why drawing failed, or ""; dark: name of a picture -> its
-    PNG on a dark ground; spots: WebP of each hot spot, on a clear one."""
+    """What came of the pictures. fault: why drawing failed, or ""; both: name of a picture -> its
+    WebP on a light ground and on a dark one; spots: WebP of each hot spot, on a clear one."""
 
     fault: str = ""
-    dark: Mapping[str, bytes] = field(default_factory=dict)
+    both: Mapping[str, tuple[bytes, bytes]] = field(default_factory=dict)
     spots: Sequence[bytes] = ()
 
 
@@ -82,14 +82,18 @@ def drawing(
         def write(marks: Sequence[np.ndarray] = ()) -> Drawn:
             if failed:
                 return Drawn(failed)
-            light, dark = {}, {}
+            light, both = {}, {}
             try:
                 drawn = renderer.covering()
                 for (name, group), panels in zip(groups.items(), drawn, strict=False):
                     columns = min(len(group.numbers), 2)
                     here = marks if name == "shape.png" else ()
-                    light[name] = compose(scene, group, panels[..., :3], columns, marks=here)
-                    dark[name] = compose(scene, group, panels, columns, marks=here, ground=DARK)
+                    shown = [
+                        compose(scene, group, panels, columns, marks=here, ground=ground)
+                        for ground in (LIGHT, DARK)
+                    ]
+                    light[name] = _png(shown[0])
+                    both[name] = webp(shown[0]), webp(shown[1])
                 small = [webp(picture[0]) for picture in drawn]
             except frames.DrawingError as error:
                 return Drawn(str(error))
@@ -97,13 +101,23 @@ def drawing(
                 return Drawn(reason(error))
             for name, picture in light.items():
                 write_atomic(results.directory / name, picture)
-            return Drawn("", dark, small)
+            return Drawn("", both, small)
 
         yield write
 
 
+def _png(picture: np.ndarray) -> bytes:
+    from PIL import Image
+
+    out = BytesIO()
+    Image.fromarray(picture).save(out, format="PNG", compress_level=4)
+    return out.getvalue()
+
+
 def _on(panels: np.ndarray, ground: Ground) -> np.ndarray:
     """(..., 3) of panels on white with their cover, (..., 4), on another ground."""
+    if ground is LIGHT:
+        return panels[..., :3]
     clear = 255.0 - panels[..., 3:]
     paper = 255 * frames.colours([ground.paper])[0]
     return np.round(np.clip(panels[..., :3] - clear * (1 - paper / 255), 0, 255)).astype(np.uint8)
@@ -123,14 +137,14 @@ def compose(
     titles: Sequence[str] | None = None,
     marks: Sequence[np.ndarray] = (),
     ground: Ground = LIGHT,
-) -> bytes:
-    """PNG of the panels, pixel by pixel, with titles, colour bar and axes.
+) -> np.ndarray:
+    """(height, width, 3) uint8: the panels, pixel by pixel, with titles, colour bar and axes.
 
     titles: in place of those that say the load of each state. marks: places (3,) mm of the first
     state to put a ring around. ground: on which they stand; for any but ``LIGHT`` the panels have
     their cover as fourth channel.
     """
-    panels = panels if ground is LIGHT else _on(panels, ground)
+    panels = _on(panels, ground)
     titles = titles or [state_title(scene.results, number) for number in group.numbers]
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -139,12 +153,15 @@ def compose(
     rows = -(-len(panels) // columns)
     legend, title = 1.5, _TITLE
     size = (columns * width + legend, max(rows * (height + title) + 0.1, 3.6))
-    figure = Figure(figsize=size, dpi=_DPI, facecolor=ground.paper)
-    FigureCanvasAgg(figure)
+    figure = Figure(figsize=size, dpi=_DPI, facecolor="none")
+    canvas = FigureCanvasAgg(figure)
+    wide, tall = map(int, canvas.get_renderer().get_canvas_width_height())
+    below = np.empty((tall, wide, 3), np.uint8)
+    below[:] = np.round(255 * frames.colours([ground.paper])[0])
 
-    def place(left: float, top: float, wide: float, tall: float) -> Axes:
+    def place(left: float, top: float, width: float, height: float) -> Axes:
         """Axes at inches from the upper left corner."""
-        at = (left / size[0], 1 - (top + tall) / size[1], wide / size[0], tall / size[1])
+        at = (left / size[0], 1 - (top + height) / size[1], width / size[0], height / size[1])
         axes = figure.add_axes(at)
         axes.set_axis_off()
         return axes
@@ -152,8 +169,9 @@ def compose(
     cells = np.ndindex(rows, columns)
     for said, panel, (row, column) in zip(titles, panels, cells, strict=False):
         left, top = column * width, row * (height + title) + title
-        at = round(left * _DPI), round((size[1] - top - height) * _DPI)
-        figure.figimage(panel, *at, origin="upper")
+        # Not by matplotlib, which takes each of them through its colour maps.
+        right, down = round(left * _DPI), tall - round((size[1] - top - height) * _DPI)
+        below[down - len(panel) : down, right : right + panel.shape[1]] = panel
         figure.text(
             (left + width / 2) / size[0], 1 - (top - 0.06) / size[1],
             said, fontsize=11, color=ground.ink, ha="center",
@@ -166,9 +184,17 @@ def compose(
     note = "ring: deepest overlap" if len(marks) else "grey: undeformed" * group.ghost
     mm_per_inch = (group.high - group.low)[0] / width
     _axes_cross(cross, scene.view, mm_per_inch, legend - 0.2, 1.2, note, ground)
-    out = BytesIO()
-    figure.savefig(out, format="png", pil_kwargs={"compress_level": 4})
-    return out.getvalue()
+    canvas.draw()
+    return _over(np.asarray(canvas.buffer_rgba()), below)
+
+
+def _over(drawn: np.ndarray, below: np.ndarray) -> np.ndarray:
+    """Put what is drawn, (height, width, 4) uint8 on a clear ground, over (height, width, 3)."""
+    rows, columns = np.nonzero(drawn[..., 3])
+    ink = drawn[rows, columns].astype(float)
+    cover, shown = ink[:, 3:] / 255, below.copy()
+    shown[rows, columns] = np.round(ink[:, :3] * cover + shown[rows, columns] * (1 - cover))
+    return shown
 
 
 def state_title(results: Results, number: float) -> str:

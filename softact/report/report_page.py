@@ -44,11 +44,11 @@ def html(
     faults: list[str],
     more: Sequence[Section] = (),
     along: Sequence[Plot] = (),
-    dark: Mapping[str, bytes] = MappingProxyType({}),
+    pictures: Mapping[str, tuple[bytes, bytes]] = MappingProxyType({}),
 ) -> str:
     """The whole page. verdict: on the run; view: what ``viewer.pack`` gave; faults: what is missing
     and why; more: sections that were asked for; along: plots over the axis, see ``curvature``;
-    dark: the folder's pictures on a dark ground.
+    pictures: the folder's, each as WebP on a light ground and on a dark one.
     """
     spec = results.spec
     name = str(spec.get("name") or results.directory.resolve().name)
@@ -84,11 +84,11 @@ def html(
         verdict=_banner(results, _worded(verdict, errors), faults),
         notes=_notes(results),
         state=state,
-        shape=_image(results, "shape.png", dark, f"{name} {state[:1].lower()}{state[1:]}"),
+        shape=_image(pictures, "shape.png", f"{name} {state[:1].lower()}{state[1:]}"),
         cards=_cards(results, bars, bands),
         figures=_figures(results, bars),
         count=count.lower(),
-        states=_image(results, "states.png", dark, f"The actuator: {count.lower()}"),
+        states=_image(pictures, "states.png", f"The actuator: {count.lower()}"),
         curves=base.figures(_with(_plots(results, bands), along)),
         history=history.summary(results),
         assumptions=origin.assumptions(spec),
@@ -149,12 +149,8 @@ def _notes(results: Results) -> list[str]:
     return notes
 
 
-def _image(results: Results, name: str, dark: Mapping[str, bytes], alt: str) -> str:
-    path = results.directory / name
-    if not path.is_file():
-        return ""
-    light = path.read_bytes()
-    return base.two_images(light, dark.get(name, light), alt)
+def _image(drawn: Mapping[str, tuple[bytes, bytes]], name: str, alt: str) -> str:
+    return base.two_images(*drawn[name], alt) if name in drawn else ""
 
 
 def _cards(results: Results, bars: dict[str, str], bands: scatter.Bands) -> list[Markup]:

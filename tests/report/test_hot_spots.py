@@ -115,7 +115,7 @@ def test_pictures_show_the_place_in_the_middle(tmp_path):
         assert np.abs(hue - red / red.sum()).max() < 0.12  # lit, so darker or lighter
     for name in ("shape.png", "states.png"):
         light = np.asarray(Image.open(tmp_path / "r" / name).convert("RGB"))
-        dark = np.asarray(Image.open(BytesIO(drawn.dark[name])).convert("RGB"))
+        dark = np.asarray(Image.open(BytesIO(drawn.both[name][1])).convert("RGB"))
         assert light.shape == dark.shape
         assert light[-1, 0].tolist() == [255, 255, 255]
         assert dark[-1, 0].tolist() == [0x12, 0x18, 0x1D]

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 from io import BytesIO
 from typing import Any
 
+import numpy as np
 from markupsafe import Markup
 
 from softact.files.text import csv_text
@@ -39,8 +40,8 @@ def image(png: bytes, alt: str) -> Markup:
 
 
 def two_images(light: bytes, dark: bytes, alt: str) -> Markup:
-    """A picture on a light ground and on a dark one, as PNG; paper is light."""
-    return parts().two_images(_packed(webp(light)), _packed(webp(dark)), alt)
+    """A picture on a light ground and on a dark one, as WebP; paper is light."""
+    return parts().two_images(_packed(light), _packed(dark), alt)
 
 
 def picture(webp: bytes, alt: str) -> Markup:
@@ -48,13 +49,13 @@ def picture(webp: bytes, alt: str) -> Markup:
     return parts().picture(_packed(webp), alt)
 
 
-def webp(picture: Any) -> bytes:
-    """A picture (PNG, or (height, width, 3 or 4) uint8) as WebP: a tenth of a PNG's size."""
+def webp(picture: np.ndarray) -> bytes:
+    """A picture (height, width, 3 or 4) uint8 as WebP: a tenth of a PNG's size."""
     from PIL import Image
 
-    shown = Image.open(BytesIO(picture)) if isinstance(picture, bytes) else Image.fromarray(picture)
     out = BytesIO()
-    shown.save(out, format="WEBP", quality=88, method=4)
+    # Method 4 makes it 5 % smaller, in twice the time.
+    Image.fromarray(picture).save(out, format="WEBP", quality=88, method=2)
     return out.getvalue()
 
 
