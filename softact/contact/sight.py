@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import ctypes
+from pathlib import Path
+from typing import TYPE_CHECKING
+
 import numpy as np
 
+from softact.system import jit
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
 MEMBERS = 32  # facets of a group at most
-ROWS = 4096  # pairs of groups that are compared at a time
 LITTLE = 0.25  # what is less is not told apart
 
 
@@ -15,42 +23,67 @@ def spheres(nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return centre, np.linalg.norm(nodes - centre[:, None], axis=2).max(axis=1)
 
 
-def strayed(before: np.ndarray, now: np.ndarray, reach: np.ndarray, side: np.ndarray) -> float:
-    """How far facets have moved towards or past others, relative to how far they were from them,
-    LITTLE at least; above 1 a pair may have met that was out of reach at the search.
+class Sight:
+    """The compiled look at how far facets have moved; see ``_sight.c``."""
 
-    before, now: (k, n, 3) nodes at the search and after it; reach: (k,) how far was looked;
-    side: (k,) see ``closest.candidates``. Only the motion of one facet against the other counts: a
-    body that turns as a whole goes as far as it likes. Facets are compared in groups first, whose
-    distance and motion bound those of their members.
-    """
-    if not len(before):
-        return LITTLE
-    centre, radius = spheres(before)
-    moved = now - before
-    mean = moved[:, :3].mean(axis=1)
-    radius = radius + np.linalg.norm(moved - mean[:, None], axis=2).max(axis=1)
-    groups = _groups(centre)
-    g_centre, g_mean, g_radius, g_spread = _bounds(groups, centre, mean, radius)
-    apart = np.linalg.norm(g_centre[:, None] - g_centre, axis=2) - g_radius[:, None] - g_radius
-    way = np.linalg.norm(g_mean[:, None] - g_mean, axis=2) + g_spread[:, None] + g_spread
-    ratio = np.where(apart > 0, way / np.maximum(apart, 1e-300), np.inf)
-    i, j = np.nonzero(np.triu(np.ones_like(apart, dtype=bool)))
-    order = np.argsort(-ratio[i, j])
-    i, j = i[order], j[order]
-    largest = LITTLE
-    for start in range(0, len(i), ROWS):
-        rows = slice(start, start + ROWS)
-        if ratio[i[start], j[start]] <= largest:
-            break
-        a, b = groups[i[rows]][:, :, None], groups[j[rows]][:, None]
-        distance = np.linalg.norm(centre[a] - centre[b], axis=-1) - radius[a] - radius[b]
-        # Nearer ones were looked at, and are watched from iteration to iteration.
-        far = distance > np.maximum(reach[a], reach[b])
-        far &= (side[a] != side[b]) | (side[a] < 0)
-        gone = np.linalg.norm(mean[a] - mean[b], axis=-1)
-        largest = max(largest, float((gone[far] / distance[far]).max(initial=0.0)))
-    return largest
+    def __init__(self, comm: MPI.Comm):
+        source = Path(__file__).with_name("_sight.c")
+        self._function = jit.load_library(comm, source).strayed
+        self._function.restype = ctypes.c_double
+
+    def __call__(
+        self, before: np.ndarray, now: np.ndarray, reach: np.ndarray, side: np.ndarray
+    ) -> float:
+        """How much nearer facets have come to others that were out of reach, relative to how far
+        they were from them, LITTLE at least; above 1 a pair may have met that was out of reach at
+        the search.
+
+        before, now: (k, n, 3) nodes at the search and after it, between which they go straight;
+        reach: (k,) how far was looked; side: (k,) see ``closest.candidates``. A body that moves or
+        turns as a whole goes as far as it likes. Facets are compared in groups first, whose
+        distance and motion bound those of their members.
+        """
+        if not len(before):
+            return LITTLE
+        centre, still = spheres(before)
+        moved = now - before
+        mean = moved[:, :3].mean(axis=1)
+        radius = still + np.linalg.norm(moved - mean[:, None], axis=2).max(axis=1)
+        groups = _groups(centre)
+        pairs, bound = _pairs(*_bounds(groups, centre, mean, radius))
+        arrays = [
+            np.ascontiguousarray(values, kind)
+            for values, kind in (
+                (groups, np.int64), (pairs, np.int32), (bound, float), (centre, float),
+                (mean, float), (radius, float), (still, float), (reach, float), (side, np.int64),
+            )
+        ]  # fmt: skip
+        return self._function(
+            ctypes.c_int64(len(pairs)),
+            ctypes.c_int32(groups.shape[1]),
+            *(ctypes.c_void_p(a.ctypes.data) for a in arrays),
+            ctypes.c_double(LITTLE),
+        )
+
+
+def _pairs(
+    centre: np.ndarray, mean: np.ndarray, radius: np.ndarray, spread: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs (p, 2) of groups and the ratio (p,) that none of their members exceeds, in falling
+    order, from LITTLE on."""
+    i, j = np.triu_indices(len(centre))
+    way, offset = mean[i] - mean[j], centre[i] - centre[j]
+    gone, distance = np.linalg.norm(way, axis=1), np.linalg.norm(offset, axis=1)
+    sizes, spreads = radius[i] + radius[j], spread[i] + spread[j]
+    part = -np.einsum("pc,pc->p", way, offset) / np.maximum(gone**2, 1e-300)
+    nearest = np.linalg.norm(offset + np.clip(part, 0.0, 1.0)[:, None] * way, axis=1)
+    # By how much members come nearer: no more than they move, nor than the groups and their sizes.
+    nearer = np.minimum(gone, distance - nearest + 2 * sizes) + spreads
+    apart = distance - sizes
+    bound = np.where(apart > 0, nearer / np.maximum(apart, 1e-300), np.inf)
+    order = np.argsort(-bound)
+    order = order[bound[order] > LITTLE]
+    return np.column_stack([i[order], j[order]]), bound[order]
 
 
 def _groups(centre: np.ndarray) -> np.ndarray:

@@ -21,7 +21,7 @@ from softact.contact.crossing import Crossing
 from softact.contact.gap_hessian import gap_hessian
 from softact.contact.memory import stiffness_factor
 from softact.contact.pressure import pressure
-from softact.contact.sight import strayed
+from softact.contact.sight import Sight
 from softact.contact.slip import InTouch, SurfaceFriction, Where
 from softact.contact.whole_facets import WholeFacets
 from softact.system.term import Origin, State
@@ -84,6 +84,7 @@ class SurfaceContact:
             second = np.isin(self.facets.numbers, WholeFacets(model, touching.groups[1]).numbers)
             self._side = second[self.facets.nodes].all(axis=1).astype(int)
         self._closest, self._crossed = Closest(model.comm), Crossing(model.comm)
+        self._sight = Sight(model.comm)
         self.coupling = Coupling(model.assembler, self.facets)
         self.friction: SurfaceFriction | None = None
         if touching.friction:
@@ -303,10 +304,10 @@ class SurfaceContact:
         return self._crossed(places, moved, self.facets.values, start, candidate, self.facets.size)
 
     def strayed(self, state: State) -> float:
-        """How far facets have moved since they looked for what they may touch, relative to how far
-        they may without passing it unseen."""
+        """How much nearer facets have come to others since they looked for what they may touch,
+        relative to how much they may without passing it unseen."""
         now = self.facets.node_places(state.x)
-        return strayed(self._looked_from, now, self._reach, self._side)
+        return self._sight(self._looked_from, now, self._reach, self._side)
 
     def smallest_gap(self, state: State) -> tuple[float, float]:
         """Smallest gap, and its smallest ratio to the element size (both below zero: overlap)."""

@@ -10,7 +10,7 @@ from softact.contact.obstacles.cylinder import Cylinder
 from softact.contact.obstacles.plane import Plane
 from softact.contact.obstacles.sphere import Sphere
 from softact.contact.rigid import Obstacle
-from softact.contact.sight import LITTLE, spheres, strayed
+from softact.contact.sight import LITTLE, Sight, spheres
 from softact.contact.surfaces import Touching
 from softact.contact.way import goes_deeper
 from softact.loads.load_step import LoadStep
@@ -115,22 +115,38 @@ def test_an_arch_does_not_jump_to_the_other_side_of_what_pushes_it():
 
 
 def test_the_search_sees_what_comes_fast():
-    """Ratio of way to distance, by groups of facets and pair by pair."""
+    """Ratio of how much nearer facets come to how far they are, by groups and pair by pair."""
     rng = np.random.default_rng(1)
     for count, sides in ((5, 1), (33, 2), (700, 1), (1501, 2)):
         before = rng.random((count, 1, 3)) * [100, 10, 10] + 0.3 * rng.standard_normal(
             (count, 6, 3)
         )
-        now = before + 0.4 * rng.standard_normal((count, 1, 3)) * [1, 0, 0]
+        now = before + 0.4 * rng.standard_normal((count, 1, 3)) * [1, 0.3, 0]
         reach, side = 0.5 + rng.random(count), rng.integers(0, sides, count) - (sides == 1)
         centre, radius = spheres(before)
         moved = (now - before)[:, :3].mean(axis=1)
         apart = np.linalg.norm(centre[:, None] - centre, axis=2) - radius[:, None] - radius
         far = apart > np.maximum(reach[:, None], reach)
         far &= (side[:, None] != side) | (side[:, None] < 0)
-        way = np.linalg.norm(moved[:, None] - moved, axis=2)
-        expected = (way[far] / apart[far]).max(initial=LITTLE)
-        assert strayed(before, now, reach, side) == pytest.approx(expected, rel=1e-6)
+        between, way = centre[:, None] - centre, moved[:, None] - moved
+        nearest = np.linalg.norm(between, axis=2)
+        for t in np.linspace(0, 1, 201)[1:]:
+            nearest = np.minimum(nearest, np.linalg.norm(between + t * way, axis=2))
+        nearer = np.linalg.norm(between, axis=2) - nearest
+        expected = (nearer[far] / apart[far]).max(initial=LITTLE)
+        found = Sight(MPI.COMM_SELF)(before, now, reach, side)
+        assert found == pytest.approx(expected, rel=1e-3)
+
+
+def test_a_body_that_turns_does_not_meet_itself():
+    """However far facets are from the axis, their distances stay: ninety degrees at once."""
+    rng = np.random.default_rng(2)
+    before = rng.random((400, 1, 3)) * [100, 10, 10] + 0.1 * rng.standard_normal((400, 6, 3))
+    turn = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1.0]])
+    reach, side = np.full(400, 5.0), np.full(400, -1)
+    look = Sight(MPI.COMM_SELF)
+    assert look(before, before @ turn.T, reach, side) < 0.5
+    assert look(before, before * [0.01, 1, 1], reach, side) > 1.0
 
 
 @pytest.mark.parametrize("through", [False, True])
