@@ -85,6 +85,17 @@ typedef struct {
     const double *nodes; /* (facets, nodes, 3) */
 } surface_t;
 
+/* How far a quadratic facet y may be from the plane of its corners, whose normal is n: the shape
+   functions of the three middles add up to no more than 4/3 within it; a tenth beyond, to 1.8. */
+static double bulge(int32_t count, const double *y, const double n[3])
+{
+    double most = 0;
+    for (int i = 3; i < count; ++i)
+        most = fmax(most, fabs((y[3 * i] - y[0]) * n[0] + (y[3 * i + 1] - y[1]) * n[1]
+                               + (y[3 * i + 2] - y[2]) * n[2]));
+    return 1.8 * most;
+}
+
 /* Whether x faces a facet: foot st within its edges (by slack), gap below reach and not deeper than
    depth, normals opposed. */
 static int faces(const surface_t *on, int32_t facet, const double *x, const double *own, double reach,
@@ -99,6 +110,15 @@ static int faces(const surface_t *on, int32_t facet, const double *x, const doub
     st[0] = (g11 * f0 - g01 * f1) / det, st[1] = (g00 * f1 - g01 * f0) / det;
     const double far = on->count == 6 ? 0.4 : slack; /* on the flat triangle of the corners */
     if (st[0] < -far || st[1] < -far || st[0] + st[1] > 1 + far)
+        return 0;
+    n[0] = e0[1] * e1[2] - e0[2] * e1[1];
+    n[1] = e0[2] * e1[0] - e0[0] * e1[2];
+    n[2] = e0[0] * e1[1] - e0[1] * e1[0];
+    const double length = sqrt(dot(n, n));
+    for (int c = 0; c < 3; ++c)
+        n[c] /= length;
+    const double height = dot(r, n), over = bulge(on->count, y, n);
+    if (height > reach + over || height < -depth - over) /* too far, wherever the foot is */
         return 0;
     if (!foot(on->count, y, x, st, gap, n) || !(*gap < reach && *gap > -depth))
         return 0;

@@ -40,7 +40,10 @@ class Contact(Term, Protocol):
 
     def strayed(self, state: State) -> float:
         """How far surfaces have moved since candidates were sought, relative to how far they
-        may."""
+        may without a second look."""
+
+    def met_unseen(self, state: State) -> bool:
+        """Whether a point went into something that was no candidate; asked where they may have."""
 
     def smallest_gap(self, state: State) -> tuple[float, float]:
         """Smallest gap in mm and its ratio to the element size, below zero where bodies overlap."""

@@ -16,7 +16,7 @@ from softact.system.term import State
 LIMIT = 0.02
 ENOUGH = 0.75
 STIFFER, STIFFEST = 4.0, 1e4
-OUT_OF_SIGHT = "surfaces moved farther than contact looks ahead"
+UNSEEN = "a surface met '{}', which was farther off than contact looks ahead"
 PASSED = "a point went through '{}' on its way"
 OVERLAP = "'{}' overlaps by {:.1%} of an element; {:.0%} is the limit"
 OVERRUN = "'{}' moved too far into the body in one increment"
@@ -95,6 +95,10 @@ class Contacts:
         """Whether Newton may go from ``x`` to ``to`` (local unknowns) at the loads of ``state``."""
         fine = all([contact.admissible(state, x, to) for contact in self._all])
         return bool(self._comm.allreduce(fine, op=MPI.LAND)) if self._all else True
+
+    def met_unseen(self, state: State) -> str | None:
+        """What met something that was out of its sight, as a reason to give the state up."""
+        return self._first(UNSEEN, [c.strayed(state) > 1.0 and c.met_unseen(state) for c in self])
 
     def passed(self, before: State, after: State) -> str | None:
         """What was passed through between two states, as a reason to give the second one up."""

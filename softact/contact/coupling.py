@@ -27,23 +27,15 @@ class Coupling:
         self._groups = np.empty(0, dtype=np.int64)
         self._slots = assembler.couple_loosely()
 
-    def make_room(self, groups: Sequence[np.ndarray]) -> None:
-        """groups: arrays (m, 2 or 3) of facets all of whose nodes may be coupled."""
-        total = len(self._nodes)
-        wanted = np.unique(
-            np.concatenate(
-                [
-                    (np.minimum(g[:, a], g[:, b]) * total + np.maximum(g[:, a], g[:, b]))
-                    for g in groups
-                    for a in range(g.shape[1])
-                    for b in range(a, g.shape[1])
-                ]
-            )
-        )
-        if np.isin(wanted, self._groups).all():
+    def make_room(self, needed: Sequence[np.ndarray], near: Sequence[np.ndarray]) -> None:
+        """needed: arrays (m, 2 or 3) of facets all of whose nodes are coupled now; near: such as
+        may be soon, for which there is room after the next layout."""
+        if np.isin(self._pairs(needed), self._groups).all():
             return
-        self._groups = wanted
-        i, j = wanted // total, wanted % total
+        total = len(self._nodes)
+        # What was there may come back: a layout costs as much as two factorisations.
+        self._groups = np.union1d(self._groups, self._pairs([*needed, *near]))
+        i, j = self._groups // total, self._groups % total
         rows = np.repeat(self._nodes[i], self._nodes.shape[1], axis=1).ravel().astype(np.int64)
         columns = np.tile(self._nodes[j], (1, self._nodes.shape[1])).ravel().astype(np.int64)
         keys = np.concatenate([rows * self._count + columns, columns * self._count + rows])
@@ -55,6 +47,20 @@ class Coupling:
         rows = np.broadcast_to(row[:, None, None] + c[:, None], shape).ravel()
         columns = np.broadcast_to(column[:, None, None] + c, shape).ravel()
         self._slots.set(rows, columns)
+
+    def _pairs(self, groups: Sequence[np.ndarray]) -> np.ndarray:
+        """Sorted numbers of all pairs of facets of each row of ``groups``."""
+        total = len(self._nodes)
+        return np.unique(
+            np.concatenate(
+                [
+                    (np.minimum(g[:, a], g[:, b]) * total + np.maximum(g[:, a], g[:, b]))
+                    for g in groups
+                    for a in range(g.shape[1])
+                    for b in range(a, g.shape[1])
+                ]
+            )
+        )
 
     def begin(self) -> None:
         """Learn which unknowns are free, before anything is added. Collective."""

@@ -39,21 +39,27 @@ class Crossing:
         start: np.ndarray,
         candidate: np.ndarray,
         size: np.ndarray,
+        touching: bool = True,
     ) -> bool:
         """Whether a point of a facet went from the front of a candidate to its back, through it.
 
         before, after: nodes (k, n, 3) of the facets, which go straight from one to the other: a
         body that turns is then sheared and stretched, but as a whole. values: (q, n) shape
-        functions of the points. start, candidate: see ``closest.candidates``. size: (k,) mm. A
-        quadratic facet counts as four flat triangles.
+        functions of the points. start, candidate: see ``closest.candidates``. size: (k,) mm.
+        touching: whether they were known to each other, so that one may be as deep in the other as
+        contact allows; else a point has passed as soon as it is behind. A quadratic facet counts
+        as four flat triangles.
         """
+        overlapping, deeper = (OVERLAPPING, BEHIND) if touching else (0.0, 0.0)
         pieces = np.array(PIECES if before.shape[1] == 6 else ((0, 1, 2),))
         points = [np.einsum("qn,knc->kqc", values, nodes) for nodes in (before, after)]
         corners = [nodes[:, pieces] for nodes in (before, after)]
-        facet, other, piece, point = self._changed(points, corners, start, candidate, size).T
+        facet, other, piece, point = self._changed(
+            points, corners, start, candidate, size, overlapping, deeper
+        ).T
         first = [p[facet, point] for p in points]
         second = [c[other, piece] for c in corners]
-        return bool(_through(first, second, OVERLAPPING * size[other]).any())
+        return bool(_through(first, second, overlapping * size[other]).any())
 
     def _changed(
         self,
@@ -62,6 +68,8 @@ class Crossing:
         start: np.ndarray,
         candidate: np.ndarray,
         size: np.ndarray,
+        overlapping: float,
+        deeper: float,
     ) -> np.ndarray:
         """(m, 4): facet, candidate, piece of that and point, of the points (k, q, 3) that begin
         before the plane of a piece (k, pieces, 3, 3) and end behind it, near it."""
@@ -83,7 +91,7 @@ class Crossing:
             ctypes.c_int64(len(size)),
             *map(ctypes.c_int32, (points[0].shape[1], corners[0].shape[1])),
         )
-        limits = ctypes.c_double(OVERLAPPING), ctypes.c_double(BEHIND)
+        limits = ctypes.c_double(overlapping), ctypes.c_double(deeper)
         found = np.empty((ROOM, 4), np.int32)
         while True:
             room = ctypes.c_int64(len(found)), ctypes.c_void_p(found.ctypes.data)

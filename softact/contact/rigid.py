@@ -241,6 +241,10 @@ class RigidContact:
         """See ``SurfaceContact.strayed``: an obstacle is always seen."""
         return 0.0
 
+    def met_unseen(self, state: State) -> bool:
+        """See ``strayed``."""
+        return False
+
     def smallest_gap(self, state: State) -> tuple[float, float]:
         """Smallest gap, and its smallest ratio to the element size (both below zero: overlap)."""
         if self.presence(state) != 1.0 or not len(self.facets):

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
 MEMBERS = 32  # facets of a group at most
+ROOM = 1024  # for pairs at first
 LITTLE = 0.25  # what is less is not told apart
 
 
@@ -23,13 +24,25 @@ def spheres(nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return centre, np.linalg.norm(nodes - centre[:, None], axis=2).max(axis=1)
 
 
+class _Facets(ctypes.Structure):
+    """``facets_t`` of ``_sight.c``."""
+
+    _fields_ = (
+        ("members", ctypes.c_int32),
+        *(
+            (name, ctypes.c_void_p)
+            for name in ("groups", "centre", "motion", "radius", "still", "reach", "side")
+        ),
+    )
+
+
 class Sight:
     """The compiled look at how far facets have moved; see ``_sight.c``."""
 
     def __init__(self, comm: MPI.Comm):
-        source = Path(__file__).with_name("_sight.c")
-        self._function = jit.load_library(comm, source).strayed
-        self._function.restype = ctypes.c_double
+        library = jit.load_library(comm, Path(__file__).with_name("_sight.c"))
+        self._strayed, self._met = library.strayed, library.met
+        self._strayed.restype, self._met.restype = ctypes.c_double, ctypes.c_int64
 
     def __call__(
         self, before: np.ndarray, now: np.ndarray, reach: np.ndarray, side: np.ndarray
@@ -40,30 +53,57 @@ class Sight:
 
         before, now: (k, n, 3) nodes at the search and after it, between which they go straight;
         reach: (k,) how far was looked; side: (k,) see ``closest.candidates``. A body that moves or
-        turns as a whole goes as far as it likes. Facets are compared in groups first, whose
-        distance and motion bound those of their members.
+        turns as a whole goes as far as it likes.
         """
         if not len(before):
             return LITTLE
+        moved = _Moved(before, now, reach, side)
+        return self._strayed(*moved.arguments, ctypes.c_double(LITTLE))
+
+    def met(
+        self, before: np.ndarray, now: np.ndarray, reach: np.ndarray, side: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Pairs i, j (m,) of facets that may have met and were out of reach, both ways and in the
+        order of i; see ``__call__``."""
+        if not len(before):
+            return np.empty(0, np.int64), np.empty(0, np.int64)
+        moved = _Moved(before, now, reach, side)
+        found = np.empty((ROOM, 2), np.int32)
+        while True:
+            room = ctypes.c_int64(len(found)), ctypes.c_void_p(found.ctypes.data)
+            count = self._met(*moved.arguments, *room)
+            if count <= len(found):
+                break
+            found = np.empty((count, 2), np.int32)
+        pairs = np.unique(np.concatenate([found[:count], found[:count, ::-1]]), axis=0)
+        return pairs[:, 0].astype(np.int64), pairs[:, 1].astype(np.int64)
+
+
+class _Moved:
+    """Facets at two times, as ``_sight.c`` takes them. They are compared in groups first, whose
+    distance and motion bound those of their members."""
+
+    def __init__(self, before: np.ndarray, now: np.ndarray, reach: np.ndarray, side: np.ndarray):
         centre, still = spheres(before)
         moved = now - before
         mean = moved[:, :3].mean(axis=1)
         radius = still + np.linalg.norm(moved - mean[:, None], axis=2).max(axis=1)
         groups = _groups(centre)
-        pairs, bound = _pairs(*_bounds(groups, centre, mean, radius))
-        arrays = [
+        self._pairs = _pairs(*_bounds(groups, centre, mean, radius))
+        of_facets: list[np.ndarray] = [groups, centre, mean, radius, still, reach, side]
+        kinds = np.int64, float, float, float, float, float, np.int64
+        self._arrays = [
             np.ascontiguousarray(values, kind)
-            for values, kind in (
-                (groups, np.int64), (pairs, np.int32), (bound, float), (centre, float),
-                (mean, float), (radius, float), (still, float), (reach, float), (side, np.int64),
-            )
-        ]  # fmt: skip
-        return self._function(
-            ctypes.c_int64(len(pairs)),
-            ctypes.c_int32(groups.shape[1]),
-            *(ctypes.c_void_p(a.ctypes.data) for a in arrays),
-            ctypes.c_double(LITTLE),
-        )
+            for values, kind in zip(of_facets, kinds, strict=True)
+        ]
+        self._facets = _Facets(groups.shape[1], *(a.ctypes.data for a in self._arrays))
+
+    @property
+    def arguments(self) -> tuple:
+        """The first ones of both functions."""
+        pairs, bound = self._pairs
+        pointers = (ctypes.c_void_p(a.ctypes.data) for a in (pairs, bound))
+        return ctypes.c_int64(len(pairs)), *pointers, ctypes.byref(self._facets)
 
 
 def _pairs(
@@ -83,7 +123,7 @@ def _pairs(
     bound = np.where(apart > 0, nearer / np.maximum(apart, 1e-300), np.inf)
     order = np.argsort(-bound)
     order = order[bound[order] > LITTLE]
-    return np.column_stack([i[order], j[order]]), bound[order]
+    return np.column_stack([i[order], j[order]]).astype(np.int32), bound[order]
 
 
 def _groups(centre: np.ndarray) -> np.ndarray:

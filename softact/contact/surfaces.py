@@ -221,11 +221,17 @@ class SurfaceContact:
         """Keep room in the matrix for what touches or nearly does."""
         partner, _, gap = self.gaps(state.x)
         near = (gap < ROOM * self.facets.size[:, None]) & self.facets.mine[:, None]
-        facet, point = np.nonzero(near)
+        self.coupling.make_room(
+            self._coupled(state, partner, near & (gap < 0)), self._coupled(state, partner, near)
+        )
+
+    def _coupled(self, state: State, partner: np.ndarray, on: np.ndarray) -> list[np.ndarray]:
+        """Facets that points couple, see ``Coupling.make_room``; on: (k, 12) which points."""
+        facet, point = np.nonzero(on)
         pairs = [np.column_stack([facet, partner[facet, point]])]
         if self.friction is not None:
             pairs += self.friction.pairs(state, facet, point, partner[facet, point])
-        self.coupling.make_room(pairs)
+        return pairs
 
     def pressures(self, state: State) -> np.ndarray:
         """See ``Contact``: as each side sees it, where both look."""
@@ -308,6 +314,17 @@ class SurfaceContact:
         relative to how much they may without passing it unseen."""
         now = self.facets.node_places(state.x)
         return self._sight(self._looked_from, now, self._reach, self._side)
+
+    def met_unseen(self, state: State) -> bool:
+        """Whether, since then, a point of any process went into a surface that was out of reach."""
+        now = self.facets.node_places(state.x)
+        i, j = self._sight.met(self._looked_from, now, self._reach, self._side)
+        seen = ~self._overlooks(i, j) & ~self._backs(i, j)
+        start = np.searchsorted(i[seen], np.arange(len(now) + 1))
+        return self._crossed(
+            self._looked_from, now, self.facets.values, start, j[seen], self.facets.size,
+            touching=False,
+        )  # fmt: skip
 
     def smallest_gap(self, state: State) -> tuple[float, float]:
         """Smallest gap, and its smallest ratio to the element size (both below zero: overlap)."""

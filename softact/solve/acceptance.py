@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from softact.bodies.soundness import NOTHING, smallest_in_the_middle
-from softact.contact.contacts import OUT_OF_SIGHT
 from softact.model import Model
 from softact.system.term import State
 
@@ -19,9 +18,7 @@ def fault(model: Model, before: State, state: State) -> str | None:
 
 def way_fault(model: Model, before: State, state: State) -> str | None:
     """Why nothing can have moved from one state to the other; None where it can. Collective."""
-    if model.contacts.strayed(state) > 1.0:
-        return OUT_OF_SIGHT
-    return model.contacts.passed(before, state)
+    return model.contacts.met_unseen(state) or model.contacts.passed(before, state)
 
 
 def state_fault(model: Model, state: State) -> str | None:

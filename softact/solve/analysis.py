@@ -14,6 +14,8 @@ from softact.solve import mumps
 from softact.solve.ordering import metis, nested_dissection
 
 METIS = "METIS"
+# An order of an earlier matrix is kept until a factorisation takes so many times the operations.
+WORSE = 1.25
 
 
 @dataclass(frozen=True)
@@ -35,12 +37,14 @@ class Analyst:
     """Analyses of the matrices of one model.
 
     Both orderings are tried on the first matrix; later ones, whose pattern hardly differs, are
-    analysed with the better of them. last: the last analysis. kept: the ordering that is used from
-    now on; None: not decided.
+    analysed with the better of them, and METIS's order is kept as long as it does. last: the last
+    analysis. kept: the ordering that is used from now on; None: not decided.
     """
 
     last: Analysis | None = None
     kept: str | None = None
+    _order: np.ndarray | None = None
+    _operations = 0.0  # of the matrix that the order was made for
 
     def __init__(self, model: Model):
         self._model = model
@@ -69,10 +73,15 @@ class Analyst:
 
     def _dissect(self, structure: mumps.Structure) -> bool:
         """Analyse the matrix with METIS's order; whether there is one."""
-        order = nested_dissection(self._model.assembler)
-        found = self._model.comm.bcast(order is not None)
+        if self._operations:
+            structure.analyse(mumps.GIVEN, self._order)
+            if structure.operations < WORSE * self._operations:
+                return True
+        self._order, self._operations = nested_dissection(self._model.assembler), 0.0
+        found = self._model.comm.bcast(self._order is not None)
         if found:
-            structure.analyse(mumps.GIVEN, order)
+            structure.analyse(mumps.GIVEN, self._order)
+            self._operations = structure.operations
         return found
 
 
