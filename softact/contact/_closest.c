@@ -83,7 +83,32 @@ static int foot(int nodes, const double *y, const double *x, double st[2], doubl
 typedef struct {
     int32_t count;       /* nodes of a facet */
     const double *nodes; /* (facets, nodes, 3) */
+    const double *balls; /* (facets, 4): centre and radius of what a foot may lie in */
 } surface_t;
+
+/* The ball that holds a facet with a tenth of it beyond its edges: that of its flat triangle, and what
+   the middles stand off their edges, since their shape functions add up to no more than 1.8 there. */
+void balls(int64_t facets, int32_t count, const double *nodes, double *ball)
+{
+    for (int64_t f = 0; f < facets; ++f, nodes += 3 * count, ball += 4) {
+        double radius = 0, off = 0;
+        for (int c = 0; c < 3; ++c)
+            ball[c] = (nodes[c] + nodes[3 + c] + nodes[6 + c]) / 3;
+        for (int i = 0; i < count; ++i) {
+            const int a = i - 3, b = (i - 2) % 3;
+            double square = 0;
+            for (int c = 0; c < 3; ++c) {
+                const double middle = i < 3 ? ball[c] : (nodes[3 * a + c] + nodes[3 * b + c]) / 2;
+                square += (nodes[3 * i + c] - middle) * (nodes[3 * i + c] - middle);
+            }
+            if (i < 3)
+                radius = fmax(radius, square);
+            else
+                off = fmax(off, square);
+        }
+        ball[3] = 1.3 * sqrt(radius) + 1.8 * sqrt(off);
+    }
+}
 
 /* How far a quadratic facet y may be from the plane of its corners, whose normal is n: the shape
    functions of the three middles add up to no more than 4/3 within it; a tenth beyond, to 1.8. */
@@ -102,7 +127,13 @@ static int faces(const surface_t *on, int32_t facet, const double *x, const doub
                  double depth, double slack, double st[2], double *gap)
 {
     const double *y = on->nodes + (int64_t)facet * on->count * 3;
+    const double *ball = on->balls + (int64_t)facet * 4;
     double e0[3], e1[3], r[3], n[3];
+    const double limit = fmax(reach, depth) + ball[3];
+    for (int c = 0; c < 3; ++c)
+        r[c] = x[c] - ball[c];
+    if (dot(r, r) > limit * limit)
+        return 0;
     for (int c = 0; c < 3; ++c)
         e0[c] = y[3 + c] - y[c], e1[c] = y[6 + c] - y[c], r[c] = x[c] - y[c];
     const double g00 = dot(e0, e0), g01 = dot(e0, e1), g11 = dot(e1, e1);
@@ -132,16 +163,16 @@ static int faces(const surface_t *on, int32_t facet, const double *x, const doub
 /* For each point the facet that it faces: partner (-1: none), place on it, signed gap.
 
    places: (facets, points, 3); own: (facets, 3) normals of their facets; nodes: (facets, nodes, 3)
-   of the facets; start, candidate: facets that each facet may touch; reach, depth: (facets) how far
+   of the facets, balls: around them, see there; start, candidate: facets that each facet may touch; reach, depth: (facets) how far
    away, and how deep inside, the other may be; slack, keep: how far beyond the edge of a facet, barycentric,
    for a new partner and for the one that stands in partner on entry; tie: of two that are equally far,
    to this part of reach, the first one counts, whatever the rounding. */
 void closest(int64_t facets, int32_t points, int32_t count, const double *places, const double *own,
-             const double *nodes, const int64_t *start, const int32_t *candidate,
+             const double *nodes, const double *balls, const int64_t *start, const int32_t *candidate,
              const double *reach, const double *depth, double slack, double keep, double tie, int32_t *partner,
              double *place, double *gap)
 {
-    const surface_t on = {count, nodes};
+    const surface_t on = {count, nodes, balls};
     for (int64_t f = 0; f < facets; ++f)
         for (int q = 0; q < points; ++q) {
             const int64_t p = f * points + q;

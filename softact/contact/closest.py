@@ -94,7 +94,8 @@ class Closest:
 
     def __init__(self, comm: MPI.Comm):
         source = Path(__file__).with_name("_closest.c")
-        self._function = jit.load_library(comm, source).closest
+        library = jit.load_library(comm, source)
+        self._function, self._balls = library.closest, library.balls
 
     def __call__(
         self,
@@ -114,18 +115,21 @@ class Closest:
         places, nodes, reach, depth = map(np.ascontiguousarray, (places, nodes, reach, depth))
         own = np.ascontiguousarray(facet_normals(own))
         shape = places.shape[:2]
+        balls = np.empty((len(nodes), 4))
+        size = ctypes.c_int64(len(nodes)), ctypes.c_int32(nodes.shape[1])
+        self._balls(*size, *(ctypes.c_void_p(a.ctypes.data) for a in (nodes, balls)))
         partner = np.full(shape, -1, np.int32) if before is None else before.astype(np.int32)
         place, gap = np.empty((*shape, 2)), np.empty(shape)
-        arrays = (places, own, nodes, start, candidate, reach, depth)
+        arrays = (places, own, nodes, balls, start, candidate, reach, depth)
         pointers = [ctypes.c_void_p(a.ctypes.data) for a in (*arrays, partner, place, gap)]
         self._function(
             ctypes.c_int64(shape[0]),
             ctypes.c_int32(shape[1]),
             ctypes.c_int32(nodes.shape[1]),
-            *pointers[:7],
+            *pointers[:8],
             ctypes.c_double(SLACK),
             ctypes.c_double(KEEP),
             ctypes.c_double(TIE),
-            *pointers[7:],
+            *pointers[8:],
         )
         return partner, place, gap

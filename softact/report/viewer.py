@@ -20,7 +20,8 @@ from softact.verdict.reached import moving_rows, unstable_rows
 if TYPE_CHECKING:
     from softact.results.folder import Results
 
-_MOST_STATES = 40
+_MOST_STATES, _LEAST_STATES = 40, 12
+_MOST_PLACES = 500_000  # of nodes in all states: below 2 MB of the page
 _MOST_TRIANGLES = 45_000
 _STEPS = 16383  # of a coordinate; 0.012 mm on an actuator of 200 mm
 
@@ -48,7 +49,7 @@ def pack(results: Results, parts: Skin | None = None) -> dict:
     triangles, nodes = where.reshape(-1, 3), parts.nodes[used]
     inside = solid(results, nodes)
     nodes = np.concatenate([nodes, inside.nodes])
-    numbers = _states(results)
+    numbers = _states(results, len(nodes))
     places = np.array([_place(results, number, nodes) for number in numbers])
     low = places.min(axis=(0, 1))
     scale = max(float((places.max(axis=(0, 1)) - low).max()) / _STEPS, 1e-12)
@@ -175,10 +176,12 @@ def _obstacle(body: Body, numbers: list[int]) -> dict:
     }
 
 
-def _states(results: Results) -> list[int]:
-    """The undeformed state (-1) and the others, evenly thinned where there are many."""
+def _states(results: Results, nodes: int) -> list[int]:
+    """The undeformed state (-1) and the others, evenly thinned where there are many, or many
+    nodes."""
     count = len(results.increments)
-    chosen = np.unique(np.linspace(0, count - 1, min(count, _MOST_STATES)).round().astype(int))
+    most = min(count, max(_LEAST_STATES, min(_MOST_STATES, _MOST_PLACES // nodes)))
+    chosen = np.unique(np.linspace(0, count - 1, most).round().astype(int))
     begins_at_rest = not results.field(0, "displacement").any()
     return [*([] if begins_at_rest else [-1]), *chosen.tolist()]
 
