@@ -149,13 +149,15 @@ def test_a_body_that_turns_does_not_meet_itself():
     assert look(before, before * [0.01, 1, 1], reach, side) > 1.0
 
 
+#: A quadratic facet that looks up, and points on a facet.
+FLAT = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.5, 0, 0], [0.5, 0.5, 0], [0, 0.5, 0]], float)
+POINTS = np.eye(6)[:3] * 0.8 + 0.2 / 6
+
+
 @pytest.mark.parametrize("through", [False, True])
 def test_crossing(through):
     """A facet in front of another that turns with it, and then goes through it."""
-    flat = np.array(
-        [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.5, 0, 0], [0.5, 0.5, 0], [0, 0.5, 0]], float
-    )
-    before = np.stack([flat, flat + np.array([0.05, 0.05, 0.1])])
+    before = np.stack([FLAT, FLAT + np.array([0.05, 0.05, 0.1])])
     angle = 0.6
     turn = np.array(
         [[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]]
@@ -164,9 +166,44 @@ def test_crossing(through):
     after[1, :, 2] -= 0.2 if through else 0.0
     after = after @ turn.T + [3.0, 0, 1.0]
     start, candidate = np.array([0, 0, 1]), np.array([0])
-    values = np.eye(6)[:3] * 0.8 + 0.2 / 6
     crossed = Crossing(MPI.COMM_SELF)
-    assert crossed(before, after, values, start, candidate, np.ones(2)) == through
+    assert crossed(before, after, POINTS, start, candidate, np.ones(2)) == through
+
+
+@pytest.mark.parametrize(
+    ("height", "met", "entered"),
+    [(5.0, False, False), (0.01, True, False), (-0.01, True, True), (-5.0, True, True)],
+)
+def test_what_comes_from_out_of_reach(height, met, entered):
+    """A facet falls from 10 mm onto another that saw 1 mm far: to above it, to just above it, a
+    hundredth of its size into it, which contact that knew of it would allow, and through it."""
+    below = FLAT * 2 - [0.5, 0.5, 0]
+    before = np.stack([below, FLAT + np.array([0, 0, 10.0])])
+    after = np.stack([below, FLAT + np.array([0, 0, height])])
+    i, j = Sight(MPI.COMM_SELF).met(before, after, np.ones(2), np.full(2, -1))
+    assert (sorted(zip(i, j, strict=True)) == [(0, 1), (1, 0)]) == met
+    start = np.searchsorted(i, np.arange(3))
+    crossed = Crossing(MPI.COMM_SELF)
+    assert crossed(before, after, POINTS, start, j, np.ones(2), touching=False) == entered
+    if height == -0.01:
+        assert not crossed(before, after, POINTS, start, j, np.ones(2))
+
+
+def test_pairs_that_may_have_met():
+    """All of them, however the facets are grouped."""
+    rng = np.random.default_rng(4)
+    before = rng.random((700, 1, 3)) * 60 + 0.3 * rng.standard_normal((700, 6, 3))
+    now = before + 4 * rng.standard_normal((700, 1, 3))
+    reach, look = np.full(700, 0.5), Sight(MPI.COMM_SELF)
+    i, j = look.met(before, now, reach, np.full(700, -1))
+    centre, radius = spheres(before)
+    between, way = centre[:, None] - centre, ((now - before)[:, None] - (now - before))[..., 0, :]
+    far = np.linalg.norm(between, axis=2) - radius[:, None] - radius
+    part = -(between * way).sum(axis=2) / np.maximum((way**2).sum(axis=2), 1e-300)
+    nearest = np.linalg.norm(between + np.clip(part, 0, 1)[..., None] * way, axis=2)
+    expected = (far > 0.5) & (nearest < radius[:, None] + radius)
+    assert 50 < expected.sum() == len(i)
+    assert expected[i, j].all()
 
 
 def test_a_block_is_not_pulled_through_another():
