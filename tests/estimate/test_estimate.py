@@ -48,7 +48,8 @@ def test_at_half_of_the_pressure_it_is_within_30_percent_or_says_why_not(compare
 
 def test_every_family_as_published_is_within_30_percent(compared):
     shapes = [
-        ("pneunet_small", []), ("pneunet_glove", []), ("epfl_c5_w7", []), ("agarwal_bending", []),
+        ("pneunet_small", []), ("pneunet_glove", ["contact=none"]), ("epfl_c5_w7", []),
+        ("agarwal_bending", []),
         ("agarwal_linear", []), ("palacios_upper", []), ("polygerinos_fiber", []),
         ("xavier_three_cavities", ["geometry.modules=4"]),
         ("xavier_four_cavities", ["geometry.modules=4"]),

@@ -118,4 +118,5 @@ def test_pictures_show_the_place_in_the_middle(tmp_path):
         dark = np.asarray(Image.open(BytesIO(drawn.both[name][1])).convert("RGB"))
         assert light.shape == dark.shape
         assert light[-1, 0].tolist() == [255, 255, 255]
-        assert dark[-1, 0].tolist() == [0x12, 0x18, 0x1D]
+        # WebP rounds.
+        assert np.abs(dark[-1, 0].astype(int) - [0x12, 0x18, 0x1D]).max() <= 1
