@@ -33,6 +33,7 @@ def test_processes_end_together_where_one_alone_gave_something_up(rank):
 
 COLLECTING = """
 import gc, os
+from mpi4py import MPI
 from petsc4py import PETSc
 from softact.run.worker import _leave
 end = PETSc._finalize
