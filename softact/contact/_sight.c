@@ -14,7 +14,8 @@ typedef struct {
 } facets_t;
 
 /* How much nearer one of two facets that were out of reach came to the other, on a straight way,
-   relative to how far apart they were; 0 where they were within reach, or do not come nearer. */
+   relative to how far apart they were; 0 where they were within reach, or do not come nearer,
+   infinite where the motion of their nodes alone may have bridged the distance. */
 static double nearer(const facets_t *of, int64_t a, int64_t b)
 {
     double square = 0, along = 0, gone = 0;
@@ -23,16 +24,20 @@ static double nearer(const facets_t *of, int64_t a, int64_t b)
         const double w = of->motion[3 * a + c] - of->motion[3 * b + c];
         square += d * d, along += d * w, gone += w * w;
     }
-    if (along >= 0 || (of->side[a] == of->side[b] && of->side[a] >= 0))
+    if (of->side[a] == of->side[b] && of->side[a] >= 0)
         return 0;
     const double start = sqrt(square);
     /* Nearer ones were looked at, and are watched from iteration to iteration. */
     if (start - of->still[a] - of->still[b] <= fmax(of->reach[a], of->reach[b]))
         return 0;
+    const double apart = start - of->radius[a] - of->radius[b];
+    if (apart <= 0)
+        return INFINITY;
+    if (along >= 0)
+        return 0;
     const double t = fmin(-along / gone, 1);
     const double nearest = sqrt(fmax(square + t * (2 * along + t * gone), 0));
-    const double apart = start - of->radius[a] - of->radius[b];
-    return apart > 0 ? (start - nearest) / apart : INFINITY;
+    return (start - nearest) / apart;
 }
 
 /* Largest such ratio, `largest` at least, among the members of pairs (pairs, 2) of groups, none of

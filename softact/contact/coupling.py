@@ -11,6 +11,8 @@ if TYPE_CHECKING:
     from softact.contact.whole_facets import WholeFacets
     from softact.system.assembly import Assembler
 
+MOST_ROOM = 2  # times what is wanted, together with what was
+
 
 class Coupling:
     """Blocks of the tangent between the nodes of facets that touch, of this process's share.
@@ -33,8 +35,11 @@ class Coupling:
         if np.isin(self._pairs(needed), self._groups).all():
             return
         total = len(self._nodes)
-        # What was there may come back: a layout costs as much as two factorisations.
-        self._groups = np.union1d(self._groups, self._pairs([*needed, *near]))
+        # What was there may come back, and a layout costs as much as two factorisations; but a
+        # body that slides on and on would fill the matrix.
+        wanted = self._pairs([*needed, *near])
+        both = np.union1d(self._groups, wanted)
+        self._groups = both if len(both) <= MOST_ROOM * len(wanted) else wanted
         i, j = self._groups // total, self._groups % total
         rows = np.repeat(self._nodes[i], self._nodes.shape[1], axis=1).ravel().astype(np.int64)
         columns = np.tile(self._nodes[j], (1, self._nodes.shape[1])).ravel().astype(np.int64)

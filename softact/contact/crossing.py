@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from softact.contact.facets import PIECES
+from softact.contact.rows import rows
 from softact.system import jit
 
 if TYPE_CHECKING:
@@ -20,7 +22,6 @@ if TYPE_CHECKING:
 BEHIND, OVERLAPPING = 0.05, 0.025
 # Places on the way at which it is compared with the facet.
 TIMES = np.linspace(0.0, 1.0, 9)
-ROOM = 1024  # for pairs at first
 
 
 class Crossing:
@@ -92,13 +93,7 @@ class Crossing:
             *map(ctypes.c_int32, (points[0].shape[1], corners[0].shape[1])),
         )
         limits = ctypes.c_double(overlapping), ctypes.c_double(deeper)
-        found = np.empty((ROOM, 4), np.int32)
-        while True:
-            room = ctypes.c_int64(len(found)), ctypes.c_void_p(found.ctypes.data)
-            count = self._behind(*counts, *pointers, *limits, *room)
-            if count <= len(found):
-                return found[:count]
-            found = np.empty((count, 4), np.int32)
+        return rows(partial(self._behind, *counts, *pointers, *limits), 4)
 
 
 def _normals(corners: np.ndarray) -> np.ndarray:

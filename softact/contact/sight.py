@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import ctypes
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from softact.contact.rows import rows
 from softact.system import jit
 
 if TYPE_CHECKING:
     from mpi4py import MPI
 
 MEMBERS = 32  # facets of a group at most
-ROOM = 1024  # for pairs at first
 LITTLE = 0.25  # what is less is not told apart
 
 
@@ -68,14 +69,8 @@ class Sight:
         if not len(before):
             return np.empty(0, np.int64), np.empty(0, np.int64)
         moved = _Moved(before, now, reach, side)
-        found = np.empty((ROOM, 2), np.int32)
-        while True:
-            room = ctypes.c_int64(len(found)), ctypes.c_void_p(found.ctypes.data)
-            count = self._met(*moved.arguments, *room)
-            if count <= len(found):
-                break
-            found = np.empty((count, 2), np.int32)
-        pairs = np.unique(np.concatenate([found[:count], found[:count, ::-1]]), axis=0)
+        found = rows(partial(self._met, *moved.arguments), 2)
+        pairs = np.unique(np.concatenate([found, found[:, ::-1]]), axis=0)
         return pairs[:, 0].astype(np.int64), pairs[:, 1].astype(np.int64)
 
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from softact.results.folder import Results
 
 _MOST_STATES, _LEAST_STATES = 40, 12
-_MOST_PLACES = 500_000  # of nodes in all states: below 2 MB of the page
+_MOST_PLACES = 500_000  # of nodes in all states: 2.2 MB of the page, with three fields
 _MOST_TRIANGLES = 45_000
 _STEPS = 16383  # of a coordinate; 0.012 mm on an actuator of 200 mm
 

@@ -58,7 +58,7 @@ class Analyst:
             return  # the user may have chosen an ordering by an option of PETSc's
         structure = mumps.Structure(self._model.comm, factors)
         why = structure.fault or ("" if metis() else "PETSc is not linked to METIS")
-        dissected = not why and self._dissect(structure)
+        dissected = not why and self._dissect(factors, structure)
         second = _said(factors, METIS) if dissected else None
         if second is None:
             self.kept = first.ordering
@@ -71,23 +71,27 @@ class Analyst:
         structure.analyse(mumps.ANY)
         self.kept, self.last = first.ordering, replace(first, operations=found)
 
-    def _dissect(self, structure: mumps.Structure) -> bool:
+    def _dissect(self, factors: PETSc.Mat, structure: mumps.Structure) -> bool:
         """Analyse the matrix with METIS's order; whether there is one."""
         if self._operations:
             structure.analyse(mumps.GIVEN, self._order)
-            if structure.operations < WORSE * self._operations:
+            if _operations(factors) < WORSE * self._operations:
                 return True
         self._order, self._operations = nested_dissection(self._model.assembler), 0.0
         found = self._model.comm.bcast(self._order is not None)
         if found:
             structure.analyse(mumps.GIVEN, self._order)
-            self._operations = structure.operations
+            self._operations = _operations(factors)
         return found
 
 
+def _operations(factors: PETSc.Mat) -> float:
+    """Floating point operations of a factorisation by the last analysis; infinitely many where it
+    failed."""
+    return np.inf if factors.getMumpsInfog(1) < 0 else factors.getMumpsRinfog(1)
+
+
 def _said(factors: PETSc.Mat, ordering: str = "") -> Analysis:
-    """What the last analysis found; none takes infinitely many operations where it failed."""
+    """What the last analysis found."""
     name = ordering or mumps.CHOSEN.get(factors.getMumpsInfog(7), "other")
-    failed = factors.getMumpsInfog(1) < 0
-    operations = np.inf if failed else factors.getMumpsRinfog(1)
-    return Analysis(name, {name: operations}, factors.getMumpsInfog(17))
+    return Analysis(name, {name: _operations(factors)}, factors.getMumpsInfog(17))

@@ -69,7 +69,6 @@ class Structure:
     """
 
     def __init__(self, comm: MPI.Comm, factors: PETSc.Mat):
-        self._factors = factors
         self._dmumps = getattr(_petsc, "dmumps_c", None)
         self.fault = "PETSc is not linked to MUMPS"
         here = PETSc.Sys.getVersion()[:2]
@@ -94,10 +93,3 @@ class Structure:
         """Analyse the matrix again. order: where it is ``GIVEN``, the place (all,) of each unknown
         among the pivots, from 1, on rank 0."""
         self._library.mumps_analyse(self._id, self._dmumps, ordering, pointer(order))
-
-    @property
-    def operations(self) -> float:
-        """Floating point operations of one factorisation by the last analysis; infinitely many
-        where it failed."""
-        failed = self._factors.getMumpsInfog(1) < 0
-        return np.inf if failed else self._factors.getMumpsRinfog(1)

@@ -189,6 +189,16 @@ def test_what_comes_from_out_of_reach(height, met, entered):
         assert not crossed(before, after, POINTS, start, j, np.ones(2))
 
 
+def test_a_facet_that_swings_round_is_looked_at():
+    """Its corner comes 4 mm down, to the other facet, while its middle goes away from that."""
+    before = np.stack([FLAT, FLAT + np.array([0, 0, 4.0])])
+    after = before.copy()
+    after[1, :3, 2] += [-4.0, 3.0, 3.0]
+    after[1, 3:, 2] += [-0.5, 3.0, -0.5]
+    i, _ = Sight(MPI.COMM_SELF).met(before, after, np.ones(2), np.full(2, -1))
+    assert len(i) == 2
+
+
 def test_pairs_that_may_have_met():
     """All of them, however the facets are grouped."""
     rng = np.random.default_rng(4)

@@ -16,7 +16,7 @@ from softact.mesh.layout import Layout
 from softact.mesh.tetrahedra import distribute
 from softact.model import Model
 from softact.run import start as runs
-from softact.solve import mumps
+from softact.solve import analysis, mumps
 from softact.solve.analysis import METIS
 from softact.solve.newton import Newton
 from softact.solve.ordering import nested_dissection
@@ -78,6 +78,23 @@ def test_the_ordering_with_fewer_operations_is_taken(cells):
     assert said.memory_MB > 0
     # The better one is kept: a later layout is not compared again.
     assert newton.factor.analyst.kept == said.ordering
+
+
+def test_the_order_is_kept_while_it_does(monkeypatch):
+    """A later layout is analysed in the first one's order, until that takes too many operations."""
+    newton, made = newton_of(CUBE), []
+
+    def counted(assembler):
+        made.append(1)
+        return nested_dissection(assembler)
+
+    monkeypatch.setattr(analysis, "nested_dissection", counted)
+    first, _ = answer(newton, METIS)
+    again, left = answer(newton, METIS)
+    assert len(made) == 1 and left < 1e-11 and (again - first).norm() < 1e-9 * first.norm()
+    monkeypatch.setattr(analysis, "WORSE", 0.5)
+    answer(newton, METIS)
+    assert len(made) == 2
 
 
 def test_each_of_the_two_is_taken_somewhere():

@@ -184,7 +184,8 @@ class _Inflation:
                 if at_rest and refused != UNSTABLE:  # which motion would leave
                     return self._come_to_rest("came to rest" if self.tight else "may still creep")
             factor = next((f for n, f in PACE.longer if outcome.iterations <= n), PACE.shorter)
-            time_step *= min(factor, PACE.in_sight / max(strayed, 1e-300))
+            # What strayed farther was looked at when the state was accepted.
+            time_step *= min(factor, PACE.in_sight / np.clip(strayed, 1e-300, 1.0))
         if ratio < PACE.at_rest:
             return self._come_to_rest("still creep")  # after ``settling`` time steps
         return self._end("the sheets do not come to rest under the full load")
