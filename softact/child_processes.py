@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 _PR_SET_PDEATHSIG = 1
+_forked = False  # whether this process was forked by a fork server
 
 
 def python(*arguments: str | Path) -> list[str]:
@@ -65,9 +66,20 @@ def end_with(parent: int) -> None:
 
     parent: process id of whoever started this process; where it has ended already, this process
     ends here. Strictly it is the parent's thread that counts: it has to wait for this process.
+    What a fork server forked ends with that, and that with the one that started it.
     """
-    if not sys.platform.startswith("linux"):
+    if not sys.platform.startswith("linux") or _forked:
         return
     ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
     if os.getppid() != parent:
         os._exit(128 + signal.SIGKILL)
+
+
+def be_forked(server: int) -> None:
+    """In a process that a fork server has just forked: end with the server.
+
+    server: its process id.
+    """
+    global _forked
+    end_with(server)
+    _forked = True

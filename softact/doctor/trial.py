@@ -74,10 +74,11 @@ def _answer(processes: int) -> dict[str, float]:
     """What ``main`` prints in processes of its own: a crash of theirs is not ours."""
     try:
         with tempfile.TemporaryDirectory() as folder:
+            variables = launch.variables(processes, 1, Path(folder))
             done = subprocess.run(
-                launch.command(processes, "-m", "softact.doctor.trial"),
+                launch.command(processes, ["-m", "softact.doctor.trial"], variables),
                 cwd=folder,
-                env=launch.variables(processes, 1, Path(folder)),
+                env=variables,
                 capture_output=True,
                 timeout=SECONDS,
                 **UTF8,

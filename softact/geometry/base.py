@@ -29,7 +29,8 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from softact.child_processes import bound, environment, python
+from softact import forkserver
+from softact.child_processes import bound, environment
 from softact.errors import GmshKilledError, MeshError, SoftactError, SpecError
 from softact.files.streams import UTF8
 from softact.files.text import replacing
@@ -391,13 +392,14 @@ def _run_gmsh(
         "parent": os.getpid(),
         **(more or {}),
     }
+    variables = environment(without=MPI_PREFIXES) | {"OMP_NUM_THREADS": "1"}
     process = subprocess.Popen(
-        bound(python("-m", "softact.geometry.gmsh_process")),
+        bound(forkserver.command(["-m", "softact.geometry.gmsh_process"], variables)),
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         **UTF8,
-        env=environment(without=MPI_PREFIXES) | {"OMP_NUM_THREADS": "1"},
+        env=variables,
         start_new_session=True,
     )
     try:

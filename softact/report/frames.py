@@ -1,6 +1,5 @@
 """What is drawn of an actuator: its skin in chosen states, handed to ``render.py``."""
 
-import os
 import subprocess
 import tempfile
 import time
@@ -12,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from softact.child_processes import environment, python
+from softact import forkserver
+from softact.child_processes import environment
 from softact.report import labels
 from softact.report.obstacles import bodies
 from softact.report.surface import Skin, drawn, mirrored, skin
@@ -20,7 +20,7 @@ from softact.report.view import STRESS_COLOURS, View, bending_view, colour_range
 from softact.results.folder import Results
 
 _TIME_LIMIT_S = 600.0
-_COMMAND = python(Path(__file__).with_name("render.py"))
+_RENDERING = str(Path(__file__).with_name("render.py"))
 # Neither a display nor the MPI job that we may be part of is the business of who draws.
 _NOT_ITS_BUSINESS = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "DISPLAY", "WAYLAND_DISPLAY")
 
@@ -128,6 +128,9 @@ def make_scene(results: Results, parts: Skin | None = None) -> Scene:
     return Scene(results, parts, bending_view(results), field, (low, high))
 
 
+_command = forkserver.command
+
+
 def colours(names: Sequence[str]) -> np.ndarray:
     """(n, 3) in 0..1 of colours such as "#4143a7"."""
     return np.array([[int(c[n : n + 2], 16) / 255 for n in (1, 3, 5)] for c in names])
@@ -144,10 +147,12 @@ class Renderer:
         self._scratch = scratch
         self._errors = scratch / "stderr"
         self._pictures: list[Path] = []
+        variables = environment(without=_NOT_ITS_BUSINESS)
         with self._errors.open("wb") as stderr:
             self.process = subprocess.Popen(
-                [*_COMMAND, str(scratch), str(os.getpid())],
-                env=environment(without=_NOT_ITS_BUSINESS),
+                _command([_RENDERING, str(scratch)], variables),
+                stdin=subprocess.PIPE,  # ends with us, and tells the process so
+                env=variables,
                 stderr=stderr,
                 stdout=subprocess.DEVNULL,
             )
@@ -199,4 +204,4 @@ def renderer() -> Iterator[Renderer]:
             yield started
         finally:
             started.process.kill()
-            started.process.wait()
+            started.process.communicate()  # closes what it is told by, and waits

@@ -1,7 +1,7 @@
-"""Draws deformed surfaces off screen with VTK: ``python -P render.py FOLDER PARENT``.
+"""Draws deformed surfaces off screen with VTK: ``python -P render.py FOLDER``.
 
 In FOLDER, 0.npz, 1.npz ... are drawn as they appear, until there is a file ``end`` and no further
-job, or PARENT, the process that started this one, has ended.
+job, or its standard input has ended, as it does with the process that started this one.
 
 A process of its own, since a missing graphics library can end the process that draws; and a file
 that imports nothing but numpy and the few modules of VTK that it needs, since that is most of the
@@ -18,9 +18,8 @@ much of each pixel is covered.
 """
 
 import itertools
-import os
+import select
 import sys
-import time
 from pathlib import Path
 from typing import NamedTuple
 
@@ -204,7 +203,7 @@ def _shot(window: vtkRenderWindow) -> np.ndarray:
     return (mean // _FINER**2).astype(np.uint8)
 
 
-def main(folder: Path, parent: int) -> None:
+def main(folder: Path) -> None:
     """Draw each job in a folder into a file of the same name in .npy, which appears whole."""
     window = vtkRenderWindow()
     window.SetOffScreenRendering(True)
@@ -213,10 +212,9 @@ def main(folder: Path, parent: int) -> None:
     for number in itertools.count():
         job_file = folder / f"{number}.npz"
         while not job_file.exists():
-            ended = os.getppid() != parent or (folder / "end").exists()
+            ended = (folder / "end").exists() or select.select([sys.stdin], [], [], 0.005)[0]
             if ended and not job_file.exists():
                 return
-            time.sleep(0.005)
         with np.load(job_file) as arrays:
             job = dict(arrays)
         drawn = job_file.with_suffix(".drawn.npy")
@@ -225,4 +223,4 @@ def main(folder: Path, parent: int) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), int(sys.argv[2]))
+    main(Path(sys.argv[1]))

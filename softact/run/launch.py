@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from softact.child_processes import bound, environment, python
+from softact import forkserver
+from softact.child_processes import bound, environment
 from softact.system import blas
 
 
-def command(processes: int, *arguments: str | Path) -> list[str]:
+def command(
+    processes: int, arguments: Sequence[str | Path], variables: Mapping[str, str]
+) -> list[str]:
     """The command of ``processes`` Python processes with these arguments, which ends with us.
 
-    A single one gets our process id as its last argument, to end with (``end_with``).
+    variables: what ``variables`` gives. A single one gets our process id as its last argument, to
+    end with (``end_with``).
     """
-    one = python(*arguments)
+    one = forkserver.command(arguments, variables)
     if processes == 1:
         return bound([*one, str(os.getpid())])
     # Unbound, or two runs side by side would share one core.

@@ -230,14 +230,16 @@ class _Solver:
         beside = threads != 1
         if not beside:
             self._prepare()
+        variables = launch.variables(processes, threads, self.scratch)
+        worker: list[str | Path] = ["-m", "softact.run.worker", self._job_file]
         with errors.open("wb") as stderr:
             process = subprocess.Popen(
-                launch.command(processes, "-m", "softact.run.worker", self._job_file),
+                launch.command(processes, worker, variables),
                 stdout=subprocess.PIPE,
                 stderr=stderr,
                 **UTF8,
                 cwd=self.scratch,
-                env=launch.variables(processes, threads, self.scratch),
+                env=variables,
                 pass_fds=self.inherited,
                 start_new_session=True,
             )

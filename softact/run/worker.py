@@ -162,9 +162,13 @@ def main(job_file: str, parent: str | None = None) -> int:
         print_event({"stage": "error", "exit_code": 70, "lines": [OUT_OF_MEMORY]})
         os._exit(70)
 
+    import mpi4py
     import petsc4py
+
+    mpi4py.rc.initialize = mpi4py.rc.finalize = False
     from mpi4py import MPI
 
+    MPI.Init_thread()
     # Options in .petscrc, of the home or of the folder that softact is called in, would change
     # results without a word in the spec.
     petsc4py.init(["softact", "-skip_petscrc"])
@@ -208,6 +212,22 @@ def main(job_file: str, parent: str | None = None) -> int:
         sys.stderr.flush()
         comm.Abort(70)
     return 0 if status == "complete" else 4
+
+
+def preload() -> None:
+    """Load what can be loaded before MPI begins, in a fork server; dolfinx and PETSc cannot."""
+    import mpi4py
+
+    mpi4py.rc.initialize = mpi4py.rc.finalize = False
+    import basix  # noqa: F401
+    import ffcx.codegeneration.jit  # noqa: F401
+    import h5py  # noqa: F401
+    import meshio  # noqa: F401
+    import ufl  # noqa: F401
+    from mpi4py import MPI  # noqa: F401
+    from scipy import linalg, sparse, spatial  # noqa: F401
+
+    from softact import spec  # noqa: F401
 
 
 def _import_the_rest() -> None:

@@ -43,7 +43,9 @@ def whole(tmp_path_factory):
 @pytest.fixture
 def undrawn(monkeypatch):
     """Reports without pictures, which take most of the time; all else is as usual."""
-    monkeypatch.setattr(frames, "_COMMAND", ["/bin/sh", "-c", "echo not here >&2; exit 3"])
+    monkeypatch.setattr(
+        frames, "_command", lambda *of: ["/bin/sh", "-c", "echo not here >&2; exit 3"]
+    )
 
 
 def called(capsys, *arguments):
