@@ -5,16 +5,18 @@ Run by itself it writes a mesh: ``python geometries/from_mesh.py --file body.stl
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from softact.errors import MeshError
+from softact.files.text import NAMES_A_FILE, digest
 from softact.geometry.base import main
 from softact.geometry.curved import are_curved
 from softact.geometry.imported import Imported
@@ -36,11 +38,16 @@ class FromMesh(Imported):
     The names of groups are those of ``regions`` and surfaces; solids without a name are
     ``solid_1``, ``solid_2``, ..., and the only one may have any. Whole numbers at the cells, as in
     .vtu, make groups such as ``region_0``. ``select`` names further triangles of the skin. Where
-    the file names no surface, the flat parts at the lowest and highest x are clamp and tip, the
+    the file names no surface, the flat parts at the two ends along ``axis`` are clamp and tip, the
     walls of rooms inside ``cavity`` (one by one ``cavity_1``, ...), and all else is ``outer``.
     """
 
     type: Literal["from_mesh"] = "from_mesh"
+    air: tuple[Annotated[str, NAMES_A_FILE], ...] = Field(
+        (),
+        strict=False,
+        description="files of the closed surfaces of the rooms inside, where `file` has none",
+    )
     select: dict[str, AnySelection] = Field(
         {}, description="surface -> triangles of the skin, by {plane, normal, box}"
     )
@@ -48,6 +55,10 @@ class FromMesh(Imported):
         True, description="mesh closed surfaces anew with mesh_size; else their triangles stay"
     )
     suffixes: ClassVar[tuple[str, ...]] = (*VOLUMES, *SURFACES)
+
+    def content(self) -> str:
+        """See ``Imported.content``; the files of the air count too."""
+        return " ".join(digest(Path(name)) for name in (self.file, *self.air))
 
     @property
     def self_contained(self) -> bool:
@@ -62,6 +73,13 @@ class FromMesh(Imported):
     def faults(self) -> Iterator[tuple[str, str]]:
         """See ``Geometry.faults``."""
         yield from super().faults()
+        for name in self.air:
+            if Path(name).suffix.lower() not in SURFACES:
+                yield "air", f"'{Path(name).name}' is none of {', '.join(SURFACES)}"
+            elif not os.path.isfile(name):
+                yield "air", f"there is no file '{name}'"
+        if self.air and not self._of_surfaces:
+            yield "air", f"{Path(self.file).name} holds tetrahedra: its rooms are those left free"
         for name, selection in self.select.items():
             if name not in self.layout().surfaces:
                 yield "select", f"{show(name)} is no surface of this geometry; add it to surfaces"
@@ -86,7 +104,7 @@ class FromMesh(Imported):
 
     def _filled(self, gmsh: ModuleType) -> FileMesh:
         """The room between the shells of a file, meshed."""
-        points, found = shells(Path(self.file), self.scale)
+        points, found = shells([Path(name) for name in (self.file, *self.air)], self.scale)
         tell(f"{len(found)} closed shells")
         for anew in (self.remesh, False):
             gmsh.model.add("shells")
@@ -118,7 +136,7 @@ class FromMesh(Imported):
             regions = {self.regions[0]: next(iter(regions.values()))}
         whole = replace(found, regions=regions)
         if not surfaces:
-            surfaces = automatic(whole, self.clamp, self.tip)
+            surfaces = automatic(whole, *self.ends, self.axis)
             for name in self.layout().surfaces:
                 if name in surfaces and name not in self.select:
                     tell(f"no surface has a name: '{name}' was found by its place")

@@ -15,6 +15,7 @@ from softact.errors import MeshError
 from softact.geometry import step_drawing
 from softact.geometry.base import main
 from softact.geometry.imported import Imported
+from softact.geometry.part_axis import component
 from softact.geometry.saying import tell
 from softact.geometry.step_faces import AnySelection, Face, Selection
 from softact.geometry.step_part import StepPart, numbers_of
@@ -31,8 +32,8 @@ class FromStep(Imported):
     several faces may share a name. A solid without a name of its own has that of its product, and
     is ``solid_1``, ``solid_2``, ... by its place in the file, too; the only solid may go without.
     ``select`` names further faces. Where no face of the file has a name, the flat faces at the
-    lowest and the highest x are the clamp and the tip, the walls of the rooms inside ``cavity``
-    (one by one ``cavity_1``, ``cavity_2``, ...), and what is left outside is ``outer``.
+    two ends along ``axis`` are the clamp and the tip, the walls of the rooms inside ``cavity`` (one
+    by one ``cavity_1``, ``cavity_2``, ...), and what is left outside is ``outer``.
     ``softact validate`` lists what it finds.
     """
 
@@ -67,7 +68,7 @@ class FromStep(Imported):
             tell(text)
         for name in alone:
             tell(f"no face has a name: '{name}' is {numbers_of(surfaces[name])}, by its place")
-        tell_direction(part, alone, (self.clamp, self.tip))
+        tell_direction(part, alone, self.ends, self.axis)
         groups = {(3, name): tags for name, tags in part.regions(self.regions).items()}
         groups |= {(2, name): [face.tag for face in found] for name, found in surfaces.items()}
         for (dimension, name), tags in groups.items():
@@ -90,7 +91,7 @@ class FromStep(Imported):
         for name, faces in surfaces.items():
             found = " (no face has a name: found by its place)" if name in alone else ""
             tell(f"'{name}' is {numbers_of(faces)}{found}")
-        tell_direction(part, alone, (self.clamp, self.tip))
+        tell_direction(part, alone, self.ends, self.axis)
         if alone:
             for text in part.list_of_faces():
                 tell(text)
@@ -110,7 +111,7 @@ class FromStep(Imported):
             surfaces, alone = {}, []
             for line in error.lines:
                 tell(line)
-        tell_direction(part, alone, (self.clamp, self.tip))
+        tell_direction(part, alone, self.ends, self.axis)
         step_drawing.write(gmsh, part, surfaces, path)
 
     def _read(self, gmsh: ModuleType, meshed: bool = True) -> StepPart:
@@ -126,16 +127,20 @@ class FromStep(Imported):
         }
         layout = self.layout()
         walls = [name for names in layout.cavities.values() for name in names]
-        return part.surfaces(layout.surfaces, walls, select, self.clamp, self.tip)
+        return part.surfaces(layout.surfaces, walls, select, self.ends, self.axis)
 
 
-def tell_direction(part: StepPart, alone: Sequence[str], ends: Sequence[str]) -> None:
-    """Doubt ends that were found by their place, where the part is longer across than along x."""
+def tell_direction(part: StepPart, alone: Sequence[str], ends: Sequence[str], axis: str) -> None:
+    """Doubt ends that were found by their place, where the part is longer across ``axis``."""
     longest = int(np.argmax(part.drawn.extents))
-    if set(alone) & set(ends) and part.drawn.extents[longest] > 1.5 * part.drawn.extents[0]:
+    if (
+        set(alone) & set(ends)
+        and part.drawn.extents[longest] > 1.5 * part.drawn.extents[component(axis)]
+    ):
         tell(
-            f"the part is longest along {'xyz'[longest]}; x has to run from the clamp to the tip: "
-            "turn it in the CAD program, or select the ends"
+            f"the part is longest along {'xyz'[longest]}; axis, here {axis}, has to run from the "
+            f"clamp to the tip: write axis: {'xyz'[longest]} (or -{'xyz'[longest]}), or select "
+            "the ends"
         )
 
 

@@ -12,9 +12,11 @@ from pydantic import Field
 
 from softact.errors import NOT_UTF8, MeshError
 from softact.files.text import NAMES_A_FILE, digest
+from softact.geometry import part_axis
 from softact.geometry.base import Geometry, ThroughWall, make_mesh
 from softact.geometry.curved import are_curved
 from softact.geometry.gmsh_groups import add_mesh
+from softact.geometry.part_axis import Direction
 from softact.geometry.part_names import PartName, PartNameOrNone
 from softact.geometry.part_size import Drawn
 from softact.geometry.saying import tell
@@ -31,7 +33,8 @@ Unit = Literal["um", "mm", "cm", "in", "ft", "m"]
 
 
 class Imported(Geometry):
-    """A solid with named parts out of a file. x runs from the clamp to the tip, z up, y across."""
+    """A solid with named parts out of a file. ``axis`` runs from the clamp to the tip; where it is
+    x, z is up and y across."""
 
     file: Annotated[str, NAMES_A_FILE] = Field(description="path, seen from the file that names it")
     regions: Names = Field(("body",), description="names of the solids; each gets a material")
@@ -41,6 +44,7 @@ class Imported(Geometry):
     )
     clamp: PartNameOrNone = Field("clamp", description="surface at the clamped end; '' for none")
     tip: PartNameOrNone = Field("tip", description="surface at the tip; '' for none")
+    axis: Direction = Field("x", description="runs from the clamp to the tip: x, -x, y, -y, z, -z")
     symmetry: dict[Axis, PartName] = Field(
         {}, description="coordinate that is zero in a symmetry plane -> surface in that plane"
     )
@@ -84,9 +88,16 @@ class Imported(Geometry):
             cavities={name: tuple(walls) for name, walls in self.cavities.items()},
             clamp=self.clamp,
             tip=self.tip,
-            bending_axis=(0.0, 1.0, 0.0) if "y" in self.symmetry else None,
+            axis=part_axis.unit(self.axis),
+            bending_axis=self._bending_axis(),
             symmetry=planes,
         )
+
+    def _bending_axis(self) -> tuple[float, float, float] | None:
+        if "y" not in self.symmetry:
+            return None
+        # One that runs the other way bends to the same side about the other way.
+        return (0.0, -1.0 if self.axis.startswith("-") else 1.0, 0.0)
 
     def volumes(self) -> dict[str, float]:
         """See ``Geometry.volumes``: nobody knows them."""
@@ -147,7 +158,29 @@ class Imported(Geometry):
         walls = {name for names in self.layout().cavities.values() for name in names}
         mesh = without_inner_walls(mesh, walls)
         tell_parts(mesh)
+        self._refuse_turned(mesh)
         add_mesh(gmsh, mesh.points, mesh.regions, mesh.by_names(), mesh.curves)
+
+    def _refuse_turned(self, mesh: FileMesh) -> None:
+        """Raises MeshError where the tip lies on the wrong side of the clamp: measures along
+        ``axis`` would have the wrong sign."""
+        surfaces = mesh.surfaces
+        if not {self.clamp, self.tip} <= surfaces.keys():
+            return
+        clamp, tip = (mesh.points[surfaces[name]].mean(axis=(0, 1)) for name in self.ends)
+        way = tip - clamp
+        if way @ part_axis.unit(self.axis) < -0.5 * np.linalg.norm(way):
+            longest = int(np.argmax(np.abs(way)))
+            wanted = ("-" if way[longest] < 0 else "") + "xyz"[longest]
+            raise MeshError(
+                f"'{self.tip}' lies behind '{self.clamp}' along {self.axis}, which has to run from "
+                f"the clamp to the tip; write axis: {wanted}"
+            )
+
+    @property
+    def ends(self) -> tuple[str, str]:
+        """Names of clamp and tip."""
+        return self.clamp, self.tip
 
 
 def _tetrahedra(gmsh: ModuleType) -> int:

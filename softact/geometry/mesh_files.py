@@ -123,11 +123,20 @@ def _bodies(solids: Sequence[np.ndarray]) -> list[np.ndarray]:
     return [cells[label == number] for number in np.unique(label)]
 
 
-def shells(path: Path, scale: float) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Points (n, 3) mm and the closed shells, (k, 3) triangles each, of a file of surfaces.
+def shells(paths: Sequence[Path], scale: float) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Points (n, 3) mm and the closed shells, (k, 3) triangles each, of files of surfaces.
 
     Raises MeshError where there is none, or one is not closed.
     """
+    points, found = np.zeros((0, 3)), []
+    for path in paths:
+        more, closed = _shells(path, scale)
+        found += [shell + len(points) for shell in closed]
+        points = np.vstack([points, more])
+    return points, found
+
+
+def _shells(path: Path, scale: float) -> tuple[np.ndarray, list[np.ndarray]]:
     raw = _raw(path)
     triangles = [b.data for b in raw.cells if b.type == "triangle"]
     if not triangles:

@@ -7,21 +7,23 @@ from collections.abc import Mapping
 import numpy as np
 
 from softact.errors import MeshError
+from softact.geometry import part_axis
 from softact.geometry.mesh_files import skin_shells
 from softact.geometry.step_faces import CAVITY, NEAR, OUTER, SAME_DIRECTION, Selection
 from softact.mesh.file_mesh import FileMesh
 
 
-def automatic(mesh: FileMesh, clamp: str, tip: str) -> dict[str, np.ndarray]:
+def automatic(mesh: FileMesh, clamp: str, tip: str, axis: str = "x") -> dict[str, np.ndarray]:
     """As ``step_faces.automatic``, of triangles: name -> (k, 3).
 
     The shell with the largest box of each body is its outside.
     """
-    outside, rooms = _shells(mesh)
-    x = mesh.points[outside][:, :, 0]
+    outside, rooms = _shells(mesh, axis)
+    x = mesh.points[outside][:, :, part_axis.component(axis)]
     near = NEAR * float(np.linalg.norm(np.ptp(mesh.points, axis=0))) + 1e-6
     found = {}
-    for name, at in ((clamp, x.min()), (tip, x.max())):
+    at_clamp, at_tip = part_axis.ends(axis, x.min(), x.max())
+    for name, at in ((clamp, at_clamp), (tip, at_tip)):
         found[name] = outside[(np.abs(x - at) < near).all(axis=1)]
     if rooms:
         found[CAVITY] = np.vstack(rooms)
@@ -31,7 +33,7 @@ def automatic(mesh: FileMesh, clamp: str, tip: str) -> dict[str, np.ndarray]:
     return {name: triangles for name, triangles in found.items() if name and len(triangles)}
 
 
-def _shells(mesh: FileMesh) -> tuple[np.ndarray, list[np.ndarray]]:
+def _shells(mesh: FileMesh, axis: str) -> tuple[np.ndarray, list[np.ndarray]]:
     """The triangles outside, and those around each room, from the clamp on."""
 
     def box(shell: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -48,7 +50,7 @@ def _shells(mesh: FileMesh) -> tuple[np.ndarray, list[np.ndarray]]:
         boxes = [box(other) for other in outside]
         inside = any((b[0] < low).all() and (high < b[1]).all() for b in boxes)
         (rooms if inside else outside).append(shell)
-    rooms.sort(key=lambda shell: tuple(np.round(box(shell)[0], 6)))
+    rooms.sort(key=lambda shell: part_axis.order(axis, *box(shell)))
     return np.vstack(outside), rooms
 
 

@@ -17,6 +17,7 @@ from pydantic import (
     model_validator,
 )
 
+from softact.geometry import part_axis
 from softact.geometry.step_solids import Solid
 from softact.mesh.components import connected, place
 from softact.units import Dimensionless, Length
@@ -243,7 +244,7 @@ def linked(groups: Sequence[Iterable[int]]) -> list[int]:
     return [int(number) for number in connected(one, other, len(sets))]
 
 
-def shells(faces: Sequence[Face]) -> tuple[list[Face], list[list[Face]]]:
+def shells(faces: Sequence[Face], axis: str = "x") -> tuple[list[Face], list[list[Face]]]:
     """The faces outside, and those around each room inside, from the clamp to the tip.
 
     Faces between two joined solids are neither.
@@ -260,7 +261,7 @@ def shells(faces: Sequence[Face]) -> tuple[list[Face], list[list[Face]]]:
         own.sort(key=lambda group: -np.linalg.norm(np.ptp(_box(group), axis=0)))
         outside += own[0]
         rooms += own[1:]
-    return outside, sorted(rooms, key=lambda group: tuple(np.round(_box(group)[0], 6)))
+    return outside, sorted(rooms, key=lambda group: part_axis.order(axis, *_box(group)))
 
 
 def around_rooms(named: Sequence[Face], faces: Sequence[Face]) -> list[Face]:
@@ -283,21 +284,20 @@ def _box(faces: Sequence[Face]) -> np.ndarray:
 
 
 def automatic(
-    faces: Sequence[Face], clamp: str, tip: str, slack: float = 0.0
+    faces: Sequence[Face], clamp: str, tip: str, axis: str = "x", slack: float = 0.0
 ) -> dict[str, list[Face]]:
     """Names for the faces of a file that has none. slack: mm by which a box may be too large.
 
-    clamp, tip: the flat faces at the lowest and the highest x. The walls of all rooms inside are
+    clamp, tip: the flat faces at the ends along ``axis``. The walls of all rooms inside are
     'cavity', and 'cavity_1', 'cavity_2', ... one by one; what is left outside is 'outer'.
     """
-    outside, rooms = shells(faces)
-    (lowest, highest), found = _box(outside)[:, 0], {}
+    outside, rooms = shells(faces, axis)
+    k, found = part_axis.component(axis), {}
+    at_clamp, at_tip = part_axis.ends(axis, *_box(outside)[:, k])
     near = NEAR * np.linalg.norm(np.ptp(_box(outside), axis=0)) + 1e-6 + slack
-    for name, at in ((clamp, lowest), (tip, highest)):
+    for name, at in ((clamp, at_clamp), (tip, at_tip)):
         found[name] = [
-            face
-            for face in outside
-            if face.flat and abs(face.box[0, 0] - at) < near and abs(face.box[1, 0] - at) < near
+            face for face in outside if face.flat and (np.abs(face.box[:, k] - at) < near).all()
         ]
     found[CAVITY] = [face for room in rooms for face in room]
     found |= {f"{CAVITY}_{number}": room for number, room in enumerate(rooms, start=1)}

@@ -128,18 +128,19 @@ class StepPart:
         wanted: Sequence[str],
         walls: Sequence[str],
         select: Mapping[str, Selection],
-        clamp: str,
-        tip: str,
+        ends: tuple[str, str],
+        axis: str,
     ) -> tuple[dict[str, list[Face]], list[str]]:
         """Surface -> its faces, and those that have their names by themselves.
 
-        walls: those of the wanted ones that wall a cavity. Raises MeshError where one has no face.
+        walls: those of the wanted ones that wall a cavity. ends, axis: names of clamp and tip, and
+        which way the part points. Raises MeshError where one has no face.
         """
         by_name: dict[str, list[Face]] = {}
         for face in self.faces:
             for name in face.names:
                 by_name.setdefault(name, []).append(face)
-        by_itself = {} if by_name else automatic(self.faces, clamp, tip, self.slack)
+        by_itself = {} if by_name else automatic(self.faces, *ends, axis, self.slack)
         near = NEAR * float(np.linalg.norm(self.drawn.extents)) + 1e-6 + self.slack
         chosen = self._chosen(select, by_itself | by_name, near)
         found = by_itself | by_name | chosen

@@ -63,7 +63,7 @@ def find_files(source: Document, model: type[BaseModel]) -> list[Place]:
                 place, value = (*place, "card"), value.get("card")
             if isinstance(value, str) and card_files.is_file(value):
                 cards.append(place)
-        elif NAMES_A_FILE in slot.metadata and isinstance(value, str):
+        elif NAMES_A_FILE in slot.marks and isinstance(value, str):
             files.append(place)
     for place in (*cards, *files):
         path = source.folder / os.path.expanduser(source.value(place))

@@ -31,11 +31,15 @@ class Slot:
         return tuple(kind for kind, _ in _alternatives(self.annotation, self.metadata))
 
     @cached_property
+    def marks(self) -> tuple[Any, ...]:
+        """What stands beside the types that may stand here in ``Annotated``."""
+        kinds = _alternatives(self.annotation, self.metadata)
+        return tuple(mark for _, metadata in kinds for mark in metadata)
+
+    @cached_property
     def choice(self) -> Choice | None:
         """What looks up the model of a value here, None where the type itself says it."""
-        kinds = _alternatives(self.annotation, self.metadata)
-        marks = (mark for _, metadata in kinds for mark in metadata)
-        return next((mark for mark in marks if isinstance(mark, Choice)), None)
+        return next((mark for mark in self.marks if isinstance(mark, Choice)), None)
 
     def model(self, data: Any) -> type[BaseModel] | None:
         """Return the model of the value ``data`` that stands here, None where it has none."""

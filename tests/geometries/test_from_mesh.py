@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from softact.api import run as softact_run
 from softact.errors import MeshError
 from softact.geometries.from_mesh import FromMesh
 from softact.geometry.base import export, make_mesh
 from softact.geometry.mesh_files import shells
-from softact.spec import loads
+from softact.spec import load, loads
 from tests import step_files
 from tests.geometries.looking import looked
 from tests.step_files import BLOCK_VOLUME
@@ -61,6 +62,47 @@ def test_a_body_without_names_has_its_ends_its_room_and_its_outside(kind, stl, v
         {"clamp": 14 * 12, "tip": 14 * 12, "cavity": ROOM_AREA, "outer": 2 * 40 * (14 + 12)},
         rel=1e-6,
     )
+
+
+@pytest.fixture(scope="module")
+def apart(stl, tmp_path_factory):
+    """Folder of body.stl and air.stl, as a simulator of rigid and soft bodies has them."""
+    points, found = shells([Path(stl)], 1.0)
+    folder = tmp_path_factory.mktemp("apart")
+    order = sorted(found, key=lambda shell: -np.ptp(points[shell].reshape(-1, 3)[:, 0]))
+    for name, shell in zip(("body.stl", "air.stl"), order, strict=True):
+        meshio.Mesh(points, [("triangle", shell)]).write(folder / name)
+    return folder
+
+
+def test_the_air_may_be_in_a_file_of_its_own(apart, meshed):
+    text = """
+geometry: {type: from_mesh, file: body.stl, air: [air.stl], mesh_size: 8 mm}
+materials: {body: ecoflex-00-30}
+steps: [{name: inflate, pressure: 1 kPa}]
+"""
+    (apart / "spec.yaml").write_text(text, encoding="utf-8")
+    geometry = load(apart / "spec.yaml").geometry
+    assert geometry.air == (str(apart / "air.stl"),)
+    solid = meshed(geometry)
+    assert solid.volumes.sum() == pytest.approx(BLOCK_VOLUME, rel=1e-6)
+    assert solid.area("cavity") == pytest.approx(ROOM_AREA, rel=1e-6)
+    other = geometry.model_copy(update={"air": (str(apart / "body.stl"),)})
+    assert other.content() != geometry.content()  # a run that is kept is not this one's
+
+
+@pytest.mark.parametrize(
+    ("file", "air", "words"),
+    [
+        ("body.stl", "none.stl", "there is no file"),
+        ("body.stl", "spec.yaml", "'spec.yaml' is none of .stl, .ply, .off"),
+        ("body.vtk", "air.stl", "body.vtk holds tetrahedra: its rooms are those left free"),
+    ],
+)
+def test_air_that_cannot_be_is_refused(apart, vtk, file, air, words):
+    (apart / "body.vtk").write_bytes(Path(vtk).read_bytes())
+    with pytest.raises(ValidationError, match=words):
+        of(str(apart / file), air=[str(apart / air)])
 
 
 def test_surfaces_are_meshed_anew_with_the_mesh_size(stl, tmp_path):
@@ -134,7 +176,7 @@ def test_what_cannot_be_a_solid_is_told(tmp_path, stl, vtk):
     mesh = meshio.read(stl)
     meshio.Mesh(mesh.points, [("triangle", mesh.cells[0].data[1:])]).write(tmp_path / "open.stl")
     with pytest.raises(MeshError, match="is not watertight: 3 edges"):
-        shells(tmp_path / "open.stl", 1.0)
+        shells([tmp_path / "open.stl"], 1.0)
     cube = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
     meshio.Mesh(cube, [("hexahedron", [[0, 1, 3, 2, 4, 5, 7, 6]])]).write(tmp_path / "hex.vtk")
     (tmp_path / "odd.vtu").write_text("no mesh")
@@ -149,3 +191,54 @@ def test_what_cannot_be_a_solid_is_told(tmp_path, stl, vtk):
     with pytest.raises(MeshError, match=r"select\.roof chooses no triangle"):
         select = {"roof": {"plane": {"z": "99 mm"}}}
         make_mesh(of(vtk, select=select, surfaces=["roof"]), tmp_path / "out.msh")
+
+
+# The columns of a matrix are where x, y and z of the file are turned to.
+TURNED = {
+    "-x": np.diag([-1.0, -1.0, 1.0]),
+    "y": np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
+    "z": np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]),
+}
+PRESSED = """
+geometry: {{type: from_mesh, file: {file}, axis: {axis}, mesh_size: 8 mm}}
+materials: {{body: {{law: neo_hookean, c10: 0.1 MPa}}}}
+steps: [{{name: inflate, pressure: 30 kPa}}]
+solver: {{initial_increment: 1, max_increment: 1}}
+measures: [bending, elongation, twist, volume]
+"""
+
+
+@pytest.fixture(scope="module")
+def pressed(vtk, tmp_path_factory):
+    """Function from an axis to the measures of the same mesh, turned that way, under pressure."""
+    known = {}
+
+    def of_axis(axis: str):
+        if axis not in known:
+            folder, mesh = tmp_path_factory.mktemp("turned"), meshio.read(vtk)
+            turn = TURNED.get(axis, np.eye(3))
+            mesh.points[:, 2] += 0.02 * mesh.points[:, 2] ** 2  # so that it bends
+            cells = [("tetra", mesh.cells_dict["tetra"])]
+            meshio.Mesh(mesh.points @ turn.T, cells).write(folder / "part.vtk")
+            spec = loads(PRESSED.format(file=folder / "part.vtk", axis=axis))
+            known[axis] = softact_run(spec, folder / "run", report=False).summary
+        return known[axis]
+
+    return of_axis
+
+
+@pytest.mark.parametrize("axis", TURNED)
+def test_a_part_that_points_another_way_measures_the_same(axis, pressed):
+    straight, turned = pressed("x"), pressed(axis)
+    assert straight["elongation_mm"] > 0.08 and abs(straight["bending_angle_deg"]) > 0.1
+    for column in ("elongation_mm", "twist_angle_deg", "cavity_volume_mm3"):
+        assert turned[column] == pytest.approx(straight[column], rel=1e-6, abs=1e-6)
+    for column in ("bending_angle_deg", "chord_angle_deg"):  # their sign is the axis's
+        assert abs(turned[column]) == pytest.approx(abs(straight[column]), rel=1e-5, abs=1e-6)
+
+
+def test_a_tip_behind_the_clamp_is_refused(vtk, tmp_path):
+    ends = {"clamp": {"plane": {"x": "40 mm"}}, "tip": {"plane": {"x": "0 mm"}}}
+    with pytest.raises(MeshError, match=r"'tip' lies behind 'clamp' along x, .*; write axis: -x"):
+        make_mesh(of(vtk, select=ends), tmp_path / "m.msh")
+    make_mesh(of(vtk, select=ends, axis="-x"), tmp_path / "m.msh")
