@@ -5,7 +5,9 @@ and with -j 2, each from an empty cache, on a mesh of so many mm; so many times,
 the medians. ``python -m benchmarks.sweep_figures many``: 10,000 points whose runs are in the cache
 (copies of one run under other keys), listed and reported. ``python -m benchmarks.sweep_figures
 fixed``: processor seconds of four runs of a cube, and of the same command once more, when all of
-them are known; a busy machine changes them little.
+them are known; a busy machine changes them little. ``python -m benchmarks.sweep_figures forked
+[12 [3]]``: so many runs of a cube with -j 2, each from an empty cache, with processes forked from
+fork servers and with each started anew; so many times, in turn, and the medians.
 """
 
 import csv
@@ -42,9 +44,14 @@ axes:
 """
 
 
-def sweep(folder: Path, *options: str) -> float:
+FORKED = ("-m", "softact.cli.main")
+STARTED = ("-c", "import runpy; from softact.forkserver import servers; servers.MOST = 0; "
+           "runpy.run_module('softact.cli.main', run_name='__main__')")  # fmt: skip
+
+
+def sweep(folder: Path, *options: str, way: tuple[str, str] = FORKED) -> float:
     """Seconds of ``softact sweep study.yaml``."""
-    command = [sys.executable, "-m", "softact.cli.main", "sweep", "study.yaml", *options]
+    command = [sys.executable, *way, "sweep", "study.yaml", *options]
     started = time.perf_counter()
     subprocess.run(command, cwd=folder, check=True, stdout=subprocess.DEVNULL)
     return time.perf_counter() - started
@@ -112,6 +119,26 @@ def fixed() -> None:
         print(f"beside the runs {beside:.2f} s of processor time, a run of a cube {run:.2f} s")
 
 
+def forked(count: str = "12", pairs: str = "3") -> None:
+    found: dict[tuple[str, str], list[tuple[float, float]]] = {FORKED: [], STARTED: []}
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "study.yaml").write_text(
+            MANY.replace("count: 100}\n  -", f"count: {count}}}\n  -").replace(
+                "9 mm, count: 100", "9 mm, count: 1"
+            )
+        )
+        sweep(folder, "-j", "2")  # compiles what is not compiled yet
+        for way in (FORKED, STARTED) * int(pairs):
+            shutil.rmtree(folder / "results", ignore_errors=True)
+            before = processor()
+            wall = sweep(folder, "-j", "2", way=way)
+            found[way].append((wall, processor() - before))
+    for number, what in enumerate(("seconds", "processor seconds")):
+        new, old = (statistics.median(pair[number] for pair in found[way]) for way in found)
+        print(f"{count} runs: {new:.1f} {what} forked, {old:.1f} started, ratio {old / new:.2f}")
+
+
 def cost(folder: Path, *options: str) -> float:
     """Processor seconds of ``softact sweep study.yaml`` with all its processes."""
     before = processor()
@@ -149,4 +176,6 @@ def copy(sample: Path, target: Path) -> None:
 
 
 if __name__ == "__main__":
-    {"throughput": throughput, "many": many, "fixed": fixed}[sys.argv[1]](*sys.argv[2:])
+    {"throughput": throughput, "many": many, "fixed": fixed, "forked": forked}[sys.argv[1]](
+        *sys.argv[2:]
+    )

@@ -22,7 +22,7 @@ _READ_LATE = ("TMPDIR", "PWD", "OLDPWD", "PYTEST_", "OMPI_", "PMIX_", "PRTE_", "
 # So often a kind of process is started before it gets a server: one that is started once would
 # wait for what the others have of it.
 _BEFORE = 1
-_MOST = 8  # servers; each keeps some 100 MB, most of it shared with what it forks
+MOST = 8  # servers; each keeps some 100 MB, most of it shared with what it forks
 
 
 class _Servers:
@@ -43,7 +43,7 @@ class _Servers:
             if self._asked[key] <= _BEFORE:
                 return None
             if key not in self._running:
-                if len(self._running) == _MOST:
+                if len(self._running) == MOST:
                     return None
                 self._running[key] = self._start(kind, kept)
             name, process = self._running[key]

@@ -69,12 +69,20 @@ def followed(model: Model, through: Sequence[float], target: np.ndarray) -> Foll
         raise SpecError(f"target_line.through: the line leaves the body: {why}") from None
 
 
+def _power_mean(values: np.ndarray, power: int) -> float:
+    largest = float(values.max())
+    if largest == 0.0:
+        return 0.0
+    return largest * float(((values / largest) ** power).mean() ** (1.0 / power))
+
+
 def _evaluate(snapshot: Snapshot) -> dict[str, float]:
     if snapshot.followed is None:
         return {}
     found = snapshot.followed.distances(snapshot)
     return {
         "target_distance_rms_mm": float(np.sqrt((found**2).mean())),
+        "target_distance_p8_mm": _power_mean(found, 8),
         "target_distance_max_mm": float(found.max()),
     }
 
@@ -84,6 +92,8 @@ TARGET_LINE = Measure(
     "how far the line that target_line of the spec names is from the points of its file",
     {
         "target_distance_rms_mm": "root of the mean square of the points' distances to the line",
+        "target_distance_p8_mm": "eighth root of the mean of their eighth powers: near the largest "
+        "where that jumps from point to point, and smooth",
         "target_distance_max_mm": "largest of these distances",
     },
     _evaluate,

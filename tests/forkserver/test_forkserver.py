@@ -205,7 +205,7 @@ def test_what_libraries_read_when_they_are_loaded_has_a_server_of_its_own(script
 
 
 def test_there_are_not_ever_more_servers(script, monkeypatch):
-    monkeypatch.setattr(servers, "_MOST", 1)
+    monkeypatch.setattr(servers, "MOST", 1)
     own = servers._Servers()
     try:
         names = [own.name([str(script)], {"A": str(n // 2)}) for n in range(4)]

@@ -43,6 +43,9 @@ def test_distances_of_a_bar_that_is_pulled_and_their_derivatives(tmp_path):
     curve = read(tmp_path / "run").curve
     assert curve["tip_x_mm"][-1] == pytest.approx(end, rel=1e-4)
     assert curve["target_distance_max_mm"][-1] == pytest.approx(5.0, abs=2e-3)
+    assert curve["target_distance_p8_mm"][-1] == pytest.approx(
+        ((3**8 + 5**8) / 2) ** (1 / 8), abs=2e-3
+    )
     assert curve["target_distance_rms_mm"][-1] == pytest.approx(np.sqrt(17.0), abs=2e-3)
     found = {
         s.parameter: s.derivative
