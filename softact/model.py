@@ -249,6 +249,11 @@ class Model:
         return not len(self.contacts) and all(body.smooth for body in self.bodies)
 
     @property
+    def solids_touch(self) -> bool:
+        """Whether solids may come into contact, and no sheet is there that swings."""
+        return len(self.contacts) > 0 and bool(self.solids) and self.mesh.sheets is None
+
+    @property
     def elastic(self) -> list[Term]:
         """Terms of the stored energy."""
         return [term for body in self.bodies for term in body.elastic]

@@ -23,7 +23,6 @@ import socket
 import struct
 import sys
 import tempfile
-import threading
 import traceback
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -206,7 +205,6 @@ def _code_of(arguments: Sequence[str]) -> int:
     if code is not None and not isinstance(code, int):
         print(code, file=sys.stderr)
         code = 1
-    threading._shutdown()  # type: ignore[attr-defined]
     atexit._run_exitfuncs()
     return (code or 0) & 0xFF
 

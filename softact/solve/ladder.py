@@ -32,7 +32,7 @@ def climb(walk: Walk) -> str | None:
 def _advance(walk: Walk) -> Trouble | None:
     """Try the next increment under load control."""
     outcome = walk.advance()
-    return None if outcome.converged else Trouble(failed=outcome.reason)
+    return None if outcome.converged else Trouble(failed=outcome.reason, apart=outcome.apart)
 
 
 def _help(walk: Walk, trouble: Trouble) -> Stopped | None:

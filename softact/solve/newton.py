@@ -23,20 +23,29 @@ class Tuning:
 
     divergence: a residual that has grown by this factor does not come back. lost_from, lost_above,
     lost_rise: where forces are smooth, a solve is lost when from this iteration on the residual is
-    above the second and so many times what it had been. halvings: after so many a step that is
-    still inadmissible is a wrong direction. most_chords, chord_loss: steps with the factors of an
-    earlier iteration, at the end of a solve, and how much worse than the last Newton step's is the
-    reduction that is expected of them. slackened, searches: a line search ends when the slope has
-    fallen to this part, or after so many evaluations; near: where the residual is below this, whole
-    steps get through the last kinks. hardly: steps are halved where the residual is still above
-    this part of what it was two steps before. patience, steady: beyond the allowed iterations a
-    solve goes on, to this multiple, while four of them reduce the residual to this part.
+    above the second and so many times what it had been. stuck_from, stuck_above, stuck: where
+    bodies may touch, it is lost when from this iteration on the residual is above the second and
+    above this part of the largest of the three before. pressed, far: a first step of which no more
+    than this part keeps bodies apart, of a guess with a residual above the second, see
+    ``SolveOptions.shy``. halvings: after so many a step that is still inadmissible is a wrong
+    direction. most_chords, chord_loss: steps with the factors of an earlier iteration, at the end
+    of a solve, and how much worse than the last Newton step's is the reduction that is expected of
+    them. slackened, searches: a line search ends when the slope has fallen to this part, or after
+    so many evaluations; near: where the residual is below this, whole steps get through the last
+    kinks. hardly: steps are halved where the residual is still above this part of what it was two
+    steps before. patience, steady: beyond the allowed iterations a solve goes on, to this multiple,
+    while four of them reduce the residual to this part.
     """
 
     divergence: float = 1e6
     lost_from: int = 5
     lost_above: float = 1e-2
     lost_rise: float = 10.0
+    stuck_from: int = 5
+    stuck_above: float = 5e-3
+    stuck: float = 0.5
+    pressed: float = 0.25
+    far: float = 0.3
     halvings: int = 8
     most_chords: int = 2
     chord_loss: float = 4.0
@@ -59,13 +68,15 @@ class SolveOptions:
     internal force and the root mean square of the volumetric equation's error (a strain).
     force_floor: force (N) that, over the tolerance, internal forces count for at least; None: the
     model's. at_most: iterations, where fewer are allowed than otherwise. line_search: at each
-    iteration.
+    iteration. shy: end at once where the first step presses bodies into each other: a smaller
+    increment costs less.
     """
 
     tolerance: float
     force_floor: float | None = None
     at_most: int | None = None
     line_search: bool = False
+    shy: bool = False
 
 
 @dataclass(frozen=True)
@@ -74,7 +85,8 @@ class NewtonOutcome:
 
     residuals: relative out-of-balance force per iteration. unstable_modes: directions in which
     the potential energy at constant pressure falls, at the last factorised tangent; none at a
-    stable equilibrium. softening: those of them that prescribed volumes hold.
+    stable equilibrium. softening: those of them that prescribed volumes hold. apart: part of the
+    first step up to which bodies stay apart, where a shy solve has ended by it.
     """
 
     converged: bool
@@ -83,6 +95,7 @@ class NewtonOutcome:
     reason: str
     unstable_modes: int
     softening: int = 0
+    apart: float = 1.0
 
 
 @dataclass
@@ -125,6 +138,7 @@ class _Solve:
     out_of_balance: float = 0.0
     volume_error: float = 0.0
     handed_over: float = 0.0
+    apart: float = 1.0
 
 
 class Newton:
@@ -248,7 +262,8 @@ class Newton:
         reason = "" if converged else now.reason or self._explain()
         unstable = self.factor.unstable_modes() if converged else 0
         softening = now.border.softening if now.border else 0
-        return NewtonOutcome(converged, iterations, now.residuals, reason, unstable, softening)
+        found = (converged, iterations, now.residuals, reason, unstable, softening, now.apart)
+        return NewtonOutcome(*found)
 
     def rate(self, here: Loaded, later: Loaded, step: float) -> np.ndarray | None:
         """Change of the unknowns (local,) per ``step`` of the loads from an equilibrium on, by the
@@ -386,13 +401,16 @@ class Newton:
     def _admissible_part(self, here: np.ndarray, change: np.ndarray) -> float:
         """Part of a step (here − change) that turns no element inside out and, where there is such
         a part, does not press bodies into each other."""
-        sound = None
+        sound, now = None, self._now
         for halvings in range(TUNING.halvings):
             part = 0.5**halvings
             there = self.model.follow(here - change * part)
             if self.model.smallest_jacobian(there) <= 0.0:
                 continue
-            if self.model.contacts.admissible(self._now.state, here, there):
+            if self.model.contacts.admissible(now.state, here, there):
+                first = len(now.residuals) == 1 and now.residuals[0] > TUNING.far
+                if now.options.shy and sound and first and self.model.solids_touch:
+                    now.apart = part
                 return part
             sound = part if sound is None else sound
         return sound or 1.0  # where no part is sound, the residual will say so
@@ -418,6 +436,12 @@ class Newton:
         if iteration >= TUNING.lost_from and self._rose():
             now.reason = "the residual grew again"
             return reason.DIVERGED_DTOL
+        if now.apart <= TUNING.pressed:
+            now.reason = "bodies would be pressed into each other"
+            return reason.DIVERGED_DTOL
+        if iteration >= TUNING.stuck_from and self._is_stuck():
+            now.reason = "what touches changed from iteration to iteration"
+            return reason.DIVERGED_DTOL
         if iteration >= now.allowed and not self._falls():
             return reason.DIVERGED_MAX_IT
         return reason.ITERATING
@@ -426,6 +450,12 @@ class Newton:
         """Whether the residual has grown by so much that it hardly comes back."""
         last, least = self._now.residuals[-1], min(self._now.residuals)
         return self.model.smooth and last > max(TUNING.lost_above, TUNING.lost_rise * least)
+
+    def _is_stuck(self) -> bool:
+        """Whether points come into contact and leave it again, and no equilibrium comes nearer."""
+        last, before = self._now.residuals[-1], self._now.residuals[-4:-1]
+        stuck = last > max(TUNING.stuck_above, TUNING.stuck * max(before))
+        return stuck and self.model.solids_touch
 
     def _falls(self) -> bool:
         """Whether the residual falls steadily, as it does where the tangent is not exact."""

@@ -39,8 +39,9 @@ PATIENCE, LEAST_GAIN = 25, 0.01
 # A limit of the load is expected where displacements grow this much faster than at first; part of
 # the way to it that the next increment may go.
 RUNS_AHEAD, TOWARDS_LIMIT = 1.3, 0.5
-# Newton iterations that friction takes more, at any increment, to find out what sticks and slips.
-FOR_FRICTION = 3
+# Newton iterations that contact takes more, at any increment, to find out what touches, and
+# friction to find out what sticks and slips.
+FOR_CONTACT, FOR_FRICTION = 2, 3
 TOO_LONG = "the increment is too long for the accuracy in time"
 # A limit point is named where it is so near, as a part of the step, and displacements grow so much
 # faster than at first.
@@ -170,7 +171,8 @@ class Walk:
         """
         contacts, start = self.model.contacts, path[-1]
         self.control = "search" if line_search else drive.control
-        options = replace(self.newton.options, at_most=at_most, line_search=line_search)
+        shy = drive is self.drive and not line_search and not self.is_small
+        options = replace(self.newton.options, at_most=at_most, line_search=line_search, shy=shy)
         drive.set(self.state, s, start.q)
         self.state.x = start.x.copy()
         overrun = contacts.overrun(self.rest, self.state)
@@ -273,7 +275,9 @@ class Walk:
         """How long the next increment may be after one that ended so."""
         if self.alpha is not None:  # the error in time says it
             return min(self.largest, INCREMENTS.growth * self.size)
-        own = 0 if self.model.contacts.symmetric else FOR_FRICTION
+        own = FOR_CONTACT if self.model.solids_touch else 0
+        if not self.model.contacts.symmetric:
+            own = FOR_FRICTION
         return next_size(self.size, outcome.iterations - own, self.largest)
 
     def _next(self, target: float, starts: bool) -> NewtonOutcome:

@@ -159,7 +159,7 @@ def sphere():
 def test_a_mesh_of_second_order_is_read_by_its_corners(version, mesh, meshed, tmp_path):
     """The corners of a mesh of first and of second order are the same; nodes on the sphere's edges
     of 4 mm lie h^2/8R = 0.2 mm off them, which is said. A box has nothing to say."""
-    given = {"cavities": {}, "mesh_size": "4 mm"}
+    given = {"cavities": {}, "mesh_size": "4 mm", "axis": "-x"}
     first = FromScript.model_validate({"file": mesh(sphere, name="first.msh"), **given})
     second = FromScript.model_validate(
         {"file": mesh(sphere, order=2, version=version, name="second.msh"), **given}

@@ -157,4 +157,4 @@ def test_a_part_that_lies_across_is_doubted(step, tmp_path):
         occ.cut([(3, occ.addBox(0, 0, 0, 14, 40, 12))], [(3, occ.addBox(3, 3, 3, 8, 34, 6))])
 
     said = make_mesh(FromStep.model_validate({"file": step(across)}), tmp_path / "x.msh")
-    assert any("longest along y; x has to run from the clamp to the tip" in line for line in said)
+    assert any("longest along y; axis, here x, has to run" in line for line in said)

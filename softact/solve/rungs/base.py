@@ -16,7 +16,8 @@ class Trouble:
 
     begins: the step is about to begin. ahead: a limit point is so near that load control would
     fail. failed: why an attempt has failed, "" where none has. limit: why the load cannot be
-    reached, as a rung has found out, and snap: the same, where a later rung gets past.
+    reached, as a rung has found out, and snap: the same, where a later rung gets past. apart: see
+    ``NewtonOutcome``.
     """
 
     begins: bool = False
@@ -24,6 +25,7 @@ class Trouble:
     failed: str = ""
     limit: str | None = None
     snap: str | None = None
+    apart: float = 1.0
 
 
 class Went(enum.Enum):

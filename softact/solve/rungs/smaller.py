@@ -9,6 +9,7 @@ from softact.solve.walk import Walk
 # Newton iterations of a step, after a first inflation, that may bring no increment under load
 # control.
 MOST_IN_VAIN = 600
+LEAST = 0.1  # part of an increment that is kept at least
 
 
 class SmallerIncrement:
@@ -22,7 +23,8 @@ class SmallerIncrement:
 
     def climb(self, walk: Walk, trouble: Trouble) -> Went | Stopped:
         """See ``Rung``."""
-        walk.size *= INCREMENTS.cut
+        # Where bodies meet on the way, to where they do.
+        walk.size *= min(INCREMENTS.cut, max(trouble.apart, LEAST))
         if walk.in_vain() - walk.vain_before > MOST_IN_VAIN:
             return Stopped(walk.no_equilibrium(trouble.failed))
         return Went.NOT if walk.is_small or walk.stuck() else Went.ON
