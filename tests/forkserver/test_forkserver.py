@@ -13,6 +13,8 @@ import pytest
 
 from softact.child_processes import bound, environment, python
 from softact.forkserver import client, servers
+from softact.run.start import run
+from softact.spec import loads
 
 # Tells what it is; its first argument says how it ends.
 SCRIPT = """
@@ -228,3 +230,25 @@ def test_a_server_that_cannot_load_leaves_the_command_as_it_is(script):
 
 def test_limits_are_those_of_the_process():
     assert (resource.RLIMIT_CORE, *resource.getrlimit(resource.RLIMIT_CORE)) in client.limits()
+
+
+BLOCK = """
+geometry: {type: block, length: 10 mm, width: 4 mm, height: 4 mm, mesh_size: 2 mm}
+materials: {body: ecoflex-00-30}
+supports: [{surface: x_min, fix: [x, y, z]}]
+steps: [{name: pull, traction: {surface: x_max, value: [5 kPa, 0 Pa, 1 kPa]}}]
+"""
+
+
+def test_a_forked_solver_and_a_forked_mesher_give_the_same_to_the_last_digit(tmp_path, monkeypatch):
+    spec, own = loads(BLOCK), servers._Servers()
+    monkeypatch.setattr(servers, "_servers", own)
+    curves = []
+    for number, most in enumerate((0, 8, 8)):
+        monkeypatch.setattr(servers, "MOST", most)
+        run(spec, tmp_path / str(number), report=False)
+        curves.append((tmp_path / str(number) / "curve.csv").read_text())
+    started = [arguments[0][1] for arguments in own._running]
+    own.end()
+    assert sorted(started) == ["softact.geometry.gmsh_process", "softact.run.worker"]
+    assert curves[1] == curves[0] and curves[2] == curves[0]
