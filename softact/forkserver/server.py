@@ -105,19 +105,19 @@ class Server:
         if struct.unpack("3i", peer)[1] != os.geteuid():
             client.close()
             return
+        files: list[int] = []
         try:
-            request, files = _received(client)
-        except (OSError, ValueError):  # killed in the middle of it
+            request = _received(client, files)
+            server, process = os.getpid(), os.fork()
+        except (OSError, ValueError):  # the client was killed in the middle of it, or no memory
             client.close()
-            return
-        server = os.getpid()
-        process = os.fork()
-        if process == 0:
-            self._become(request, files, client, server)
+        else:
+            if process == 0:
+                self._become(request, files, client, server)
+            self._clients[process] = client
+            self._selector.register(client, selectors.EVENT_READ)
         for file in files:
             os.close(file)
-        self._clients[process] = client
-        self._selector.register(client, selectors.EVENT_READ)
 
     def _become(
         self, request: Mapping, files: Sequence[int], client: socket.socket, server: int
@@ -147,14 +147,18 @@ class Server:
             os._exit(code)
 
 
-def _received(client: socket.socket) -> tuple[dict, list[int]]:
-    data, files, _, _ = socket.recv_fds(client, 1 << 16, _MOST_FILES)
+def _received(client: socket.socket, files: list[int]) -> dict:
+    """What a client asks for, and the files that it hands over. Raises ValueError where it has
+    gone."""
+    data, handed, _, _ = socket.recv_fds(client, 1 << 16, _MOST_FILES)
+    files += handed
     while len(data) < 8 or len(data) < 8 + int.from_bytes(data[:8], "big"):
         more = client.recv(1 << 16)
         if not more:
             raise ValueError("the client has gone")
         data += more
-    return json.loads(data[8:].decode("utf-8", "surrogateescape")), files
+    request: dict = json.loads(data[8:].decode("utf-8", "surrogateescape"))
+    return request
 
 
 def _take(request: Mapping, files: Sequence[int]) -> None:
