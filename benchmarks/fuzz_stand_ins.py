@@ -35,6 +35,10 @@ _SURFACES = {"clamp": np.array([[0, 2, 1]])}
 _LAYOUT = Layout(regions=("body",), surfaces=("clamp",), cavities={})
 
 
+def _not_drawing(arguments: object, variables: object) -> list[str]:
+    return ["/bin/sh", "-c", f"echo {NOT_DRAWN} >&2; exit 3"]
+
+
 @contextmanager
 def stand_ins(restart: Path, sound: str) -> Iterator[None]:
     """Everything slow replaced. restart: a restart file, which every run leaves a copy of.
@@ -48,7 +52,7 @@ def stand_ins(restart: Path, sound: str) -> Iterator[None]:
             (start._Solver, "run", solve),
             (base, "_run_gmsh", _meshed),
             (look, "make_mesh", _not_meshed),
-            (frames, "_COMMAND", ["/bin/sh", "-c", f"echo {NOT_DRAWN} >&2; exit 3"]),
+            (frames, "_command", _not_drawing),
             (doctor, "examine", lambda: [Finding("Python", "ok", "as it should be")]),
         ):
             if callable(other):
