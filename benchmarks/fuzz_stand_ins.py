@@ -52,7 +52,7 @@ def stand_ins(restart: Path, sound: str) -> Iterator[None]:
             (start._Solver, "run", solve),
             (base, "_run_gmsh", _meshed),
             (look, "make_mesh", _not_meshed),
-            (frames, "_command", _not_drawing),
+            (frames, "command", _not_drawing),
             (doctor, "examine", lambda: [Finding("Python", "ok", "as it should be")]),
         ):
             if callable(other):

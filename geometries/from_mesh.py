@@ -5,7 +5,6 @@ Run by itself it writes a mesh: ``python geometries/from_mesh.py --file body.stl
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -19,7 +18,7 @@ from softact.errors import MeshError
 from softact.files.text import NAMES_A_FILE, digest
 from softact.geometry.base import main
 from softact.geometry.curved import are_curved
-from softact.geometry.imported import Imported
+from softact.geometry.imported import Imported, file_faults
 from softact.geometry.mesh_files import SURFACES, VOLUMES, fill_shells, read, shells
 from softact.geometry.mesh_names import automatic, chosen
 from softact.geometry.part_size import Drawn
@@ -74,10 +73,7 @@ class FromMesh(Imported):
         """See ``Geometry.faults``."""
         yield from super().faults()
         for name in self.air:
-            if Path(name).suffix.lower() not in SURFACES:
-                yield "air", f"'{Path(name).name}' is none of {', '.join(SURFACES)}"
-            elif not os.path.isfile(name):
-                yield "air", f"there is no file '{name}'"
+            yield from file_faults("air", name, SURFACES)
         if self.air and not self._of_surfaces:
             yield "air", f"{Path(self.file).name} holds tetrahedra: its rooms are those left free"
         for name, selection in self.select.items():

@@ -2,7 +2,7 @@
 
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import ModuleType
 from typing import Annotated, ClassVar, Literal
@@ -61,13 +61,7 @@ class Imported(Geometry):
 
     def faults(self) -> Iterator[tuple[str, str]]:
         """See ``Geometry.faults``."""
-        path = Path(self.file)
-        if not is_utf8(self.file):
-            yield "file", NOT_UTF8
-        elif path.suffix.lower() not in self.suffixes:
-            yield "file", f"'{path.name}' is none of {', '.join(self.suffixes)}"
-        elif not os.path.isfile(path):  # False, not an error, for what no file can be named
-            yield "file", f"there is no file '{path}'"
+        yield from file_faults("file", self.file, self.suffixes)
         if not self.regions:
             yield "regions", "no solid is named; write the names of all solids of the file"
         for cavity, walls in self.cavities.items():
@@ -181,6 +175,17 @@ class Imported(Geometry):
     def ends(self) -> tuple[str, str]:
         """Names of clamp and tip."""
         return self.clamp, self.tip
+
+
+def file_faults(field: str, name: str, suffixes: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """What is wrong with a name of a file in a field, see ``Geometry.faults``."""
+    path = Path(name)
+    if not is_utf8(name):
+        yield field, NOT_UTF8
+    elif path.suffix.lower() not in suffixes:
+        yield field, f"'{path.name}' is none of {', '.join(suffixes)}"
+    elif not os.path.isfile(path):  # False, not an error, for what no file can be named
+        yield field, f"there is no file '{path}'"
 
 
 def _tetrahedra(gmsh: ModuleType) -> int:

@@ -13,7 +13,7 @@ from softact.geometry.step_faces import CAVITY, NEAR, OUTER, SAME_DIRECTION, Sel
 from softact.mesh.file_mesh import FileMesh
 
 
-def automatic(mesh: FileMesh, clamp: str, tip: str, axis: str = "x") -> dict[str, np.ndarray]:
+def automatic(mesh: FileMesh, clamp: str, tip: str, axis: str) -> dict[str, np.ndarray]:
     """As ``step_faces.automatic``, of triangles: name -> (k, 3).
 
     The shell with the largest box of each body is its outside.
@@ -22,7 +22,7 @@ def automatic(mesh: FileMesh, clamp: str, tip: str, axis: str = "x") -> dict[str
     x = mesh.points[outside][:, :, part_axis.component(axis)]
     near = NEAR * float(np.linalg.norm(np.ptp(mesh.points, axis=0))) + 1e-6
     found = {}
-    at_clamp, at_tip = part_axis.ends(axis, x.min(), x.max())
+    at_clamp, at_tip = part_axis.clamp_and_tip(axis, x.min(), x.max())
     for name, at in ((clamp, at_clamp), (tip, at_tip)):
         found[name] = outside[(np.abs(x - at) < near).all(axis=1)]
     if rooms:

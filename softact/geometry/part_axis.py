@@ -21,14 +21,14 @@ def unit(axis: str) -> tuple[float, float, float]:
     return (vector[0], vector[1], vector[2])
 
 
-def ends(axis: str, low: float, high: float) -> tuple[float, float]:
+def clamp_and_tip(axis: str, low: float, high: float) -> tuple[float, float]:
     """The coordinates of clamp and tip, of a body from ``low`` to ``high``."""
     return (high, low) if axis.startswith("-") else (low, high)
 
 
 def order(axis: str, low: np.ndarray, high: np.ndarray) -> tuple[float, ...]:
     """What sorts boxes from the clamp on."""
-    first, last = ends(axis, low[component(axis)], high[component(axis)])
-    along = -first if last < first else first
-    rest = [low[k] for k in range(3) if k != component(axis)]
+    at = component(axis)
+    along = -high[at] if axis.startswith("-") else low[at]
+    rest = [low[k] for k in range(3) if k != at]
     return tuple(np.round([along, *rest], 6))

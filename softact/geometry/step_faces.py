@@ -284,7 +284,7 @@ def _box(faces: Sequence[Face]) -> np.ndarray:
 
 
 def automatic(
-    faces: Sequence[Face], clamp: str, tip: str, axis: str = "x", slack: float = 0.0
+    faces: Sequence[Face], clamp: str, tip: str, axis: str, slack: float = 0.0
 ) -> dict[str, list[Face]]:
     """Names for the faces of a file that has none. slack: mm by which a box may be too large.
 
@@ -293,7 +293,7 @@ def automatic(
     """
     outside, rooms = shells(faces, axis)
     k, found = part_axis.component(axis), {}
-    at_clamp, at_tip = part_axis.ends(axis, *_box(outside)[:, k])
+    at_clamp, at_tip = part_axis.clamp_and_tip(axis, *_box(outside)[:, k])
     near = NEAR * np.linalg.norm(np.ptp(_box(outside), axis=0)) + 1e-6 + slack
     for name, at in ((clamp, at_clamp), (tip, at_tip)):
         found[name] = [

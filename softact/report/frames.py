@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from softact import forkserver
 from softact.child_processes import environment
+from softact.forkserver import command
 from softact.report import labels
 from softact.report.obstacles import bodies
 from softact.report.surface import Skin, drawn, mirrored, skin
@@ -128,9 +128,6 @@ def make_scene(results: Results, parts: Skin | None = None) -> Scene:
     return Scene(results, parts, bending_view(results), field, (low, high))
 
 
-_command = forkserver.command
-
-
 def colours(names: Sequence[str]) -> np.ndarray:
     """(n, 3) in 0..1 of colours such as "#4143a7"."""
     return np.array([[int(c[n : n + 2], 16) / 255 for n in (1, 3, 5)] for c in names])
@@ -150,7 +147,7 @@ class Renderer:
         variables = environment(without=_NOT_ITS_BUSINESS)
         with self._errors.open("wb") as stderr:
             self.process = subprocess.Popen(
-                _command([_RENDERING, str(scratch)], variables),
+                command([_RENDERING, str(scratch)], variables),
                 stdin=subprocess.PIPE,  # ends with us, and tells the process so
                 env=variables,
                 stderr=stderr,

@@ -355,7 +355,9 @@ class Newton:
             change = now.border.correct(now.state, array, self._response)
             step.setArray(array)
         here, change_of_x = map(self.model.unknowns.to_local, (x, step))
-        factor = self._admissible_part(here, change_of_x)
+        factor, apart = self._admissible_part(here, change_of_x)
+        if apart and now.options.shy and len(now.residuals) == 1 and now.residuals[0] > TUNING.far:
+            now.apart = factor
         if change is None and self._may_overshoot(here, here - factor * change_of_x):
             factor = self._searched_part(here, change_of_x, factor)
         elif self._to_and_fro():
@@ -398,22 +400,19 @@ class Newton:
             part *= min(max(first / (first - found), 0.2), 0.6) if np.isfinite(found) else 0.5
         return min(slopes, key=lambda t: abs(slopes[t]) if np.isfinite(slopes[t]) else np.inf)
 
-    def _admissible_part(self, here: np.ndarray, change: np.ndarray) -> float:
+    def _admissible_part(self, here: np.ndarray, change: np.ndarray) -> tuple[float, bool]:
         """Part of a step (here − change) that turns no element inside out and, where there is such
-        a part, does not press bodies into each other."""
-        sound, now = None, self._now
+        a part, does not press bodies into each other; and whether it is less for their sake."""
+        sound = None
         for halvings in range(TUNING.halvings):
             part = 0.5**halvings
             there = self.model.follow(here - change * part)
             if self.model.smallest_jacobian(there) <= 0.0:
                 continue
-            if self.model.contacts.admissible(now.state, here, there):
-                first = len(now.residuals) == 1 and now.residuals[0] > TUNING.far
-                if now.options.shy and sound and first and self.model.solids_touch:
-                    now.apart = part
-                return part
+            if self.model.contacts.admissible(self._now.state, here, there):
+                return part, sound is not None
             sound = part if sound is None else sound
-        return sound or 1.0  # where no part is sound, the residual will say so
+        return sound or 1.0, False  # where no part is sound, the residual will say so
 
     def _test(
         self, _snes: PETSc.SNES, iteration: int, _norms: tuple[float, float, float]

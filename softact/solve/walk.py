@@ -171,7 +171,7 @@ class Walk:
         """
         contacts, start = self.model.contacts, path[-1]
         self.control = "search" if line_search else drive.control
-        shy = drive is self.drive and not line_search and not self.is_small
+        shy = self.model.solids_touch and drive is self.drive and not (line_search or self.is_small)
         options = replace(self.newton.options, at_most=at_most, line_search=line_search, shy=shy)
         drive.set(self.state, s, start.q)
         self.state.x = start.x.copy()

@@ -107,7 +107,7 @@ def test_a_wrong_set_is_told_once_for_all_specs(tmp_path):
 
 def test_a_film_that_cannot_be_drawn_leaves_the_folder_as_it_was(cube, tmp_path, monkeypatch):
     monkeypatch.setattr(
-        frames, "_command", lambda *of: ["/bin/sh", "-c", "echo not here >&2; exit 3"]
+        frames, "command", lambda *of: ["/bin/sh", "-c", "echo not here >&2; exit 3"]
     )
     shutil.copytree(cube, tmp_path / "cube")
     (tmp_path / "curve.csv").write_text(MEASURED)

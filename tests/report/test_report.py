@@ -146,7 +146,7 @@ def test_a_torn_field_file_leaves_the_rest(tmp_path):
 def test_failed_drawing_is_told_and_the_rest_stands(tmp_path, monkeypatch):
     bent_beam.write(tmp_path / "r", 90.0, 2)
     monkeypatch.setattr(frames, "_TIME_LIMIT_S", 0.05)
-    monkeypatch.setattr(frames, "_command", lambda *of: ["/bin/sh", "-c", "exec sleep 60"])
+    monkeypatch.setattr(frames, "command", lambda *of: ["/bin/sh", "-c", "exec sleep 60"])
     text, _, view = page_of(tmp_path / "r")
     assert "The pictures of the actuator are missing: drawing took longer than 0.05 s" in text
     assert view["outer"] > 0 and "<img" not in text
@@ -154,7 +154,7 @@ def test_failed_drawing_is_told_and_the_rest_stands(tmp_path, monkeypatch):
 
 def test_a_crash_while_drawing_is_told(tmp_path, monkeypatch):
     bent_beam.write(tmp_path / "r", 90.0, 1)
-    monkeypatch.setattr(frames, "_command", lambda *of: ["/bin/sh", "-c", "echo no GL >&2; exit 3"])
+    monkeypatch.setattr(frames, "command", lambda *of: ["/bin/sh", "-c", "echo no GL >&2; exit 3"])
     results = read(tmp_path / "r")
     with pictures.drawing(results, lambda: surface.skin(results)) as finish:
         assert finish().fault == "drawing ended with code 3: no GL"

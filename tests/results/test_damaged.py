@@ -44,7 +44,7 @@ def whole(tmp_path_factory):
 def undrawn(monkeypatch):
     """Reports without pictures, which take most of the time; all else is as usual."""
     monkeypatch.setattr(
-        frames, "_command", lambda *of: ["/bin/sh", "-c", "echo not here >&2; exit 3"]
+        frames, "command", lambda *of: ["/bin/sh", "-c", "echo not here >&2; exit 3"]
     )
 
 

@@ -153,7 +153,6 @@ def test_a_header_of_another_version_is_not_used(monkeypatch, tmp_path):
 
 PROGRAM = """
 from mpi4py import MPI
-from petsc4py import PETSc
 from tests.solve.test_ordering import METIS, answer, newton_of
 newton = newton_of((4, 4, 4))
 chosen, left = answer(newton, None)

@@ -21,7 +21,7 @@ from tests.sweep.folders import CUBE
 CUBES = CUBE + "axes: [{path: materials.body.c10, values: [0.1 MPa, 0.2 MPa]}]\n"
 SIZES = "[geometry.length, geometry.width, geometry.height], values: [4 mm, 44 mm]"
 BLOCKS = CUBE + "axes: [{name: size, path: " + SIZES + "}]\n"
-MARGIN = 64 * 2**20  # bytes; the larger block's solver has several times as much more
+MARGIN = 64 * 2**20  # bytes; the larger block's solver needs far more than that
 
 
 def start(folder, text=CUBES, before=(), **more):
