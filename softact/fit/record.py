@@ -71,7 +71,12 @@ def read_records(sheet: TestSheet, timed: bool) -> list[Record]:
             for label in dict.fromkeys(labels)
         ]
     except UnreadableError as error:
-        command = advice(sheet, error.columns, error.values, {}, error.renamed)
+        times = {
+            i: column.heading
+            for i, column in enumerate(error.columns)
+            if _TIME.search(plain_words(column.heading))
+        }
+        command = advice(sheet, error.columns, error.values, {}, {**times, **error.renamed})
         raise SpecError(f"{sheet.file}: {error}{command}") from None
 
 

@@ -7,6 +7,7 @@ elements are compared by Schwarz's criterion (BIC).
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,6 +28,8 @@ MOST, FEWEST, TWO_SIDED = 6, 12, 1.96
 BETTER = 2.0
 # Smallest part of an element that is one: b, and ratio of two neighbouring times.
 LEAST_SHARE, APART = 1e-4, 1.5
+# Headings of what is held.
+_HELD = re.compile(r"\s*(stretch|strain|lambda|displacement|elongation|extension)", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -92,14 +95,14 @@ def _reached(stress: np.ndarray) -> int:
 
 
 def fit_series(test: Relaxation) -> list[Series]:
-    """Fits with 0, 1, 2, ... elements, as far as all of them are distinct and above zero, and one
-    beyond the best."""
+    """Fits with 0, 1, 2, ... elements, as far as all of them are distinct, above zero and known: the
+    95 % interval of none holds zero; and one beyond the best."""
     found = [_fit(test, 0)]
     for count in range(1, MOST + 1):
         one = _fit(test, count)
         rest = np.sort(one.tau)
         merged = count > 1 and (rest[1:] / rest[:-1]).min() < APART
-        if one.g.min() < LEAST_SHARE or merged:
+        if one.g.min() < LEAST_SHARE or merged or (one.g_error >= one.g).any():
             break
         found.append(one)
         if one.bic > found[-2].bic:
@@ -204,8 +207,9 @@ def tell(test: Relaxation, fits: list[Series], name: str) -> Iterator[str]:
 
 
 def read_relaxation(path: Path) -> Relaxation:
-    """Read a CSV file of time and stress, with units in its header. Raises SpecError."""
-    columns = columns_of(path, "time (s),stress (kPa)")
+    """Read a CSV file of time and stress, with units in its header; a column of the stretch that is
+    held is left out. Raises SpecError."""
+    columns = columns_of(path, "time (s),stress (kPa)", without=_HELD)
     if set(columns) - {"time"} == set() or len(columns) != 2 or "time" not in columns:
         raise SpecError(
             f"{path.name}: a column of time and one of stress or force are wanted, not "

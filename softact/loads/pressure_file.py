@@ -72,12 +72,17 @@ def read(path: Path) -> PressureFile:
     return PressureFile(times, values)
 
 
-def columns_of(path: Path, example: str) -> dict[str, np.ndarray]:
+def columns_of(
+    path: Path, example: str, without: re.Pattern[str] | None = None
+) -> dict[str, np.ndarray]:
     """Columns of a file by their names in small letters, "time" in s, others in their own units.
 
-    Raises SpecError where it cannot be read.
+    without: headings of columns that are left out, with or without a unit. Raises SpecError where
+    it cannot be read.
     """
     rows = headed.rows(path, example)
+    kept = [i for i, heading in enumerate(rows[0]) if not (without and without.match(heading))]
+    rows = [[row[i] for i in kept if i < len(row)] for row in rows]
     names, factors = [], []
     for heading in rows[0]:
         name, unit = headed.named(path, heading, example)

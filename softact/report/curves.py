@@ -126,7 +126,22 @@ def charts(results: Results) -> list[Chart]:
         found.insert(1, _tip_path(results, tip))
         left = [name for name in left if name not in tip]
     found += [_chart(results, labels.column(name).name, x_label, abscissa, [name]) for name in left]
-    return [*found, *_over_time(results), *_over_frequency(results)]
+    return [*_loops(results), *found, *_over_time(results), *_over_frequency(results)]
+
+
+def _loops(results: Results) -> list[Chart]:
+    """The last cycle of steps that swing, where two frequencies or more drove one pressure."""
+    found = [one for one in frequency_response.harmonics(results) if one.drive]
+    alike = [one for one in found if (one.column, one.drive) == (found[0].column, found[0].drive)]
+    if len({one.frequency for one in alike}) < 2:
+        return []
+    x, y = labels.column(found[0].drive), labels.column(found[0].column)
+    series = []
+    for one in alike:
+        rows = slice(one.rows[0], one.rows[1] + 1)
+        pressure, answer = (results.curve[name][rows] for name in (one.drive, one.column))
+        series.append((f"{one.frequency:g} Hz", pressure * x.factor, answer * y.factor))
+    return [Chart(f"{y.name}, last cycle", str(x), str(y), series)]
 
 
 def _over_frequency(results: Results) -> list[Chart]:

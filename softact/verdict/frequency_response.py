@@ -28,7 +28,8 @@ class Harmonic:
     """The answer to a swing. frequency: Hz. column: of curve.csv; drive: the column of the pressure
     that swings, or "" where other loads do. mean, amplitude: of the answer. gain: amplitude by that
     of the pressure in kPa, or by half of the way of the loads. lag: degrees that it comes later,
-    from -90 to 270: 180 is where it falls while the load rises."""
+    from -90 to 270: 180 is where it falls while the load rises. rows: of curve.csv, the first and
+    the last of the cycle that was looked at."""
 
     step: str
     frequency: float
@@ -38,6 +39,7 @@ class Harmonic:
     amplitude: float
     gain: float
     lag: float
+    rows: tuple[int, int]
 
 
 def harmonics(results: Results) -> list[Harmonic]:
@@ -120,7 +122,8 @@ def _harmonic(
         if column in curve and abs(answer := first(curve[column])) > least:
             mean = float(np.mean(np.interp(at, times, curve[column][rows])))
             lag = (90.0 - np.degrees(np.angle(answer / driven))) % 360.0 - 90.0
-            return Harmonic(
-                step, frequency, column, drive, mean, abs(answer), abs(answer / driven), float(lag)
-            )
+            ends = np.searchsorted(times, ((cycles - 1 - 1e-9) / frequency, cycles / frequency))
+            cycle = (begin + int(ends[0]), begin + min(int(ends[1]), len(times) - 1))
+            size, gain = abs(answer), abs(answer / driven)
+            return Harmonic(step, frequency, column, drive, mean, size, gain, float(lag), cycle)
     return None
