@@ -16,6 +16,7 @@ import numpy as np
 from softact.files.lock import LOCK
 from softact.files.text import write_atomic
 from softact.results.folder import BOOKKEEPING, NO_EQUILIBRIUM, Results
+from softact.verdict import efficiency
 from softact.verdict.judge import from_data, judge
 
 RECORD = "record.json"
@@ -64,7 +65,7 @@ def from_results(key: str, results: Results, seconds: float) -> Record:
         status=results.status,
         cause=_cause(results),
         seconds=seconds,
-        measures={name: value for name, value in last.items() if name not in BOOKKEEPING},
+        measures=_measures(results, last),
         columns=tuple(numbers),
         steps=tuple(str(step) for step in results.curve.get("step", ())),
         table=table,
@@ -72,6 +73,12 @@ def from_results(key: str, results: Results, seconds: float) -> Record:
         unknowns=int(mesh.get("unknowns", 0)),
         verdict=(from_data(results.run.get("verdict")) or judge(results)).cell,
     )
+
+
+def _measures(results: Results, last: Mapping[str, float]) -> dict[str, float]:
+    """Those of the last state, and what summary.csv says of the whole run beside them."""
+    found = {name: value for name, value in last.items() if name not in BOOKKEEPING}
+    return found | efficiency.figures(results)
 
 
 def _cause(results: Results) -> str:

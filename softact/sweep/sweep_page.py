@@ -153,7 +153,7 @@ def shown_measures(table: list[Row], study: Study) -> list[str]:
 
 
 def _interest(name: str) -> int:
-    first = ("bending_angle", "tip_", "elongation", "twist", "reaction", "blocked", "cavity_vol",
+    first = ("efficiency", "bending_angle", "tip_", "elongation", "twist", "reaction", "blocked", "cavity_vol",
              "max_principal_stress", "max_principal_stretch")  # fmt: skip
     return next((n for n, start in enumerate(first) if name.startswith(start)), len(first))
 

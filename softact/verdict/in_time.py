@@ -20,6 +20,8 @@ FOLLOWED = {"bending_angle_deg": 0.01, "elongation_mm": 1e-4, "tip_z_mm": 1e-4, 
 HELD = 1e-9
 # A cycle takes back more than this part of its pressure; less is a swing about a held pressure.
 RETURNED = 0.5
+# To and fro by less than this part of the whole run's range of pressure is no cycle of it.
+SWING = 0.05
 
 
 @dataclass(frozen=True)
@@ -87,8 +89,8 @@ def cycles(results: Results) -> list[Cycle]:
     done = np.concatenate([[0.0], np.cumsum((means * np.diff(volumes)).sum(axis=0))])
     total = pressures.sum(axis=0)
     for step, begin, end in steps_of(results):
-        turns = [begin, *_turns(total, begin, end), end]
-        for low, high, back in zip(turns[::2], turns[1::2], turns[2::2], strict=False):
+        turns = _turns(total, begin, end, SWING * float(np.ptp(total)))
+        for low, high, back in zip(turns, turns[1:], turns[2:], strict=False):
             work, given_back = done[high] - done[low], done[high] - done[back]
             rise, fall = total[high] - total[low], total[high] - total[back]
             if work > 0 and fall > RETURNED * rise > 0:
@@ -225,10 +227,17 @@ def steps_of(results: Results) -> Iterator[tuple[str, int, int]]:
             begin = row
 
 
-def _turns(values: np.ndarray, begin: int, end: int) -> list[int]:
-    """Rows strictly inside, at which values turn."""
-    signs = np.sign(np.diff(values[begin : end + 1]))
-    return [begin + i + 1 for i in np.flatnonzero(signs[1:] * signs[:-1] < 0)]
+def _turns(values: np.ndarray, begin: int, end: int, least: float) -> list[int]:
+    """First row, rows at which values turn by more than ``least``, and the last one."""
+    turns, extreme, sense = [begin], begin, 0.0
+    for row in range(begin + 1, end + 1):
+        way = values[row] - values[extreme]
+        if abs(way) > least and way * sense <= 0:
+            turns += [extreme] if sense else []
+            extreme, sense = row, np.sign(way)
+        elif way * sense > 0:
+            extreme = row
+    return [*turns, *([extreme] if extreme > begin else [])]
 
 
 def first_time(times: np.ndarray, way: np.ndarray, share: float) -> float:

@@ -9,6 +9,7 @@ from softact import spec
 from softact.loads.gas_flow import AMBIENT
 from softact.results.folder import read
 from softact.run import start as runs
+from softact.sweep import record
 from softact.verdict import efficiency
 
 
@@ -67,3 +68,5 @@ def test_a_finger_that_lies_on_its_back_lifts_its_mass(tmp_path):
     share = (energy - energy[hung])[hung + 1 :] / (taken * np.log(absolute / AMBIENT))[hung + 1 :]
     assert percent == pytest.approx(100 * share[-1], rel=1e-9) and percent > 0
     assert any("the load is lifted with an efficiency" in n for n in results.run["notes"])
+    # A sweep's table has it, too.
+    assert record.from_results("key", results, 1.0).measures["efficiency_percent"] == percent

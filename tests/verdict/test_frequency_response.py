@@ -91,3 +91,13 @@ def test_the_report_has_gain_and_phase_over_the_frequency():
     assert gain.logarithmic and gain.y == "Gain (°/kPa)" and gain.x == "Frequency (Hz)"
     assert list(gain.series[0][1]) == list(FREQUENCIES) and phase.series[0][2][-1] < -70
     assert curves._over_frequency(lagging((1.0,))) == []
+
+
+def test_the_report_draws_the_last_cycle_at_each_frequency():
+    (chart,) = curves._loops(lagging())
+    assert chart.title == "Bending angle, last cycle" and chart.x == "Pressure (kPa)"
+    assert [name for name, _, _ in chart.series] == [f"{f:g} Hz" for f in FREQUENCIES]
+    for _, pressure, angle in chart.series:
+        assert len(pressure) == 61 and np.ptp(pressure) == pytest.approx(20, rel=1e-6)
+        assert abs(pressure[-1] - pressure[0]) < 1e-6 and abs(angle[-1] - angle[0]) < 0.02 * 20
+    assert curves._loops(lagging((1.0,))) == []

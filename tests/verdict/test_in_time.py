@@ -33,6 +33,19 @@ def test_area_of_ellipses():
     assert "cycle 2" in second
 
 
+@pytest.mark.parametrize("begins", [0.0, 0.5])
+def test_a_small_to_and_fro_on_the_way_is_no_cycle(begins):
+    """One cycle of 40 kPa, whether its step begins low or high; ripples of 0.3 kPa on it."""
+    turns = np.linspace(begins, begins + 2.0, 4001)
+    pressure = 20 * (1 - np.cos(2 * np.pi * turns)) + 0.3 * np.sin(2 * np.pi * 60 * turns)
+    volume = 500 + pressure
+    both = curve(turns, ["go"] * 4001, pressure_kPa=pressure, cavity_volume_mm3=volume)
+    found = in_time.cycles(both)
+    assert len(found) == (2 if begins == 0.0 else 1)
+    assert all(cycle.end - cycle.begin == pytest.approx(1.0, abs=0.02) for cycle in found)
+    assert all(abs(cycle.lost) < 1e-3 * cycle.work + 0.02 for cycle in found)
+
+
 def test_creep_of_an_exponential():
     """1 − exp(−t/τ), held for 5 τ: 63 % and 95 % of what is seen, by the inverse."""
     times = np.linspace(0.0, 10.0, 2001)
