@@ -197,6 +197,22 @@ class Source(Strict):
     runs: dict[str, Run]
     figures: tuple[Figure, ...]
 
+    @model_validator(mode="before")
+    @classmethod
+    def _with_variants(cls, data: Any) -> Any:
+        """``also`` of a figure: the same figure of other runs, each with what differs."""
+        if not isinstance(data, dict) or not isinstance(data.get("figures"), list):
+            return data
+        figures = []
+        for figure in data["figures"]:
+            also = figure.get("also", []) if isinstance(figure, dict) else []
+            own = {k: v for k, v in figure.items() if k != "also"} if also else figure
+            figures.append(own)
+            for number, other in enumerate(also, 1):
+                said = {"id": f"{own['id']}_also_{number}", "variant_of": own["id"]}
+                figures.append({**own, "assumes": "", "cause": "", **said, **other})
+        return {**data, "figures": figures}
+
     @property
     def groups(self) -> list[tuple[Figure, ...]]:
         """Each figure with its variants after it."""
