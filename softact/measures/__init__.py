@@ -18,6 +18,7 @@ from softact.measures.mass import MASS
 from softact.measures.module import MODULE
 from softact.measures.pressure import PRESSURE
 from softact.measures.probe import PROBE_STRESS, PROBES
+from softact.measures.radial_growth import RADIAL_GROWTH
 from softact.measures.reaction import REACTION
 from softact.measures.strain import STRAIN
 from softact.measures.stress import STRESS
@@ -38,6 +39,7 @@ MEASURES: dict[str, Measure] = {
         FACES,
         ELONGATION,
         LATERAL,
+        RADIAL_GROWTH,
         TWIST,
         MODULE,
         VOLUME,

@@ -178,6 +178,8 @@ def test_lateral_contraction_and_a_point():
     assert set(found) == {"lateral_contraction_y_percent", "lateral_contraction_z_percent"}
     for value in found.values():
         assert value == pytest.approx(100 * (1 - stretch**-0.5), rel=1e-3)
+    (radius,) = MEASURES["radial_growth"].evaluate(snapshot).values()
+    assert radius == pytest.approx(100 * (stretch**-0.5 - 1), rel=1e-3)
     columns = MEASURES["probes"].evaluate(snapshot)
     gradient = np.array([stretch, stretch**-0.5, stretch**-0.5])
     for name, point in points.items():
