@@ -34,7 +34,7 @@ BOUNDS = {
 # Keys of a spec that change no number of its run.
 _TEXTS = ("name", "description", "source", "assumptions")
 #: Kinds of rows, which are never mixed: what softact stands beside.
-TEST, MODEL, CLAIM, AIM = "test", "model", "claim", "aim"
+TEST, MODEL, CLAIM, AIM, DRAWN = "test", "model", "claim", "aim", "drawn"
 
 
 class Strict(BaseModel):
@@ -120,7 +120,8 @@ class Reading(Strict):
 
 
 class Figure(Strict):
-    """A published figure: a number (``value``), a bound, or a trend over several runs.
+    """A published figure: a number (``value``), a bound, a trend over several runs, or a picture
+    (``kind: drawn``) whose text gives none of these.
 
     what, where: what it is, and the place in the source. said: the source's words where they are
     no number. kind: how the source got it. variant_of: the figure that this one is, computed under
@@ -139,7 +140,7 @@ class Figure(Strict):
     below: float | None = None
     trend: Literal["rises", "falls", "peak"] | None = None
     said: str = ""
-    kind: Literal["measured", "computed", "aimed at"]
+    kind: Literal["measured", "computed", "aimed at", "drawn"]
     runs: tuple[str, ...] = Field(min_length=1)
     read: Reading
     assumes: str = ""
@@ -151,6 +152,10 @@ class Figure(Strict):
     def _one_claim(self) -> Figure:
         bounds = [name for name in BOUNDS if getattr(self, name) is not None]
         claims = len(bounds) + (self.value is not None) + (self.trend is not None)
+        if self.kind == "drawn":
+            if claims:
+                raise ValueError(f"{self.id}: a picture has no number; it was measured or computed")
+            return self
         if claims != 1:
             raise ValueError(f"{self.id}: one of value, {', '.join(BOUNDS)}, trend, not {claims}")
         if (self.trend is None) != (len(self.runs) == 1):
@@ -160,9 +165,9 @@ class Figure(Strict):
     @property
     def row(self) -> str:
         """The kind of its row: a number that was measured is a test, a computed one the source's
-        model, what is no number a claim."""
-        if self.kind == "aimed at":
-            return AIM
+        model, what is no number a claim, what is a picture alone drawn."""
+        if self.kind in ("aimed at", "drawn"):
+            return AIM if self.kind == "aimed at" else DRAWN
         if self.value is None:
             return CLAIM
         return TEST if self.kind == "measured" else MODEL

@@ -6,16 +6,18 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from published.figures import AIM, BOUNDS, CLAIM, MODEL, TEST, Figure, Run, Source
+from published.figures import AIM, BOUNDS, CLAIM, DRAWN, MODEL, TEST, Figure, Run, Source
 from published.results import COMPLETE, FAILED, NO_EQUILIBRIUM, STOPPED, Outcome
 
 NOT_COMPUTED, NOT_REACHED, NOT_HELD = "not computed", "not reached", "does not hold"
+NO_NUMBER = "nothing to compare"
 NEAR, FAR = "within 10 %", "farther off"
 KINDS = {
     TEST: "Against a test",
     MODEL: "Against the paper's own model",
     CLAIM: "What the paper claims",
     AIM: "What the paper aims at",
+    DRAWN: "What the paper draws, with no number in its text",
 }
 TITLES = ("figure", "published", "softact", "deviation", "cause", "run", "assumption")
 CLOSE = 10.0  # percent of deviation from which on a row says its cause
@@ -159,6 +161,8 @@ def _found(
 
 
 def _published(figure: Figure) -> str:
+    if figure.row == DRAWN:
+        return figure.said or "a curve"
     if figure.trend:
         trend = "largest inside" if figure.trend == "peak" else figure.trend
         return f"{trend}: {figure.said}" if figure.said else trend
@@ -196,6 +200,8 @@ def _deviation(figure: Figure, found: Sequence[Mapping[str, Any] | None]) -> str
         return ""
     if any(value is None for value in values):
         return NOT_REACHED
+    if figure.row == DRAWN:
+        return NO_NUMBER
     if figure.value is None:
         return "holds" if figure.holds(values) else f"**{NOT_HELD}**"
     return f"{100 * (values[0] / figure.value - 1):+.0f} %".replace("-", "−")

@@ -95,8 +95,8 @@ def _reached(stress: np.ndarray) -> int:
 
 
 def fit_series(test: Relaxation) -> list[Series]:
-    """Fits with 0, 1, 2, ... elements, as far as all of them are distinct, above zero and known: the
-    95 % interval of none holds zero; and one beyond the best."""
+    """Fits with 0, 1, 2, ... elements, as far as all of them are distinct, above zero and known (no
+    95 % interval holds zero), and one beyond the best."""
     found = [_fit(test, 0)]
     for count in range(1, MOST + 1):
         one = _fit(test, count)

@@ -71,7 +71,7 @@ RADIAL_GROWTH = Measure(
     "radial_growth",
     "how far the actuator swells",
     {
-        "radial_growth_percent": f"largest growth of a radius over {SLICES} slices across the axis: "
+        "radial_growth_percent": f"of the radius of {SLICES} slices across the axis, the largest: "
         "of the largest distance of a node from the slice's middle, across its fibres"
     },
     _evaluate,

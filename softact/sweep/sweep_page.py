@@ -153,8 +153,8 @@ def shown_measures(table: list[Row], study: Study) -> list[str]:
 
 
 def _interest(name: str) -> int:
-    first = ("efficiency", "bending_angle", "tip_", "elongation", "twist", "reaction", "blocked", "cavity_vol",
-             "max_principal_stress", "max_principal_stretch")  # fmt: skip
+    first = ("efficiency", "bending_angle", "tip_", "elongation", "twist", "reaction", "blocked",
+             "cavity_vol", "max_principal_stress", "max_principal_stretch")  # fmt: skip
     return next((n for n, start in enumerate(first) if name.startswith(start)), len(first))
 
 

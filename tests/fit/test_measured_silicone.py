@@ -1,6 +1,7 @@
-"""Dragon Skin 10 NV as it was measured (R. Ellingham, public repository richgumy/electromech-stretcher,
-commit ab6634c, records 1_CB0_v1_0.3Strain and 1_CB0_v2_0.3Strain): one specimen is fitted, the other,
-held at another stretch after a loading three times as fast, is what the fit foretells."""
+"""Dragon Skin 10 NV as it was measured (R. Ellingham, public repository
+richgumy/electromech-stretcher, commit ab6634c, records 1_CB0_v1_0.3Strain and 1_CB0_v2_0.3Strain):
+one specimen is fitted, the other, held at another stretch after a loading three times as fast, is
+what the fit foretells."""
 
 from pathlib import Path
 

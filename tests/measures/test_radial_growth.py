@@ -47,7 +47,8 @@ def test_the_slice_that_swells_most_counts():
 def test_rotation_and_twist_are_no_growth():
     points = tube()
     angle = np.radians(70)
-    turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+    c, s = np.cos(angle), np.sin(angle)
+    turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
     assert radial_growth(points, points @ turn.T + 5, X) == pytest.approx(0, abs=1e-9)
     twisted = swollen(points, np.ones_like, twist=np.pi / 80)
     assert radial_growth(points, twisted, X) == pytest.approx(0, abs=2e-3)
