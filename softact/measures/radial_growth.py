@@ -35,25 +35,49 @@ def radial_growth(
     # Nodes on a border belong to one slice, whatever rounding says of each.
     at = SLICES * (along - low) / max(high - low, 1e-300) + 1e-6
     number = np.minimum(at.astype(int), SLICES - 1)
-    growth = [
-        _growth(before[number == k], after[number == k], axis)
-        for k in np.flatnonzero(np.bincount(number) >= FEWEST)
-    ]
-    return float(np.nanmax(growth)) if growth and not np.isnan(growth).all() else float("nan")
+    known = np.bincount(number, minlength=SLICES) >= FEWEST
+    order = np.flatnonzero(known[number])
+    order = order[np.argsort(number[order], kind="stable")]
+    if not len(order):
+        return float("nan")
+    slices = _Slices(number[order])
+    arms, turned = slices.arms(before[order]), slices.arms(after[order])
+    fibres = slices.carried(arms, turned) @ axis
+    start = slices.radius(arms, np.broadcast_to(axis, fibres.shape))
+    end = slices.radius(turned, fibres)
+    growth = end[start > 0] / start[start > 0] - 1
+    return float(growth.max()) if len(growth) else float("nan")
 
 
-def _growth(before: np.ndarray, after: np.ndarray, axis: np.ndarray) -> float:
-    arms, turned = before - before.mean(axis=0), after - after.mean(axis=0)
-    fibre = np.linalg.lstsq(arms, turned, rcond=1e-6)[0].T @ axis
-    size = np.linalg.norm(fibre)
-    start = _radius(arms, axis)
-    # Nodes of one plane say nothing of the fibres through it, and have nothing along them.
-    end = _radius(turned, fibre / size) if size > 1e-6 else np.linalg.norm(turned, axis=1).max()
-    return end / start - 1 if start > 0 else np.nan
+class _Slices:
+    """Nodes one slice after the other. number (n,): of each one's slice, rising."""
 
+    def __init__(self, number: np.ndarray):
+        self._starts = np.flatnonzero(np.diff(number, prepend=-1))
+        self._of = np.repeat(np.arange(len(self._starts)), np.diff([*self._starts, len(number)]))
 
-def _radius(arms: np.ndarray, axis: np.ndarray) -> float:
-    return float(np.linalg.norm(arms - np.outer(arms @ axis, axis), axis=1).max())
+    def _sums(self, values: np.ndarray) -> np.ndarray:
+        return np.add.reduceat(values, self._starts, axis=0)
+
+    def arms(self, points: np.ndarray) -> np.ndarray:
+        """(n, 3) from the middles of the slices."""
+        counts = np.bincount(self._of)[:, None]
+        return points - (self._sums(points) / counts)[self._of]
+
+    def carried(self, arms: np.ndarray, turned: np.ndarray) -> np.ndarray:
+        """(k, 3, 3) what takes the arms (n, 3) of each slice to those that are turned, by least
+        squares; nothing along a direction in which it has no arms."""
+        moments = self._sums(arms[:, :, None] * arms[:, None])
+        inverse = np.linalg.pinv(moments, rcond=1e-12, hermitian=True)
+        return self._sums(turned[:, :, None] * arms[:, None]) @ inverse
+
+    def radius(self, arms: np.ndarray, axes: np.ndarray) -> np.ndarray:
+        """(k,) the longest arm of each slice across its axis (k, 3), of any length; an axis without
+        a length is that of nodes of one plane, which have nothing along it."""
+        length = np.linalg.norm(axes, axis=1, keepdims=True)
+        units = np.where(length > 1e-6, axes / np.maximum(length, 1e-6), 0.0)[self._of]
+        across = arms - (arms * units).sum(axis=1)[:, None] * units
+        return np.maximum.reduceat(np.linalg.norm(across, axis=1), self._starts)
 
 
 def _evaluate(snapshot: Snapshot) -> dict[str, float]:
