@@ -80,8 +80,9 @@ def main() -> None:
         (computed(results), "o", "#0072b2", "computed by softact, blocked"),
     ):
         pressures, forces = [p for _, p, _ in entries], [f for *_, f in entries]
-        axes.plot(pressures, forces, marker, color=colour,
-                  markersize=14 if marker == "_" else 6, markeredgewidth=2, label=label)  # fmt: skip
+        size = 14 if marker == "_" else 6
+        axes.plot(pressures, forces, marker, color=colour, markersize=size, markeredgewidth=2,
+                  label=label)  # fmt: skip
         for name, pressure, force in shared(entries):
             right = marker == "o" or pressure == 70
             axes.annotate(name, (pressure, force), xytext=(9 if right else -9, 0), color=colour,
