@@ -16,9 +16,10 @@ from softact.bodies.base import Body
 from softact.bodies.carried_mass import MassOnSurface
 from softact.bodies.inertia import Carried, Inertia
 from softact.bodies.layer import BondedLayer, Layer
+from softact.bodies.memory import without_rates
 from softact.bodies.named_surfaces import Surfaces
 from softact.bodies.regions import SolidParts
-from softact.bodies.remembering import RememberingSolid, without_rates
+from softact.bodies.remembering import Remembering, RememberingMembrane, RememberingSolid
 from softact.bodies.repeat import THREES, Repeat
 from softact.bodies.sheet import Sheet, SheetPart, make_parts, node_numbers
 from softact.bodies.solid import Solid
@@ -336,9 +337,10 @@ class Model:
         return max((body.time_error(state) for body in self.remembering), default=0.0)
 
     @property
-    def remembering(self) -> list[RememberingSolid]:
-        """Bodies whose materials have a memory."""
-        return [s for s in self.solids.values() if isinstance(s, RememberingSolid)]
+    def remembering(self) -> list[Remembering]:
+        """Parts of bodies whose materials have a memory."""
+        terms = [term for body in self.bodies for term in body.elastic]
+        return [t for t in terms if isinstance(t, RememberingSolid | RememberingMembrane)]
 
     # --- residual and tangent ---------------------------------------------------------------
 

@@ -10,7 +10,9 @@ import numpy as np
 
 from softact.bodies.membrane import BondedMembrane, Membrane
 from softact.bodies.plate import LayerBending, is_flat
+from softact.bodies.remembering import RememberingLayer
 from softact.bodies.weight import Weight
+from softact.errors import SpecError
 from softact.materials.laws.linear import Linear
 from softact.materials.plane_stress import GreenLaw
 from softact.materials.tension_field import KEPT_BONDED, relaxed
@@ -136,13 +138,22 @@ class Layer:
     def _membrane(self) -> LayerMembrane | Membrane:
         model, layer, material = self._model, self.made_of, self.made_of.material
         facets = model.surfaces.facets(layer.surface)
-        if not self.wrinkles:
+        if not self.wrinkles and not material.remembers:
             return LayerMembrane(model.assembler, facets, material, layer.thickness, model.degree)
         nodes = model.surfaces.facet_nodes(facets)
         table = model.assembler.add_table(model.nodes.blocks[nodes])
         places, dofs = model.nodes.places[nodes], model.nodes.dofs[nodes]
         triangles = Triangles(nodes, places, dofs, table)
         law = GreenLaw(material.youngs_modulus, material.poissons_ratio)
+        if material.remembers:
+            if self.wrinkles:
+                raise SpecError(
+                    f"layer on '{layer.surface}': without bending stiffness fine wrinkles take its "
+                    "compression, and they remember nothing: write wrinkling: resolved"
+                )
+            plies = [(material, law, layer.thickness)]
+            name, along = f"layer {layer.surface}", np.array([1.0, 0.0, 0.0])
+            return RememberingLayer(name, triangles, along, plies, model.comm)
         relaxed_law = relaxed(law, material.poissons_ratio, KEPT_BONDED)
         return BondedMembrane(
             triangles, np.array([1.0, 0.0, 0.0]), [(relaxed_law, layer.thickness)]

@@ -6,11 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from mpi4py import MPI
 from scipy.spatial import cKDTree
 
 from softact.bodies.inertia import SheetInertia
 from softact.bodies.membrane import Membrane
 from softact.bodies.plate import LayerBending
+from softact.bodies.remembering import RememberingMembrane
 from softact.bodies.weight import Weight
 from softact.errors import MeshError, SpecError
 from softact.materials.base import FibreLaw, Law
@@ -80,12 +82,18 @@ class SheetPart:
     """One named sheet in a model: its triangles and terms.
 
     patches: (k,) number of the piece between hinges of each triangle. size: number of unknowns of
-    the model. bend: terms of the bending
+    the model. comm: of the model. bend: terms of the bending
     energy, see ``bend``.
     """
 
     def __init__(
-        self, name: str, sheet: Sheet, triangles: Triangles, patches: np.ndarray, size: int
+        self,
+        name: str,
+        sheet: Sheet,
+        triangles: Triangles,
+        patches: np.ndarray,
+        size: int,
+        comm: MPI.Comm,
     ):
         self.name, self.sheet, self.triangles = name, sheet, triangles
         self.materials = [ply.law.material() for ply in sheet.plies]
@@ -97,15 +105,22 @@ class SheetPart:
             raise SpecError(
                 f"sheet '{name}': its axis {list(sheet.axis)} is normal to it; fibres lie in it"
             )
-        self.membrane = Membrane(triangles, along, [self._law(ply) for ply in sheet.plies])
+        self.membrane = self._membrane(along, comm)
         self.bend: list[LayerBending] = []
 
-    def _law(self, ply: Ply) -> tuple[SheetLaw, float]:
-        """The law of a ply in its plane, and its thickness."""
+    def _membrane(self, along: np.ndarray, comm: MPI.Comm) -> Membrane:
+        plies, triangles = self.sheet.plies, self.triangles
+        if not any(ply.law.remembers for ply in plies):
+            return Membrane(triangles, along, [(self._law(p), p.thickness) for p in plies])
+        known = [(ply.law, self._law(ply), ply.thickness) for ply in plies]
+        return RememberingMembrane(f"sheet {self.name}", triangles, along, known, comm)
+
+    def _law(self, ply: Ply) -> SheetLaw:
+        """The law of a ply in its plane."""
         law = sheet_law(ply.law, self._fibres(ply), ply.incompressible)
         if self.sheet.tension_field:
             law = relaxed(law, small_strain_constants(ply.law)[1])
-        return law, ply.thickness
+        return law
 
     def _fibres(self, ply: Ply) -> np.ndarray | None:
         """Fibre directions (k q, families, 3) in the frames of the triangles, or None."""
@@ -186,5 +201,5 @@ def make_parts(
         of_part = elements[numbers]
         table = BlockTable(nodes.blocks[of_part])
         triangles = Triangles(of_part, nodes.places[of_part], nodes.dofs[of_part], table)
-        parts[name] = SheetPart(name, sheets[name], triangles, patches[numbers], size)
+        parts[name] = SheetPart(name, sheets[name], triangles, patches[numbers], size, nodes.comm)
     return parts

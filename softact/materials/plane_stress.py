@@ -10,7 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
-from softact.materials.base import Law, Material
+from softact.materials.base import Elastic, Law, Material
 from softact.materials.laws.linear import Linear
 from softact.materials.tensors import determinant, volumetric_response
 
@@ -25,6 +25,18 @@ class SheetLaw(Protocol):
     """What a membrane asks of its material: W (n,), S (n, 3) and D (n, 3, 3) in MPa at C."""
 
     def evaluate(self, c: np.ndarray) -> Response: ...
+
+
+class RememberedLaw(SheetLaw, Protocol):
+    """A law in whose stress, before it is brought into the plane, a memory can step in."""
+
+    def elastic(self, c: np.ndarray) -> Elastic:
+        """The stress (n, k) that creeps and softens, its moduli (n, k, k), and the energy (n,)."""
+
+    def in_plane(
+        self, c: np.ndarray, stress: np.ndarray, moduli: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """S (n, 3) and D (n, 3, 3) in the plane of such a stress."""
 
 
 class GreenLaw:
@@ -43,6 +55,17 @@ class GreenLaw:
         stress = (strain * [1, 1, 2]) @ self.moduli
         energy = (stress * strain * [1, 1, 2]).sum(axis=1) / 2
         return energy, stress, np.broadcast_to(self.moduli, (len(c), 3, 3))
+
+    def elastic(self, c: np.ndarray) -> Elastic:
+        """See ``RememberedLaw``: in the plane."""
+        energy, stress, moduli = self.evaluate(c)
+        return stress, moduli, energy
+
+    def in_plane(
+        self, c: np.ndarray, stress: np.ndarray, moduli: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """See ``RememberedLaw``."""
+        return stress, moduli
 
 
 class SolidLaw:
@@ -102,13 +125,25 @@ class IncompressibleLaw:
 
     def evaluate(self, c: np.ndarray) -> Response:
         """Not finite where det C ≤ 0."""
+        stress, moduli, energy = self.elastic(c)
+        assert energy is not None
+        return energy, *self.in_plane(c, stress, moduli)
+
+    def elastic(self, c: np.ndarray) -> Elastic:
+        """See ``RememberedLaw``: isochoric, of all six components."""
         full = np.zeros((len(c), 3, 3))
         full[:, :2, :2] = c
         with np.errstate(all="ignore"):
-            area = c[:, 0, 0] * c[:, 1, 1] - c[:, 0, 1] ** 2
-            full[:, 2, 2] = g = np.where(area > 0, 1 / area, np.nan)
+            full[:, 2, 2] = _thickness(c)
             stress, moduli = self.material.stress_tangent(full, self.fibres)
-            energy = self.material.energy(full, self.fibres)
+            return stress, moduli, self.material.energy(full, self.fibres)
+
+    def in_plane(
+        self, c: np.ndarray, stress: np.ndarray, moduli: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """See ``RememberedLaw``."""
+        with np.errstate(all="ignore"):
+            g = _thickness(c)
             one, two, twelve = b = np.stack([c[:, 1, 1], c[:, 0, 0], -c[:, 0, 1]]) * g  # C⁻¹
             square = np.array(
                 [
@@ -129,7 +164,13 @@ class IncompressibleLaw:
                 + moduli[:, THICKNESS, THICKNESS][:, None, None] * rate[:, :, None] * rate[:, None]
                 + 2 * out[:, None, None] * curving
             )
-        return energy, stress[:, IN_PLANE] + out[:, None] * rate, condensed
+        return stress[:, IN_PLANE] + out[:, None] * rate, condensed
+
+
+def _thickness(c: np.ndarray) -> np.ndarray:
+    """C33 (n,) at constant volume; not a number where det C ≤ 0."""
+    area = c[:, 0, 0] * c[:, 1, 1] - c[:, 0, 1] ** 2
+    return np.where(area > 0, 1 / area, np.nan)
 
 
 def _inverse(c: np.ndarray) -> np.ndarray:

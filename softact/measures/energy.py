@@ -38,7 +38,7 @@ def _evaluate(snapshot: Snapshot) -> dict[str, float]:
             mean = (now[p] + previous.get(p, now[p])) / 2e3
             work += mean * (now[v] - previous.get(v, now[v]))
         columns["pressure_work_mJ"] = work
-    softening = [body for body in model.remembering if body.mullins]
+    softening = [body for body in model.remembering if body.softens]
     if softening:
         lost = model.sum(sum(body.softened_away(snapshot.state) for body in softening))
         columns["softening_loss_mJ"] = snapshot.layout.copies * lost

@@ -39,7 +39,7 @@ class Nearby:
 
 def nearby(model: Model, spec: Spec, directory: Path) -> Nearby | str:
     """What the run in a folder says of the last state of ``spec``; or why it says nothing."""
-    if any(solid.material.law.remembers for solid in model.solids.values()):
+    if model.remembering:
         return "a material remembers where it has been"
     if model.comm.size > 1:
         return "several processes share the mesh"

@@ -123,7 +123,7 @@ class Following:
         contacts = model.contacts
         if attempt.control == "dynamics":
             return JUMPED
-        if number and any(solid.material.law.remembers for solid in model.solids.values()):
+        if number and model.remembering:
             return REMEMBERED
         if number and self.walk.alpha is not None:
             return MOVED

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self, get_args
@@ -45,10 +45,13 @@ from softact.spec.tolerances import AnyTolerance
 from softact.units import Angle, Dimensionless, Length, Time
 
 
-def refuse_memory(material: Law) -> None:
-    """Raise a fault where the material of a layer or a sheet creeps or softens."""
-    if material.remembers:
-        raise fault("layers and sheets do not creep or soften: leave viscoelastic and mullins out")
+def refuse_wrinkles(materials: Iterable[Law], wrinkling: str | None) -> None:
+    """Raise a fault where what creeps or softens is to wrinkle finely."""
+    if wrinkling == "tension_field" and any(material.remembers for material in materials):
+        raise fault(
+            "fine wrinkles remember nothing: write wrinkling: resolved, or leave viscoelastic and "
+            "mullins out"
+        )
 
 
 class LayerSpec(Part, title="Layer"):
@@ -72,8 +75,8 @@ class LayerSpec(Part, title="Layer"):
     )
 
     @model_validator(mode="after")
-    def _remembers_nothing(self) -> Self:
-        refuse_memory(self.material)
+    def _remembers_without_wrinkles(self) -> Self:
+        refuse_wrinkles([self.material], self.wrinkling)
         return self
 
 
@@ -93,7 +96,10 @@ class PlySpec(Part, title="Ply"):
 
     @model_validator(mode="after")
     def _can_keep_its_volume(self) -> Self:
-        refuse_memory(self.material)
+        if self.material.remembers and not (self.incompressible or self.material.law == "linear"):
+            raise fault(
+                "a ply that creeps or softens keeps its volume, or is linear: incompressible: true"
+            )
         if self.incompressible and self.material.law == "linear":
             raise ValueError("law linear has a Poisson's ratio: leave incompressible out")
         return self
@@ -114,6 +120,11 @@ class SheetOfLayers(Part):
     axis: tuple[Dimensionless, Dimensionless, Dimensionless] = Field(
         (1.0, 0.0, 0.0), strict=False, description="direction from which fibre angles count"
     )
+
+    @model_validator(mode="after")
+    def _remembers_without_wrinkles(self) -> Self:
+        refuse_wrinkles([ply.material for ply in self.plies], self.wrinkling)
+        return self
 
 
 class StepBase(Part):

@@ -5,7 +5,6 @@ step h are wrong by h² times a third derivative: 1e-6 is asked for.
 """
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -22,7 +21,7 @@ from tests.analytic.differences import dense, force, slope, tangent, to_global, 
 from tests.analytic.meshes import block
 from tests.analytic.solving import build
 
-PAPER = SimpleNamespace(youngs_modulus=65.0, poissons_ratio=0.2, density=7.5e-10)
+PAPER = LAWS["linear"].of(youngs_modulus=65.0, poissons_ratio=0.2, density=7.5e-10)
 
 
 LOADS = {

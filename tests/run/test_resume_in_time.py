@@ -18,6 +18,16 @@ materials:
     c10: 0.1 MPa
     viscoelastic: {g: [0.2, 0.1], tau: [0.1 s, 2 s], constants: long_time}
     mullins: {r: 1.5, m: 2 kPa, beta: 0.1}
+layers:
+  - surface: z_min
+    thickness: 0.1 mm
+    wrinkling: resolved
+    material:
+      law: linear
+      youngs_modulus: 1 MPa
+      poissons_ratio: 0.3
+      viscoelastic: {g: [0.3], tau: [0.5 s], constants: long_time}
+      mullins: {r: 2, m: 1 kPa}
 supports: [{surface: x_min, fix: [x, y, z]}]
 steps:
   - name: cycle

@@ -1,7 +1,5 @@
 """What a run says of the physics where it finds no further equilibrium."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -13,7 +11,7 @@ from tests.analytic.meshes import block
 from tests.analytic.solving import ROLLERS, build, solve
 
 SOFT = LAWS["neo_hookean"].of(c10=0.1, bulk_modulus=100.0)
-FOIL = SimpleNamespace(youngs_modulus=100.0, poissons_ratio=0.3, density=1e-9)
+FOIL = LAWS["linear"].of(youngs_modulus=100.0, poissons_ratio=0.3, density=1e-9)
 
 
 def told(model, gradient, modes=0, faster=1.0):

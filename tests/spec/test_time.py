@@ -109,13 +109,27 @@ def test_a_file_that_runs_back_and_one_for_another_cavity(tmp_path):
         specs.load(spec)
 
 
-def test_sheets_and_layers_refuse_by_name():
-    layers = (
-        "layers: [{surface: z_min, thickness: 0.1 mm, material: {law: linear, "
-        "youngs_modulus: 1 MPa, poissons_ratio: 0.3, mullins: {r: 2, m: 1 kPa}}}]"
+LAYERS = (
+    "layers: [{{surface: z_min, thickness: 0.1 mm, wrinkling: {wrinkling}, material: "
+    "{{law: linear, youngs_modulus: 1 MPa, poissons_ratio: 0.3, mullins: {{r: 2, m: 1 kPa}}}}}}]"
+)
+
+
+def test_wrinkles_remember_nothing():
+    text = SPEC.format(step="", material="")
+    with pytest.raises(SpecError, match=r"layers\.0: fine wrinkles remember nothing: .*: resolved"):
+        specs.loads(text + LAYERS.format(wrinkling="tension_field"))
+    assert specs.loads(text + LAYERS.format(wrinkling="resolved")).layers
+    sheet = (
+        "geometry: {type: woven_contracting}\nsteps: [{pressure: 1 kPa}]\nsheets: {pouches: &s {"
+        "wrinkling: %s, plies: [{thickness: 0.2 mm, material: {law: neo_hookean, c10: 1 MPa, "
+        "viscoelastic: {g: [0.1], tau: [1 s], constants: long_time}}%s}]}, tabs: *s}"
     )
-    with pytest.raises(SpecError, match=r"layers\.0: layers and sheets do not creep or soften"):
-        specs.loads(SPEC.format(step="", material="") + layers)
+    with pytest.raises(SpecError, match=r"sheets\.pouches: fine wrinkles remember nothing"):
+        specs.loads(sheet % ("tension_field", ", incompressible: true"))
+    with pytest.raises(SpecError, match=r"plies\.0: a ply that creeps .*: incompressible: true"):
+        specs.loads(sheet % ("resolved", ""))
+    assert specs.loads(sheet % ("resolved", ", incompressible: true")).sheets
 
 
 def test_the_example_of_the_docs_is_a_spec():
