@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from softact.bodies.inertia import SheetInertia
 from softact.bodies.membrane import BondedMembrane, Membrane
 from softact.bodies.plate import LayerBending, is_flat
 from softact.bodies.remembering import RememberingLayer
@@ -94,8 +96,17 @@ class Layer:
             return None
         return Weight(density * self.made_of.thickness * self._model.unit_forces(self.surface))
 
-    def inertia(self) -> None:
-        """See ``Body``: its mass is little beside that of the solid."""
+    def inertia(self) -> SheetInertia | None:
+        """See ``Body``."""
+        density = self.made_of.material.density
+        return SheetInertia(self._triangles, density * self.made_of.thickness) if density else None
+
+    @functools.cached_property
+    def _triangles(self) -> Triangles:
+        model = self._model
+        nodes = model.surfaces.facet_nodes(model.surfaces.facets(self.surface))
+        table = model.assembler.add_table(model.nodes.blocks[nodes])
+        return Triangles(nodes, model.nodes.places[nodes], model.nodes.dofs[nodes], table)
 
     def smallest_stress(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Undeformed areas (k,) mm² and smallest principal stresses (k,) MPa of this process's
@@ -140,10 +151,7 @@ class Layer:
         facets = model.surfaces.facets(layer.surface)
         if not self.wrinkles and not material.remembers:
             return LayerMembrane(model.assembler, facets, material, layer.thickness, model.degree)
-        nodes = model.surfaces.facet_nodes(facets)
-        table = model.assembler.add_table(model.nodes.blocks[nodes])
-        places, dofs = model.nodes.places[nodes], model.nodes.dofs[nodes]
-        triangles = Triangles(nodes, places, dofs, table)
+        triangles = self._triangles
         law = GreenLaw(material.youngs_modulus, material.poissons_ratio)
         if material.remembers:
             if self.wrinkles:

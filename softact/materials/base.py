@@ -55,6 +55,7 @@ class Constant:
     meaning: str
     default: float | None
 
+
 #: Stress (n, k), moduli (n, k, k) and energy (n,) of a law alone; the energy is None where it is
 #: not wanted.
 Elastic = tuple[np.ndarray, np.ndarray, np.ndarray | None]

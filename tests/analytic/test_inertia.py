@@ -7,6 +7,7 @@ c = √(E/ρ), first period 4 L/c. Strains are 1e-4 and less, so that the law is
 import numpy as np
 import pytest
 
+from softact.bodies.layer import BondedLayer
 from softact.loads.dynamics import Dynamics
 from softact.loads.load_step import LoadStep
 from softact.loads.timing import Hold, Smooth, Sudden, Timing
@@ -22,9 +23,9 @@ WEIGHT = 1e-4 * YOUNG / (DENSITY * LENGTH)  # mm/s², for a static strain of 1e-
 STATIC = DENSITY * WEIGHT * LENGTH**2 / (2 * YOUNG)
 
 
-def bar(cells=8, density=DENSITY):
+def bar(cells=8, density=DENSITY, layers=()):
     law = LAWS["neo_hookean"].of(c10=SHEAR / 2, bulk_modulus=2 * SHEAR / 3, density=density)
-    return build(block((cells, 1, 1), size=(LENGTH, HEIGHT, HEIGHT)), law)
+    return build(block((cells, 1, 1), size=(LENGTH, HEIGHT, HEIGHT)), law, layers=layers)
 
 
 def moved(solution, component=0):
@@ -67,6 +68,20 @@ def test_free_vibration():
     times, way = moved(solution)
     vibrating = times > 0
     assert periods_of(times[vibrating], way[vibrating]) == pytest.approx(PERIOD, rel=0.01)
+
+
+def test_layers_swing_along():
+    """As heavy as the bar, and without stiffness: √2 times the period."""
+    heavy = LAWS["linear"].of(youngs_modulus=1e-9 * YOUNG, poissons_ratio=0.0, density=DENSITY)
+    layers = [BondedLayer(name, heavy, HEIGHT / 2, bending=0.0) for name in ("z_min", "z_max")]
+    pull = LoadStep("pull", traction={"x_max": [1e-4 * YOUNG, 0, 0]})
+    timing = Timing(3 * PERIOD, Sudden(), Dynamics(1.0))
+    free = LoadStep("free", traction={"x_max": [0.0, 0, 0]}, timing=timing)
+    solution = solve(bar(layers=layers), [pull, free], [CLAMP], 1 / 120, time_tolerance=1.0)
+    times, way = moved(solution)
+    vibrating = times > 0
+    found = periods_of(times[vibrating], way[vibrating])
+    assert found == pytest.approx(2**0.5 * PERIOD, rel=0.01)
 
 
 def test_bending_period():
