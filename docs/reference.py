@@ -15,15 +15,10 @@ from softact.loads import LOADS
 from softact.materials.mullins import Mullins
 from softact.materials.viscoelastic import Shift, Viscoelastic
 from softact.spec.contact import SurfaceContactSpec
-from softact.spec.models import (
-    LayerSpec,
-    PlySpec,
-    SheetOfLayers,
-    Solver,
-    Spec,
-    Step,
-)
+from softact.spec.films import LayerSpec, PlySpec, SheetOfLayers
+from softact.spec.models import Spec, Step
 from softact.spec.plausible import RANGES
+from softact.spec.solver import Solver
 from softact.spec.supports import LineSpec, SupportSpec
 from softact.spec.timing import AmplitudeSpec, SineSpec, TriangleSpec
 from softact.spec.tolerances import ToleranceSpec

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
     from softact.spec import LayerSpec, Step, SupportSpec
-    from softact.spec.models import SheetOfLayers
+    from softact.spec.films import SheetOfLayers
     from softact.spec.supports import TurnSpec
 
 NO_PARAMETERS = ("description", "source", "assumptions", "measures")  # of a spec: no values

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self, get_args
@@ -26,105 +26,23 @@ from softact.geometry.imported import Imported
 from softact.loads import LOADS
 from softact.loads.base import Load
 from softact.loads.timing import Timing
-from softact.materials import Law
 from softact.mesh.layout import Layout
-from softact.solve.settings import Predictor, Settings
 from softact.spec.building import changed
 from softact.spec.checks import cross_faults, fibre_faults
 from softact.spec.choice import MaterialChoice
 from softact.spec.contact import AnyObstacle, Contacts, resolved_contact
-from softact.spec.fields import GEOMETRY, AnyGeometry, AnyMaterial, LayerMaterial, Measures
+from softact.spec.fields import GEOMETRY, AnyGeometry, AnyMaterial, Measures
+from softact.spec.films import LayerSpec, SheetOfLayers
 from softact.spec.modules import ModuleSpec
 from softact.spec.path import UNNAMED
 from softact.spec.slots import walk
+from softact.spec.solver import Solver
 from softact.spec.supports import LineSpec, SupportSpec
 from softact.spec.target_line import TargetLine
 from softact.spec.text import to_text
 from softact.spec.timing import AmplitudeSpec, DynamicsSpec, inertia_faults, timing, with_contents
 from softact.spec.tolerances import AnyTolerance
-from softact.units import Angle, Dimensionless, Length, Time
-
-
-def refuse_wrinkles(materials: Iterable[Law], wrinkling: str | None) -> None:
-    """Raise a fault where what creeps or softens is to wrinkle finely."""
-    if wrinkling == "tension_field" and any(material.remembers for material in materials):
-        raise fault(
-            "fine wrinkles remember nothing: write wrinkling: resolved, or leave viscoelastic and "
-            "mullins out"
-        )
-
-
-class LayerSpec(Part, title="Layer"):
-    """A thin layer bonded to a surface: membrane stiffness, bending stiffness where it is flat, no
-    mesh. Where it does not bend, it wrinkles finely instead of being compressed."""
-
-    surface: str = Field(description="surface of the geometry, outer or embedded")
-    thickness: Length = Field(gt=0, description="thickness of the layer")
-    material: LayerMaterial = Field(description="a card or {law: linear, ...}")
-    bending: Dimensionless = Field(
-        1.0,
-        ge=0,
-        le=1,
-        description="part of a plate's bending stiffness E t³/12(1 − ν²) that it has; a woven "
-        "fabric has little",
-    )
-    wrinkling: Literal["tension_field", "resolved"] | None = Field(
-        None,
-        description="tension_field: fine wrinkles take its compression; resolved: it carries it; "
-        "default: tension_field where it has no bending stiffness (on curved surfaces)",
-    )
-
-    @model_validator(mode="after")
-    def _remembers_without_wrinkles(self) -> Self:
-        refuse_wrinkles([self.material], self.wrinkling)
-        return self
-
-
-class PlySpec(Part, title="Ply"):
-    """One layer of a sheet of the geometry."""
-
-    material: AnyMaterial = Field(description="a card or {law: ...}; any law, in plane stress")
-    thickness: Length = Field(gt=0, description="its own thickness")
-    angle: Angle = Field(
-        0.0, description="of the axis of its fibres to the sheet's axis, about the sheet's normal"
-    )
-    incompressible: bool = Field(
-        False,
-        description="its volume is constant, and the compressibility of its material does not "
-        "count; not for law linear, which has a Poisson's ratio",
-    )
-
-    @model_validator(mode="after")
-    def _can_keep_its_volume(self) -> Self:
-        if self.material.remembers and not (self.incompressible or self.material.law == "linear"):
-            raise fault(
-                "a ply that creeps or softens keeps its volume, or is linear: incompressible: true"
-            )
-        if self.incompressible and self.material.law == "linear":
-            raise ValueError("law linear has a Poisson's ratio: leave incompressible out")
-        return self
-
-
-class SheetOfLayers(Part):
-    """What a sheet of the geometry is made of; plies are bonded to each other and add up."""
-
-    plies: tuple[PlySpec, ...] = Field(strict=False, min_length=1, description="its layers")
-    wrinkling: Literal["tension_field", "resolved"] = Field(
-        "tension_field",
-        description="tension_field: compression is relaxed by wrinkles finer than the mesh; "
-        "resolved: it is carried, and the mesh buckles as far as it can",
-    )
-    bending: Dimensionless = Field(
-        0.0, ge=0, le=1, description="part of the plies' bending stiffness E t³/12(1 − ν²)"
-    )
-    axis: tuple[Dimensionless, Dimensionless, Dimensionless] = Field(
-        (1.0, 0.0, 0.0), strict=False, description="direction from which fibre angles count"
-    )
-
-    @model_validator(mode="after")
-    def _remembers_without_wrinkles(self) -> Self:
-        refuse_wrinkles([ply.material for ply in self.plies], self.wrinkling)
-        return self
+from softact.units import Dimensionless, Time
 
 
 class StepBase(Part):
@@ -231,72 +149,6 @@ if TYPE_CHECKING:
 
 else:
     Step = step_model(LOADS)
-
-
-USUAL = Settings()
-
-
-class Solver(Part):
-    """How the equilibrium is sought. Increments are fractions of a step."""
-
-    element: Literal["P2/P1", "P2/P0", "P2"] = Field(
-        "P2/P1",
-        description="displacement and pressure; P2/P0 holds the volume under stresses of many "
-        "times the shear modulus; P2 alone locks near incompressibility",
-    )
-    curved: bool = Field(
-        True,
-        description="round walls are curved in the mesh, too; false: they are flat between the "
-        "corners of its elements",
-    )
-    initial_increment: Dimensionless = Field(
-        USUAL.initial_increment, gt=0, le=1, description="first increment"
-    )
-    max_increment: Dimensionless = Field(
-        USUAL.max_increment, gt=0, le=1, description="largest increment"
-    )
-    min_increment: Dimensionless = Field(
-        USUAL.min_increment, gt=0, le=1, description="below it the run ends"
-    )
-    max_iterations: int = Field(
-        USUAL.max_iterations,
-        ge=2,
-        le=1000,
-        description="Newton iterations before the increment is cut; up to three times as many "
-        "while the residual falls steadily",
-    )
-    tolerance: Dimensionless = Field(
-        USUAL.tolerance, gt=0, le=1e-2, description="on the relative residual"
-    )
-    predictor: Predictor = Field(
-        USUAL.predictor, description="extrapolation from the last states as the first guess"
-    )
-    dynamics: bool = Field(
-        USUAL.dynamics,
-        description="let the actuator move to its next equilibrium where none is near",
-    )
-    time_tolerance: Dimensionless | None = Field(
-        None,
-        gt=0,
-        le=0.1,
-        description="on the error of stresses that creep, in one increment of a step with a clock, "
-        f"by the largest stress so far; default: {USUAL.time_tolerance:g}",
-    )
-
-    @model_validator(mode="after")
-    def _ordered(self) -> Self:
-        if not self.min_increment <= self.initial_increment <= self.max_increment:
-            raise fault(
-                "min_increment <= initial_increment <= max_increment is wanted, not "
-                f"{self.min_increment:g}, {self.initial_increment:g}, {self.max_increment:g}"
-            )
-        return self
-
-    @property
-    def settings(self) -> Settings:
-        """What of it is the stepper's; ``element`` and ``curved`` are the model's."""
-        given = self.model_dump(exclude={"element", "curved"}, exclude_none=True)
-        return Settings(**given)
 
 
 class SpecBase(Part):

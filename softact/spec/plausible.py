@@ -34,7 +34,8 @@ from softact.units import (
 
 if TYPE_CHECKING:
     from softact.contact.obstacles import SpecObstacle
-    from softact.spec.models import LayerSpec, PlySpec, Spec, Step
+    from softact.spec.films import LayerSpec, PlySpec
+    from softact.spec.models import Spec, Step
     from softact.spec.supports import SupportSpec
 
 Oddity = tuple[Place, str]
