@@ -38,6 +38,10 @@ class Contact(Term, Protocol):
     def resume(self, state: State) -> None:
         """Take up a run at an equilibrium that was stored with its memory."""
 
+    def stand_beside(self, other: Contact, state: State) -> None:
+        """Look only at what matters beside a state of another contact of the same facets, of which
+        this one differs a little in the places of its points. Collective."""
+
     def strayed(self, state: State) -> float:
         """How far surfaces have moved since candidates were sought, relative to how far they
         may without a second look."""

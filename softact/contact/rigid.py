@@ -192,6 +192,9 @@ class RigidContact:
     def resume(self, state: State) -> None:
         """See ``Contacts.resume``: nothing is kept outside the state."""
 
+    def stand_beside(self, other: Contact, state: State) -> None:
+        """See ``Contact``: it looks at all of its points, which is quick."""
+
     def admissible(self, state: State, x: np.ndarray, to: np.ndarray) -> bool:
         """Whether Newton may go from ``x`` to ``to``: no point so deep that it is lost, nor on the
         other side."""

@@ -27,6 +27,7 @@ from softact.contact.whole_facets import WholeFacets
 from softact.system.term import Origin, State
 
 if TYPE_CHECKING:
+    from softact.contact.base import Contact
     from softact.contact.rigid import Obstacle
     from softact.model import Model
 
@@ -94,6 +95,7 @@ class SurfaceContact:
         self._backs = Backs(model, self.facets)
         self._reach = REACH * self.facets.size + touching.distance
         self._depth = DEPTH * self.facets.size - touching.distance
+        self._beside = False  # another contact, which looks about for this one
         self._search(np.zeros(model.unknowns.local))
         self._last: _Seen | None = None
 
@@ -114,6 +116,21 @@ class SurfaceContact:
         start = np.concatenate([[0], np.cumsum(counts * mine)])
         self._candidates = start, candidate[np.repeat(mine, counts)]
         self._looked_from = nodes
+
+    def stand_beside(self, other: Contact, state: State) -> None:
+        """See ``Contact``: points that touch and the one with the smallest gap look at what they
+        face there; the others face nothing."""
+        assert isinstance(other, SurfaceContact)
+        seen = other._see(state.x)
+        partner, _, gap = seen.partners
+        wanted = gap < 0.0
+        for size in (gap, gap / self.facets.size[:, None]):
+            wanted |= (size == size.min(initial=np.inf)) & np.isfinite(size)
+        facet, point = np.nonzero(wanted & self.facets.mine[:, None])
+        i, j = np.unique(np.column_stack([facet, partner[facet, point]]), axis=0).T
+        start = np.searchsorted(i, np.arange(len(self.facets) + 1))
+        self._candidates = start.astype(np.int64), j.astype(np.int32)
+        self._beside, self._last = True, seen
 
     def stands(self, state: State) -> bool:
         """See ``Contact``."""
@@ -143,18 +160,22 @@ class SurfaceContact:
     def _faced(self, nodes: np.ndarray, before: np.ndarray | None) -> Partners:
         """What the points of facets at the places ``nodes`` (k, n, 3) face."""
         share, (start, candidate) = self.facets.share, self._candidates
-        own = nodes[share]
-        partner, place, gap = self._closest(
+        some = np.flatnonzero(np.diff(start)[share])  # the others face nothing
+        on = share[some]
+        own = nodes[on]
+        partner = np.full((len(share), len(self.facets.values)), -1, np.int32)
+        found = np.full((*partner.shape, 3), np.inf)
+        partner[some], place, gap = self._closest(
             np.einsum("qn,knc->kqc", self.facets.values, own),
             own,
             nodes,
-            np.append(start[share], start[-1]),
+            np.append(start[on], start[-1]),
             candidate,
-            self._reach[share],
-            self._depth[share],
-            None if before is None else before[share],
+            self._reach[on],
+            self._depth[on],
+            None if before is None else before[on],
         )
-        found = np.concatenate([place, gap[..., None] - self.touching.distance], axis=2)
+        found[some, :, :2], found[some, :, 2] = place, gap - self.touching.distance
         partner, found = self.facets.from_shares(partner), self.facets.from_shares(found)
         return partner, found[..., :2], found[..., 2]
 
@@ -254,7 +275,8 @@ class SurfaceContact:
 
     def remember(self, state: State) -> dict[str, np.ndarray]:
         """Memory of this equilibrium; also looks for what may touch next."""
-        self.resume(state)
+        if not self._beside:
+            self.resume(state)
         if self.friction is None:
             return {}
         seen = self._see(state.x)

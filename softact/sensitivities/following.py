@@ -1,14 +1,13 @@
 """The derivatives of all measures by all parameters at each accepted state of a run.
 
-A parameter's twin (``twin.py``) is the actuator with a little more (h) of it. It is put beside the
-run's state, at the distance that it had at the last one and under its own loads, and brought to its
-own equilibrium by the factors that the run has left:
+A parameter's twin (``twin.py``) is the actuator with a little more (h) of it. It is put at the
+run's state, under its own loads, and brought to its own equilibrium beside it:
 
     δx ← δx − K⁻¹ (R(x + δx, θ + h) − R(x, θ)),  dm/dθ = (m(x + δx, θ + h) − m(x, θ)) / h
 
-What δx converges to does not depend on the factors: the last Newton step's do, as long as they
-reduce what is left; else the tangent at the state is factorised once for all parameters. With
-prescribed volumes the pressures of their cavities follow by block elimination, as in
+The tangent K at the state is factorised once for all parameters. One correction is enough where it
+is exact; that is seen of the parameter that moves the actuator most, and where bodies go slack of
+each. With prescribed volumes the pressures of their cavities follow by block elimination, as in
 ``softact.solve.border``.
 """
 
@@ -56,15 +55,16 @@ class Finding:
     """What is asked of a twin; all by the way from the actuator's state.
 
     accurate: what the next correction would be, as far as the last one tells. rounding: corrections
-    below it are that, seen on the glove's finger. slow: where they fall by less, factors of the
-    tangent at the state itself are made. rough: where one larger than this is left, the twin is not
-    found there. most: corrections.
+    below it are that, seen on the glove's finger. rough: where one larger than this is left, the
+    twin is not found there. enough: corrections by factors of the tangent itself after which the
+    rest is rounding, where forces are smooth: one finds the strains, the next what those have done
+    to the softer directions on their way (docs/sensitivities.md); most: corrections.
     """
 
     accurate: float = 2e-5
     rounding: float = 5e-5
-    slow: float = 0.2
     rough: float = 1e-3
+    enough: int = 2
     most: int = 8
 
 
@@ -195,25 +195,33 @@ class Following:
         here = _Here(state, fraction, model.force(state)[0], self._pushes(state, fixed), fixed)
         for twin in self.twins:
             twin.place(model, state, self._before, fraction)
-        left, before = list(self.twins), dict.fromkeys(map(id, self.twins), np.inf)
         yielding = self._yielding(respond, here)
-        for _ in range(FINDING.most):
-            steps = self._corrected(left, respond, here, yielding)
+        smooth = all(body.smooth for body in model.bodies)
+        last = dict.fromkeys(map(id, self.twins), np.inf)
+        left: Sequence[Twin] = self.twins
+        for number in range(FINDING.most):
+            asked = left
+            steps = self._corrected(asked, respond, here, yielding)
             if not np.isfinite(steps).all():
                 return False
-            fell = {id(t): s / before[id(t)] for t, s in zip(left, steps, strict=True)}
-            before |= {id(t): s for t, s in zip(left, steps, strict=True)}
-            left = [t for t in left if not _arrived(before[id(t)], fell[id(t)])]
+            fell = {id(t): s / last[id(t)] for t, s in zip(asked, steps, strict=True)}
+            last |= {id(t): s for t, s in zip(asked, steps, strict=True)}
+            left = [t for t in asked if not _arrived(last[id(t)], fell[id(t)])]
+            if left and number + 1 == FINDING.enough and smooth:
+                left = self._farthest(state)
+            elif left and number == FINDING.enough and len(asked) < len(self.twins):
+                left = self.twins
             if not left:
                 break
-            if not respond.exact and max(fell[id(t)] for t in left) > FINDING.slow:
-                respond.renew()
-                yielding = self._yielding(respond, here)
-                before |= dict.fromkeys(map(id, left), np.inf)
-        self._lost = {t.parameter.path for t in left if before[id(t)] > FINDING.rough}
+        self._lost = {t.parameter.path for t in left if last[id(t)] > FINDING.rough}
         self._before = state.x.copy()
         self.times["equilibria"] += time.perf_counter() - started
         return True
+
+    def _farthest(self, state: State) -> list[Twin]:
+        """The twin that is farthest from the actuator's state: its error is the largest."""
+        away = [self._length(twin.state.x - state.x) for twin in self.twins]
+        return [self.twins[int(np.argmax(away))]] if away else []
 
     def _yielding(self, respond: Responses, here: _Here) -> np.ndarray:
         """What the prescribed volumes' pushes (k, local) answer: (k, local)."""

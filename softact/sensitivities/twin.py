@@ -98,6 +98,8 @@ class Twin:
         last unknowns (local,), under its own loads and supports."""
         for name, solid in self.model.solids.items():
             solid.stand_beside(model.solids[name], state)
+        for contact, other in zip(self.model.contacts, model.contacts, strict=True):
+            contact.stand_beside(other, state)
         mine = self.state
         if self.ramp.injected:
             free = {name: state["pressure"].get(name, 0.0) for name in self.ramp.injected}
