@@ -18,6 +18,7 @@ from softact.bodies.inertia import Carried, Inertia
 from softact.bodies.layer import BondedLayer, Layer
 from softact.bodies.memory import without_rates
 from softact.bodies.named_surfaces import Surfaces
+from softact.bodies.parts import Parts
 from softact.bodies.regions import SolidParts
 from softact.bodies.remembering import Remembering, RememberingMembrane, RememberingSolid
 from softact.bodies.repeat import THREES, Repeat
@@ -118,6 +119,7 @@ class Model:
         self.weights: list[Weight] = [weight for weight in weights if weight is not None]
         self.supports: tuple[Support, ...] = ()
         self.turned: list[Turned] = []
+        self.parts = Parts(self)
         self.inertia: list[Inertia] = []
         self.carried = Carried()
         self.load_terms: dict[tuple[str, str], Term] = {}
@@ -350,8 +352,15 @@ class Model:
         Supports are ignored: at equilibrium the out-of-balance force is zero except where the
         body is held, and there it is the reaction (N). An inverted element gives NaN.
         """
+        force, internal = self.sum_of_forces(state, self.elastic)
+        return (self.repeat.force(state, force) if self.repeat else force), internal
+
+    def sum_of_forces(
+        self, state: State, elastic: Sequence[Term]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Forces (local,) of these elastic terms and of all others, and of the elastic alone."""
         both = np.zeros((2, self.unknowns.local))
-        for terms, out in zip((self.elastic, self.external), both, strict=True):
+        for terms, out in zip((elastic, self.external), both, strict=True):
             for term in terms:
                 try:
                     term.add_force(state, out)
@@ -359,8 +368,7 @@ class Model:
                     # On this process alone, perhaps: the others wait for it in what follows.
                     both[:] = np.nan
         internal = self.unknowns.sum_shared(both[0])
-        force = internal + self.unknowns.sum_shared(both[1])
-        return (self.repeat.force(state, force) if self.repeat else force), internal
+        return internal + self.unknowns.sum_shared(both[1]), internal
 
     def follow(self, x: np.ndarray) -> np.ndarray:
         """Put what follows other unknowns where they take it, in ``x`` (local,), in place."""

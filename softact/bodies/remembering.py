@@ -93,6 +93,11 @@ class RememberingSolid(Solid):
         """See ``Remembering``."""
         return self.memory.time_error(self._elastic(state), state, self.material.shear_modulus)
 
+    def density(self, state: State) -> np.ndarray:
+        """See ``Solid``: it depends on more than the unknowns."""
+        self._last.pop("density", None)
+        return super().density(state)
+
     def _stored(self, c: np.ndarray, state: State) -> np.ndarray:
         """See ``Solid``: what the law gives back in the long run; overstress is not in it."""
         return self.memory.stored(super()._stored(c, state), state)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import ctypes
 import functools
 import hashlib
@@ -41,12 +42,13 @@ KEPT = 4
 
 @dataclass(frozen=True)
 class Anchor:
-    """A state beside which a solid is linearised: C (n, 6), and there the stress S (n, 6) and the
-    moduli D (n, 6, 6)."""
+    """A state beside which a solid is linearised: C (n, 6), and there the stress S (n, 6), the
+    moduli D (n, 6, 6) and the stored energy (n,), see ``Solid.density``."""
 
     c: np.ndarray
     stress: np.ndarray
     moduli: np.ndarray
+    density: np.ndarray
 
 
 class Solid:
@@ -81,6 +83,7 @@ class Solid:
         self.volumes = self._reference_volumes()
         self._kept: dict[bytes, tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
         self._anchor: Anchor | None = None
+        self._last: dict[str, tuple[np.ndarray, np.ndarray]] = {}  # see ``_once``
         self._began: tuple[TimeStep, np.ndarray, np.ndarray] | None = None  # see ``_viscous``
         self.fibres = None if fibres is None else fibres(self.places(points).reshape(-1, 3))
 
@@ -129,7 +132,21 @@ class Solid:
     ) -> np.ndarray:
         """F (cells, points, 3, 3) at the quadrature points, or where ``gradients`` were taken; of
         all the region's cells, or of chosen ones."""
-        gradients = self._gradients if gradients is None else gradients
+        if gradients is None and chosen is None:
+            return self._once("gradient", x, lambda: self._gradient_at(x, self._gradients, None))
+        return self._gradient_at(x, self._gradients if gradients is None else gradients, chosen)
+
+    def _once(self, name: str, x: np.ndarray, find: Callable[[], np.ndarray]) -> np.ndarray:
+        """What ``find`` says at the unknowns x, which is kept until it is asked elsewhere."""
+        last = self._last.get(name)
+        if last is None or not np.array_equal(last[0], x):
+            last = self._last[name] = x.copy(), find()
+            last[1].flags.writeable = False
+        return last[1]
+
+    def _gradient_at(
+        self, x: np.ndarray, gradients: np.ndarray, chosen: np.ndarray | None
+    ) -> np.ndarray:
         cells = self.cells if chosen is None else np.ascontiguousarray(self.cells[chosen])
         out = np.empty((len(cells), len(gradients), 3, 3))
         dofs = self.assembler.unknowns.cell_dofs
@@ -333,11 +350,13 @@ class Solid:
         differs a little in the places of its points or in its material."""
         self.forget()
         stress, moduli, jacobian = other._evaluate(state)
+        density = other.density(state)
+        c = other._right_cauchy_green(state.x)
         if not self._is_made_of(other):
-            c = other._right_cauchy_green(state.x)
             own, _ = self.material.stress_tangent(c, self.fibres)
             stress, _ = self._add_volumetric(own, np.zeros_like(moduli), c, jacobian)
-        self._anchor = Anchor(other.right_cauchy_green(state.x).reshape(-1, 6), stress, moduli)
+            density = self._density_at(c, jacobian, state)
+        self._anchor = Anchor(symmetric(c), stress, moduli, density)
 
     def _is_made_of(self, other: Solid) -> bool:
         """Whether the material, and the direction of its fibres, is another solid's."""
@@ -351,6 +370,23 @@ class Solid:
         """Let go what is kept of states: it is large."""
         self._anchor = None
         self._kept.clear()
+        self._last.clear()
+
+    def part(self, chosen: np.ndarray) -> Solid:
+        """The solid of some of its cells (k,), numbers among ``cells``, without what is kept of
+        states; not of one that remembers."""
+        part = copy.copy(self)
+        part.cells = np.ascontiguousarray(self.cells[chosen])
+        part.volumes = self.volumes[chosen]
+        if self.fibres is not None:
+            families = self.fibres.reshape(len(self.cells), -1, *self.fibres.shape[1:])[chosen]
+            part.fibres = families.reshape(-1, *self.fibres.shape[1:])
+        kernels = self._residual, self._tangent
+        part._residual, part._tangent = (
+            Kernel(self.assembler, kernel.address, part.cells) for kernel in kernels
+        )
+        part._kept, part._last, part._anchor, part._began = {}, {}, None, None
+        return part
 
     def cauchy(self, state: State) -> np.ndarray:
         """Cauchy stress (cells, points, 3, 3) MPa at the quadrature points: F S Fᵀ/J + p I."""
@@ -403,13 +439,34 @@ class Solid:
         """See ``Body``."""
         return SolidInertia(self.assembler, self.cells, self.material.density, self.degree)
 
-    def energy(self, state: State) -> float:
-        f = self.deformation_gradient(state.x).reshape(-1, 3, 3)
-        jacobian = self._jacobians(f)
-        c = np.matmul(f.transpose(0, 2, 1), f)
+    def density(self, state: State) -> np.ndarray:
+        """Stored energy (n,) but for that of the pressure unknown, at the quadrature points, MPa."""
+
+        def find() -> np.ndarray:
+            f = self.deformation_gradient(state.x).reshape(-1, 3, 3)
+            return self._density_at(np.matmul(f.transpose(0, 2, 1), f), self._jacobians(f), state)
+
+        return self._once("density", state.x, find)
+
+    def _density_at(self, c: np.ndarray, jacobian: np.ndarray, state: State) -> np.ndarray:
+        """``density`` at C (n, 3, 3) and J (n,)."""
         density = self._stored(c, state) + self._extra_volumetric(jacobian)[0]
+        return density if self._mixed else density + self._of_volume(jacobian)
+
+    def _of_volume(self, jacobian: np.ndarray) -> np.ndarray:
+        return self.material.bulk_modulus * (jacobian - 1) ** 2 / 2
+
+    def _density_beside(self, anchor: Anchor, x: np.ndarray) -> np.ndarray:
+        """``density`` to first order beside an anchor."""
+        change = self.right_cauchy_green(x).reshape(-1, 6) - anchor.c
+        change[:, 3:] *= 2.0
+        return anchor.density + np.einsum("ni,ni->n", anchor.stress, change) / 2
+
+    def energy(self, state: State) -> float:
+        anchor = self._anchor
+        density = self._density_beside(anchor, state.x) if anchor else self.density(state)
         if self._mixed:
             jacobian = self.pressure_volume(self.hydrostatic_pressure(state.x).ravel())
-            density = density + self.material.logarithmic_excess(jacobian)[0]
-        density = density + self.material.bulk_modulus * (jacobian - 1) ** 2 / 2
+            excess = self.material.logarithmic_excess(jacobian)[0]
+            density = density + excess + self._of_volume(jacobian)
         return float(density @ self.volumes.ravel())

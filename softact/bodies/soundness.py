@@ -40,10 +40,12 @@ EIGHT: tuple[tuple[tuple[int, ...], ...], ...] = (
 
 @dataclass(frozen=True, order=True)
 class Smallest:
-    """The smallest J that was found, and where: undeformed place (3,) mm."""
+    """The smallest J that was found, and where: undeformed place (3,) mm, number of the cell in
+    its region."""
 
     jacobian: float
     place: tuple[float, float, float]
+    cell: int = -1
 
 
 NOTHING = Smallest(np.inf, (np.nan, np.nan, np.nan))  # where there are no tetrahedra
@@ -95,12 +97,13 @@ def smallest_in_the_middle(solid: Solid, x: np.ndarray) -> Smallest:
     gradients = compat.tabulate_gradients(solid.degree, MIDDLE)
     jacobian = solid.jacobian(x, gradients)[:, 0]
     least = int(np.argmin(jacobian))
-    return Smallest(float(jacobian[least]), _place(solid.centres()[least]))
+    return Smallest(float(jacobian[least]), _place(solid.centres()[least]), least)
 
 
-def smallest_jacobian(solid: Solid, x: np.ndarray) -> Smallest:
-    """The smallest J over a region of tetrahedra, as far as it decides whether it is above zero."""
-    cells, best = np.arange(len(solid.cells)), NOTHING
+def smallest_jacobian(solid: Solid, x: np.ndarray, cells: np.ndarray | None = None) -> Smallest:
+    """The smallest J over a region of tetrahedra, as far as it decides whether it is above zero; of
+    some cells (k,) of it, where these are given."""
+    cells, best = np.arange(len(solid.cells)) if cells is None else cells, NOTHING
     for cuts in range(CUTS + 1):
         if not len(cells):
             return best
@@ -110,7 +113,7 @@ def smallest_jacobian(solid: Solid, x: np.ndarray) -> Smallest:
         least = np.unravel_index(np.argmin(jacobian), jacobian.shape)
         if jacobian[least] < best.jacobian:
             place = solid.places(barycentric[least[1]][None, 1:], cells[least[0]])[0]
-            best = Smallest(float(jacobian[least]), _place(place))
+            best = Smallest(float(jacobian[least]), _place(place), int(cells[least[0]]))
         polynomial = jacobian * np.abs(solid.shape_determinant(gradients, cells))
         bounds = (polynomial[:, members] @ _to_bernstein().T).min(axis=(1, 2))
         cells = cells[(bounds <= 0) & (jacobian.min(axis=1) > 0)]

@@ -53,9 +53,9 @@ def percentile(
     tensors: np.ndarray,
     volumes: np.ndarray,
     places_of: Callable[[np.ndarray], np.ndarray],
-) -> tuple[float, np.ndarray]:
-    """The largest eigenvalue that a ``SHARE`` of the volume exceeds, and the place (3,) where it
-    stands.
+) -> tuple[float, np.ndarray, tuple[int, int]]:
+    """The largest eigenvalue that a ``SHARE`` of the volume exceeds, the place (3,) where it
+    stands, and the process and the number there of that point.
 
     tensors: (n, 6), symmetric, at this process's points; volumes: (n,) of the points; places_of:
     gives the places (k, 3) of points by their numbers (k,). Eigenvalues are taken only where their
@@ -67,11 +67,14 @@ def percentile(
     open_ = np.flatnonzero(high >= least - ROUNDING * np.abs(high).max(initial=0.0))
     values = largest_eigenvalue(tensors[open_])
     first = _top(values, volumes[open_], share)
-    mine = values[first], volumes[open_[first]], places_of(open_[first])
+    numbers = open_[first]
+    at = np.column_stack([np.full(len(numbers), comm.rank), numbers])
+    mine = values[first], volumes[numbers], places_of(numbers), at
     parts = zip(*comm.allgather(mine), strict=True)
-    values, volumes, places = (np.concatenate(part) for part in parts)
+    values, volumes, places, at = (np.concatenate(part) for part in parts)
     chosen = _top(values, volumes, share)[-1]
-    return float(values[chosen]), places[chosen]
+    rank, number = map(int, at[chosen])
+    return float(values[chosen]), places[chosen], (rank, number)
 
 
 def exceeded(comm: MPI.Comm, values: np.ndarray, volumes: np.ndarray, share: float) -> float:
@@ -133,6 +136,8 @@ def reached(
 
 
 Judged = tuple[dict[str, float], dict[str, np.ndarray]]
+#: Of each criterion the process and, there, the number of the point that decides.
+Chosen = Mapping[str, tuple[int, int]]
 
 
 def _judged(
@@ -141,8 +146,9 @@ def _judged(
     volumes: np.ndarray,
     places_of: Callable[[np.ndarray], np.ndarray],
     named: Callable[[str], str],
-) -> Judged:
-    """Columns of stress and stretch of a part, and the place (3,) of each of ``CRITERIA``.
+) -> tuple[dict[str, float], dict[str, np.ndarray], Chosen]:
+    """Columns of stress and stretch of a part, the place (3,) of each of ``CRITERIA``, and the
+    points that decide.
 
     tensors: of each criterion, (n, 6); of the stretch C. named: a title with the part's name.
     """
@@ -150,31 +156,68 @@ def _judged(
         criterion: percentile(comm, values, volumes, places_of)
         for criterion, values in tensors.items()
     }
+    columns, places = _told({c: (value, place) for c, (value, place, _) in found.items()}, named)
+    return columns, places, {criterion: chosen for criterion, (_, _, chosen) in found.items()}
+
+
+def _told(found: Mapping[str, tuple[float, np.ndarray]], named: Callable[[str], str]) -> Judged:
+    """What ``_judged`` says of the values and places that decide."""
     columns = {
-        named(STRESS_COLUMN): found["cauchy"][0],
-        named(NOMINAL_COLUMN): found["nominal"][0],
+        named(STRESS_COLUMN): float(found["cauchy"][0]),
+        named(NOMINAL_COLUMN): float(found["nominal"][0]),
         named(STRETCH_COLUMN): float(np.sqrt(found["stretch"][0])),
     }
     return columns, {criterion: place for criterion, (_, place) in found.items()}
 
 
-def _region(snapshot: Snapshot, name: str, solid: Solid, named: Callable[[str], str]) -> Judged:
-    """See ``_judged``, of a region of solids; with the highest node."""
-    comm = snapshot.model.comm
-    cauchy = snapshot.cauchy_at_points(name)
-    tensors = {
+def _tensors(snapshot: Snapshot, solid: Solid, cauchy: np.ndarray) -> dict[str, np.ndarray]:
+    """What ``_judged`` judges in a solid with this Cauchy stress (cells, points, 3, 3)."""
+    return {
         "nominal": solid.nominal(snapshot.state, cauchy),
         "cauchy": symmetric(cauchy),
         "stretch": solid.right_cauchy_green(snapshot.state.x).reshape(-1, 6),
     }
 
+
+def _region(snapshot: Snapshot, name: str, solid: Solid, named: Callable[[str], str]) -> Judged:
+    """See ``_judged``, of a region of solids; with the highest node."""
+    if snapshot.decided is not None:
+        return _region_beside(snapshot, name, solid, named, snapshot.decided.failure[name])
+    comm = snapshot.model.comm
+    tensors = _tensors(snapshot, solid, snapshot.cauchy_at_points(name))
+
     def places_of(chosen: np.ndarray) -> np.ndarray:
         return snapshot.quadrature_places(solid, chosen)
 
-    columns, places = _judged(comm, tensors, solid.volumes.ravel(), places_of, named)
-    nodes = np.unique(snapshot.model.cell_nodes[solid.cells])
-    peak = float(snapshot.max_principal_stress[nodes].max(initial=-np.inf))
-    return columns | {named(PEAK_COLUMN): max(comm.allgather(peak))}, places
+    columns, places, chosen = _judged(comm, tensors, solid.volumes.ravel(), places_of, named)
+    snapshot.deciding.failure[name] = chosen
+    return columns | {named(PEAK_COLUMN): _peak(snapshot, name)}, places
+
+
+def _peak(snapshot: Snapshot, name: str) -> float:
+    """The largest nodal stress of a region, MPa."""
+    stress = snapshot.max_principal_stress[snapshot.model.parts.nodes[name]]
+    return max(snapshot.model.comm.allgather(float(stress.max(initial=-np.inf))))
+
+
+def _region_beside(
+    snapshot: Snapshot, name: str, solid: Solid, named: Callable[[str], str], chosen: Chosen
+) -> Judged:
+    """``_region`` of a twin, at the points that decide in the actuator itself."""
+    comm, criteria = snapshot.model.comm, list(chosen)
+    mine = [criterion for criterion in criteria if chosen[criterion][0] == comm.rank]
+    points = solid.volumes.shape[1]
+    cells, point = np.divmod(np.array([chosen[c][1] for c in mine], int), points)
+    part = solid.part(cells)
+    at = np.arange(len(mine)) * points + point
+    cauchy = part.cauchy(snapshot.state)
+    tensors = _tensors(snapshot, part, cauchy)
+    values = [largest_eigenvalue(tensors[c][i : i + 1])[0] for c, i in zip(mine, at, strict=True)]
+    places = snapshot.quadrature_places(part, at)
+    known = comm.allgather(dict(zip(mine, zip(values, places, strict=True), strict=True)))
+    found = {criterion: every[criterion] for every in known for criterion in every}
+    columns, where = _told({criterion: found[criterion] for criterion in criteria}, named)
+    return columns | {named(PEAK_COLUMN): _peak(snapshot, name)}, where
 
 
 @dataclass(frozen=True)
@@ -197,8 +240,8 @@ def _parts(snapshot: Snapshot) -> Iterator[Part]:
     names = (*regions, *(layer.name for layer in layers))
     for layer in layers:
         named = partial(of_region, region=layer.name, regions=names)
-        judged = _judged(comm, layer.tensors, layer.volumes, layer.places_of, named)
-        yield Part(named, layer.material, judged)
+        columns, places, _ = _judged(comm, layer.tensors, layer.volumes, layer.places_of, named)
+        yield Part(named, layer.material, (columns, places))
 
 
 def _limits(material: Material) -> dict[str, tuple[str, float | None]]:

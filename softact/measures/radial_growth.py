@@ -18,14 +18,20 @@ FEWEST = 8
 
 
 def radial_growth(
-    before: np.ndarray, after: np.ndarray, axis: np.ndarray, mirrored: Collection[int] = ()
-) -> float:
+    before: np.ndarray,
+    after: np.ndarray,
+    axis: np.ndarray,
+    mirrored: Collection[int] = (),
+    slices: int = SLICES,
+) -> tuple[float, np.ndarray]:
     """Of slices across the undeformed axis, the largest growth of a radius: of the largest distance
-    of a node from the line along the slice's fibres through its centre. NaN without a slice.
+    of a node from the line along the slice's fibres through its centre. NaN without a slice. And
+    the nodes (k,) of that slice.
 
     before, after: (n, 3) mm, nodes. axis: (3,), unit. mirrored: coordinates in which a mirror image
     completes the nodes; their planes go through the origin.
     """
+    own = len(before)
     for plane in mirrored:
         off = ~np.isclose(before[:, plane], 0.0, atol=1e-9)
         image = np.where(np.arange(3) == plane, -1.0, 1.0)
@@ -33,20 +39,23 @@ def radial_growth(
     along = before @ axis
     low, high = along.min(), along.max()
     # Nodes on a border belong to one slice, whatever rounding says of each.
-    at = SLICES * (along - low) / max(high - low, 1e-300) + 1e-6
-    number = np.minimum(at.astype(int), SLICES - 1)
-    known = np.bincount(number, minlength=SLICES) >= FEWEST
+    at = slices * (along - low) / max(high - low, 1e-300) + 1e-6
+    number = np.minimum(at.astype(int), slices - 1)
+    known = np.bincount(number, minlength=slices) >= FEWEST
     order = np.flatnonzero(known[number])
     order = order[np.argsort(number[order], kind="stable")]
     if not len(order):
-        return float("nan")
-    slices = _Slices(number[order])
-    arms, turned = slices.arms(before[order]), slices.arms(after[order])
-    fibres = slices.carried(arms, turned) @ axis
-    start = slices.radius(arms, np.broadcast_to(axis, fibres.shape))
-    end = slices.radius(turned, fibres)
-    growth = end[start > 0] / start[start > 0] - 1
-    return float(growth.max()) if len(growth) else float("nan")
+        return float("nan"), order
+    found = _Slices(number[order])
+    arms, turned = found.arms(before[order]), found.arms(after[order])
+    fibres = found.carried(arms, turned) @ axis
+    start = found.radius(arms, np.broadcast_to(axis, fibres.shape))
+    growth = np.full(len(start), -np.inf)
+    np.divide(found.radius(turned, fibres), start, out=growth, where=start > 0)
+    most = int(np.argmax(growth))
+    if not start[most] > 0:
+        return float("nan"), order[:0]
+    return float(growth[most]) - 1, np.flatnonzero(number[:own] == np.unique(number[order])[most])
 
 
 class _Slices:
@@ -87,7 +96,14 @@ def _evaluate(snapshot: Snapshot) -> dict[str, float]:
     before, moved = (np.concatenate(part) for part in parts)
     layout = snapshot.layout
     axis = np.asarray(layout.axis, float) / np.linalg.norm(layout.axis)
-    growth = radial_growth(before, before + moved, axis, set(layout.symmetry.values()))
+    mirrored = set(layout.symmetry.values())
+    decided = snapshot.decided and snapshot.decided.growth
+    if decided is None:
+        growth, nodes = radial_growth(before, before + moved, axis, mirrored)
+        snapshot.deciding.growth = nodes
+    else:
+        before, moved = before[decided], moved[decided]
+        growth, _ = radial_growth(before, before + moved, axis, mirrored, slices=1)
     return {"radial_growth_percent": 100 * growth}
 
 

@@ -53,11 +53,27 @@ class Motion:
 
 
 @dataclass
+class Deciding:
+    """What decided in the row of a snapshot.
+
+    failure: region -> criterion -> process and, there, number of the point, see ``percentile``.
+    jacobian: process, region and cell of the smallest J. growth: nodes (k,) of the slice that
+    swells most, as all processes together number theirs.
+    """
+
+    failure: dict[str, Mapping[str, tuple[int, int]]] = field(default_factory=dict)
+    jacobian: tuple[int, str, int] | None = None
+    growth: np.ndarray | None = None
+
+
+@dataclass
 class Snapshot:
     """A model in one state. Lengths in mm, stresses in MPa.
 
     previous: the columns of the last accepted row, for what is counted on (angles past 180°,
-    work). safety_factor: by which a failure pressure is divided to get the safe one.
+    work). safety_factor: by which a failure pressure is divided to get the safe one. actuator: of a
+    model that differs a little from another one, the snapshot of that after its row was made: what
+    is largest or smallest is looked at where it is that there.
     """
 
     model: Model
@@ -66,6 +82,8 @@ class Snapshot:
     safety_factor: float = 1.0
     probes: Mapping[str, Probe] = field(default_factory=dict)
     followed: Followed | None = None
+    actuator: Snapshot | None = None
+    deciding: Deciding = field(default_factory=Deciding)
     _cauchy: dict[str, np.ndarray] = field(default_factory=dict)
     _covers: dict[tuple[str, str], bool] = field(default_factory=dict)
 
@@ -73,6 +91,46 @@ class Snapshot:
     def layout(self) -> Layout:
         """Names of the parts and what they mean."""
         return self.model.mesh.layout
+
+    @property
+    def decided(self) -> Deciding | None:
+        """What decides in this row; None where all is looked at, as where there are sheets."""
+        beside = self.actuator is not None and not self.model.sheets
+        return self.actuator.deciding if beside and self.actuator else None
+
+    @functools.cached_property
+    def deciding_nodes(self) -> np.ndarray:
+        """Nodes (k,) of this process where a field is largest in a region, and those of probes."""
+        names = ("max_principal_stress", "von_mises", "max_principal_stretch")
+        fields = [self.__dict__[name] for name in names if name in self.__dict__]
+        found = [probe.nodes for probe in self.probes.values()]
+        for nodes in self.model.parts.nodes.values():
+            found += [nodes[[np.argmax(values[nodes])]] for values in fields if len(nodes)]
+        number = self.model.nodes.number
+        every = self.model.comm.allgather(number[np.concatenate([np.empty(0, int), *found])])
+        return np.flatnonzero(np.isin(number, np.concatenate(every)))
+
+    @functools.cached_property
+    def deciding_cells(self) -> dict[str, np.ndarray]:
+        """Cells of each solid at ``deciding_nodes``."""
+        return self.model.parts.cells_at(self.deciding_nodes)
+
+    @functools.cached_property
+    def solids(self) -> dict[str, Solid]:
+        """Where fields are looked at: all solids, or the parts of them that decide."""
+        solids = self.model.solids
+        if self.decided is None or self.actuator is None:
+            return solids
+        chosen = self.actuator.deciding_cells
+        return {name: solid.part(chosen[name]) for name, solid in solids.items()}
+
+    def _at_nodes(self, of: Callable[[np.ndarray], np.ndarray], tensors: np.ndarray) -> np.ndarray:
+        """A number (nodes,) of nodal tensors (nodes, 6); −inf at nodes that do not decide."""
+        if self.decided is None or self.actuator is None:
+            return of(tensors)
+        found, nodes = np.full(len(tensors), -np.inf), self.actuator.deciding_nodes
+        found[nodes] = of(tensors[nodes])
+        return found
 
     @functools.cached_property
     def positions(self) -> np.ndarray:
@@ -119,13 +177,13 @@ class Snapshot:
     def average_at_nodes(self, per_solid: list[np.ndarray]) -> np.ndarray:
         """Volume-weighted mean at the nodes of what the cells say there.
 
-        per_solid: for each solid (cells, nodes per cell, k); returns (nodes, k), zero
+        per_solid: for each of ``solids`` (cells, nodes per cell, k); returns (nodes, k), zero
         where no solid is.
         """
         dofs = self.model.displacement_dofs
         size = per_solid[0].shape[-1]
         sums = np.zeros((len(dofs), size + 1))
-        for solid, values in zip(self.model.solids.values(), per_solid, strict=True):
+        for solid, values in zip(self.solids.values(), per_solid, strict=True):
             nodes = self.model.cell_nodes[solid.cells].ravel()
             weight = np.repeat(solid.volumes.sum(axis=1), values.shape[1])
             # Much faster than np.add.at.
@@ -144,9 +202,9 @@ class Snapshot:
         return whole[:, :size] / np.maximum(whole[:, size:], 1e-300)
 
     def cauchy_at_points(self, name: str) -> np.ndarray:
-        """Cauchy stress (cells, points, 3, 3) at the quadrature points of a region."""
+        """Cauchy stress (cells, points, 3, 3) at the quadrature points of one of ``solids``."""
         if name not in self._cauchy:
-            self._cauchy[name] = self.model.solids[name].cauchy(self.state)
+            self._cauchy[name] = self.solids[name].cauchy(self.state)
         return self._cauchy[name]
 
     @functools.cached_property
@@ -176,12 +234,12 @@ class Snapshot:
     @functools.cached_property
     def max_principal_stress(self) -> np.ndarray:
         """Largest principal Cauchy stress (nodes,)."""
-        return largest_eigenvalue(self.cauchy)
+        return self._at_nodes(largest_eigenvalue, self.cauchy)
 
     @functools.cached_property
     def von_mises(self) -> np.ndarray:
         """Von Mises stress (nodes,)."""
-        return von_mises(self.cauchy)
+        return self._at_nodes(von_mises, self.cauchy)
 
     @functools.cached_property
     def max_principal_stretch(self) -> np.ndarray:
@@ -192,9 +250,10 @@ class Snapshot:
             self.model.degree, compat.reference_nodes(self.model.degree)
         )
         values = []
-        for solid in self.model.solids.values():
+        for solid in self.solids.values():
             values.append(solid.right_cauchy_green(self.state.x, gradients))
-        found = np.sqrt(np.maximum(largest_eigenvalue(self.average_at_nodes(values)), 0.0))
+        squares = self._at_nodes(largest_eigenvalue, self.average_at_nodes(values))
+        found = np.sqrt(np.maximum(squares, 0.0))
         return self._with_sheets(found, lambda: sheet_stretch(self.model, self.state))
 
     def quadrature_places(self, solid: Solid, chosen: np.ndarray) -> np.ndarray:
@@ -217,9 +276,18 @@ class Snapshot:
     @property
     def smallest_jacobian(self) -> Smallest:
         """The smallest J anywhere in an element of the whole actuator, and where."""
-        solids = self.model.solids.values()
-        found = [smallest_jacobian(solid, self.state.x) for solid in solids]
-        return min(self.model.comm.allgather(min(found, default=NOTHING)))
+        comm, x, found = self.model.comm, self.state.x, [(NOTHING, "")]
+        for name, solid in self.model.solids.items():
+            if self.decided is None or self.decided.jacobian is None:
+                found.append((smallest_jacobian(solid, x), name))
+            elif self.decided.jacobian[:2] == (comm.rank, name):
+                cell = np.array([self.decided.jacobian[2]])
+                found.append((smallest_jacobian(solid, x, cell), name))
+        every = comm.allgather(min(found))
+        rank = min(range(comm.size), key=every.__getitem__)
+        worst, name = every[rank]
+        self.deciding.jacobian = rank, name, worst.cell
+        return worst
 
     def nodal_fields(self) -> dict[str, np.ndarray]:
         """The fields of ``fields.h5`` at this process's nodes."""
@@ -276,8 +344,8 @@ class Snapshot:
 
     @functools.cached_property
     def _forces(self) -> np.ndarray:
-        """Forces (local,) N that the body needs at its nodes: those of supports at equilibrium."""
-        return self.model.force(self.state)[0]
+        """Forces (local,) N that the body needs at its supported nodes, at equilibrium."""
+        return self.model.parts.force_at_supports(self.state)
 
     def held(self, surface: str) -> bool:
         """Whether a support holds a surface in some direction (symmetry planes do not count)."""

@@ -90,6 +90,7 @@ class Recorder:
             self.slopes = Slopewise(following, writer, start)
         self.row: dict = model.comm.bcast(writer.last_row if writer is not None else None)
         self.near: Nearby | None = None
+        self.snapshot: Snapshot | None = None  # of the state that is being accepted
         self.write_time = 0.0
         self.verdict: Verdict | None = None  # on rank 0, at the end
         self.identity = identity(spec) if writer is not None else {}
@@ -269,9 +270,8 @@ class Recorder:
     def _of_twin(self, twin: Twin) -> dict[str, float | str]:
         """Those of a twin, whose probes stay in their elements."""
         safety = self.spec.safety_factor
-        return self._measured(
-            Snapshot(twin.model, twin.state, twin.row, safety, self.probes, self.followed)
-        )
+        known = self.probes, self.followed, self.snapshot
+        return self._measured(Snapshot(twin.model, twin.state, twin.row, safety, *known))
 
     def _accept(self, state: State, attempt: Attempt, number: int) -> None:
         started = time.perf_counter()
@@ -304,7 +304,9 @@ class Recorder:
             self.writer.increment(row, fields)
         self.write_time += time.perf_counter() - started
         if self.slopes is not None:
+            self.snapshot = snapshot
             self.slopes.accept(state, attempt, number, row)
+            self.snapshot = None
         self.tell({"stage": "increment", "steps": len(self.spec.steps), **asdict(attempt), **row})
 
     def _checkpoint(self, checkpoint: Checkpoint) -> None:
