@@ -163,8 +163,12 @@ class Solid:
 
     def right_cauchy_green(self, x: np.ndarray, gradients: np.ndarray | None = None) -> np.ndarray:
         """C = FᵀF (cells, points, 6) where ``deformation_gradient`` gives F."""
-        f = self.deformation_gradient(x, gradients)
-        return self._strains(f).reshape(*f.shape[:2], 6)
+
+        def find() -> np.ndarray:
+            f = self.deformation_gradient(x, gradients)
+            return self._strains(f).reshape(*f.shape[:2], 6)
+
+        return self._once("strains", x, find) if gradients is None else find()
 
     def jacobian(
         self, x: np.ndarray, gradients: np.ndarray | None = None, chosen: np.ndarray | None = None
@@ -219,7 +223,7 @@ class Solid:
         if not (jacobian > 0).all():  # also true of NaN
             raise InvertedElementError
         if self._anchor is not None:
-            return self._linearised(self._anchor, f), self._anchor.moduli, jacobian
+            return self._linearised(self._anchor, state.x), self._anchor.moduli, jacobian
         c = np.matmul(f.transpose(0, 2, 1), f)
         stress, moduli = self._isochoric(c, state)
         if state.motion is not None and state.motion.resistance:
@@ -227,10 +231,10 @@ class Solid:
             stress, moduli = stress + more_stress, moduli + more_moduli
         return *self._add_volumetric(stress, moduli, c, jacobian), jacobian
 
-    def _linearised(self, anchor: Anchor, f: np.ndarray) -> np.ndarray:
-        """S (n, 6) at F (n, 3, 3) beside an anchor."""
-        known = anchor.c, anchor.stress, anchor.moduli
-        return self._at_points("linearised_stress", len(f), self._strains(f), *known)
+    def _linearised(self, anchor: Anchor, x: np.ndarray) -> np.ndarray:
+        """S (n, 6) beside an anchor."""
+        known = self.right_cauchy_green(x), anchor.c, anchor.stress, anchor.moduli
+        return self._at_points("linearised_stress", len(anchor.c), *known)
 
     def _isochoric(self, c: np.ndarray, state: State) -> tuple[np.ndarray, np.ndarray]:
         """Isochoric stress (n, 6) and moduli (n, 6, 6) at C (n, 3, 3)."""
@@ -330,7 +334,9 @@ class Solid:
 
     def _evaluate(self, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """``second_piola``, kept for the last few states: Newton asks for force and tangent at the
-        same one, and for the stress of those that it came from."""
+        same one, and for the stress of those that it came from; of one beside another nobody does."""
+        if self._anchor is not None:
+            return self.second_piola(state)
         key = self._key(state)
         found = self._kept.pop(key, None) or self.second_piola(state)
         self._kept[key] = found
@@ -351,12 +357,13 @@ class Solid:
         self.forget()
         stress, moduli, jacobian = other._evaluate(state)
         density = other.density(state)
-        c = other._right_cauchy_green(state.x)
         if not self._is_made_of(other):
+            c = other._right_cauchy_green(state.x)
             own, _ = self.material.stress_tangent(c, self.fibres)
             stress, _ = self._add_volumetric(own, np.zeros_like(moduli), c, jacobian)
             density = self._density_at(c, jacobian, state)
-        self._anchor = Anchor(symmetric(c), stress, moduli, density)
+        strains = other.right_cauchy_green(state.x).reshape(-1, 6)
+        self._anchor = Anchor(strains, stress, moduli, density)
 
     def _is_made_of(self, other: Solid) -> bool:
         """Whether the material, and the direction of its fibres, is another solid's."""
@@ -459,7 +466,7 @@ class Solid:
     def _density_beside(self, anchor: Anchor, x: np.ndarray) -> np.ndarray:
         """``density`` to first order beside an anchor."""
         change = self.right_cauchy_green(x).reshape(-1, 6) - anchor.c
-        change[:, 3:] *= 2.0
+        change[:, 3:] *= 2.0  # each shear stands twice in a tensor
         return anchor.density + np.einsum("ni,ni->n", anchor.stress, change) / 2
 
     def energy(self, state: State) -> float:

@@ -67,6 +67,11 @@ class _Seen:
     partners: Partners
 
 
+def _nothing(gap: np.ndarray) -> Partners:
+    """What points face where they face nothing; gap: (k, 12) of as many."""
+    return np.full(gap.shape, -1, np.int32), np.zeros((*gap.shape, 2)), np.full(gap.shape, np.inf)
+
+
 class SurfaceContact:
     """Contact between surfaces that deform.
 
@@ -96,6 +101,7 @@ class SurfaceContact:
         self._reach = REACH * self.facets.size + touching.distance
         self._depth = DEPTH * self.facets.size - touching.distance
         self._beside = False  # another contact, which looks about for this one
+        self._blind = False  # nothing faces anything there
         self._search(np.zeros(model.unknowns.local))
         self._last: _Seen | None = None
 
@@ -130,7 +136,9 @@ class SurfaceContact:
         i, j = np.unique(np.column_stack([facet, partner[facet, point]]), axis=0).T
         start = np.searchsorted(i, np.arange(len(self.facets) + 1))
         self._candidates = start.astype(np.int64), j.astype(np.int32)
-        self._beside, self._last = True, seen
+        self._beside = True
+        self._last = seen if self.facets.any_of(len(j) > 0) else _Seen(seen.nodes, _nothing(gap))
+        self._blind = self._last is not seen
 
     def stands(self, state: State) -> bool:
         """See ``Contact``."""
@@ -151,6 +159,8 @@ class SurfaceContact:
     def _see(self, x: np.ndarray) -> _Seen:
         """Where the facets are and what their points face. Whether that is known already is the
         same on all processes, as the places are."""
+        if self._blind and self._last is not None:
+            return self._last
         nodes = self.facets.node_places(x)
         if self._last is None or not np.array_equal(self._last.nodes, nodes):
             before = None if self._last is None else self._last.partners[0]
@@ -213,6 +223,8 @@ class SurfaceContact:
         return across, tangents, normal, first, bend
 
     def add_force(self, state: State, out: np.ndarray) -> None:
+        if self._blind:
+            return
         seen, touch = self._see(state.x), self._my_touch(state)
         across, _, normal, _, _ = self._geometry(seen.nodes, touch.where)
         push = touch.area * touch.pressure

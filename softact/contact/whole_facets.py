@@ -94,6 +94,10 @@ class WholeFacets(Facets):
         Collective."""
         return self._at_nodes(fixed[self._dofs]) == 0
 
+    def any_of(self, here: bool) -> bool:
+        """Whether something is so on any process. Collective."""
+        return bool(self._comm.allreduce(here, op=MPI.LOR))
+
     def from_shares(self, found: np.ndarray) -> np.ndarray:
         """Values (k, ...) of all facets, of which each process has those (m, ...) of its share.
         Collective."""

@@ -19,9 +19,9 @@ def _evaluate(snapshot: Snapshot) -> dict[str, float]:
     along = int(np.argmax(np.abs(snapshot.layout.axis)))
     sums = np.zeros(4)
     for solid in model.solids.values():
-        c = solid.right_cauchy_green(snapshot.state.x).reshape(-1, 6)
-        stretch = np.sqrt(c[:, :3])  # of fibres along x, y, z: |F e|
-        sums[:3] += solid.volumes.ravel() @ stretch
+        c = solid.right_cauchy_green(snapshot.state.x)
+        stretch = np.sqrt(c[..., :3])  # of fibres along x, y, z: |F e|
+        sums[:3] += np.einsum("cq,cqi->i", solid.volumes, stretch)
         sums[3] += solid.volumes.sum()
     sums = model.sum(sums)
     mean = sums[:3] / sums[3]

@@ -110,7 +110,10 @@ class Following:
         self.ended = self.ended or self._end(state, attempt, number)
         if self.ended or attempt.control == "motion":
             return None
-        if number:  # at rest nothing moves
+        if number == 0:  # at rest nothing moves
+            for twin in self.twins:
+                twin.stand_beside(self.walk.model, state)
+        else:
             self._follow_steps()
             if not self._solve(state, attempt.fraction):
                 self.ended = SINGULAR

@@ -96,10 +96,7 @@ class Twin:
     def place(self, model: Model, state: State, before: np.ndarray, fraction: float) -> None:
         """Put the twin as far from the actuator (``model``) at ``state`` as it was from that at its
         last unknowns (local,), under its own loads and supports."""
-        for name, solid in self.model.solids.items():
-            solid.stand_beside(model.solids[name], state)
-        for contact, other in zip(self.model.contacts, model.contacts, strict=True):
-            contact.stand_beside(other, state)
+        self.stand_beside(model, state)
         mine = self.state
         if self.ramp.injected:
             free = {name: state["pressure"].get(name, 0.0) for name in self.ramp.injected}
@@ -108,6 +105,13 @@ class Twin:
         mine.x = state.x + (mine.x - before)
         mine.x[self.held.dofs] = held
         mine.memory = {**mine.memory, **self._stiffness(state)}
+
+    def stand_beside(self, model: Model, state: State) -> None:
+        """Linearise beside the actuator (``model``) at ``state``."""
+        for name, solid in self.model.solids.items():
+            solid.stand_beside(model.solids[name], state)
+        for contact, other in zip(self.model.contacts, model.contacts, strict=True):
+            contact.stand_beside(other, state)
 
     def _stiffness(self, state: State) -> dict[str, Any]:
         """Factors of contact's penalties, which are raised in steps and no matter of the twin."""
