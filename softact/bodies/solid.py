@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 import ctypes
 import functools
-import hashlib
 import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -51,6 +50,16 @@ class Anchor:
     density: np.ndarray
 
 
+@dataclass(frozen=True)
+class _Kept:
+    """What ``Solid.second_piola`` found at unknowns x (local,), and the key of all else that it
+    depends on."""
+
+    x: np.ndarray
+    key: bytes
+    found: tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
 class Solid:
     """One region of tetrahedra with one material.
 
@@ -81,7 +90,7 @@ class Solid:
         kernels = assembler.kernels("solid", degree, pressure_degree)
         self._residual, self._tangent = (Kernel(assembler, k, self.cells) for k in kernels)
         self.volumes = self._reference_volumes()
-        self._kept: dict[bytes, tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
+        self._kept: list[_Kept] = []
         self._anchor: Anchor | None = None
         self._last: dict[str, tuple[np.ndarray, np.ndarray]] = {}  # see ``_once``
         self._began: tuple[TimeStep, np.ndarray, np.ndarray] | None = None  # see ``_viscous``
@@ -298,7 +307,30 @@ class Solid:
     def _unknowns(self, x: np.ndarray) -> Coefficient:
         return Coefficient(x, self._size, self.assembler.unknowns.cell_dofs)
 
+    def _add_force_beside(self, anchor: Anchor, x: np.ndarray, out: np.ndarray) -> None:
+        """``add_force`` beside an anchor, in one loop."""
+        dofs, values = self.assembler.unknowns.cell_dofs, self.pressure_values
+        smallest = self.assembler.library.force_beside(
+            *self._shapes(self.cells, self._gradients),
+            self._functions,
+            pointer(self._gradients),
+            pointer(dofs),
+            dofs.shape[1],
+            pointer(x),
+            pointer(self.weights),
+            0 if values is None else values.shape[1],
+            None if values is None else pointer(values),
+            *map(ctypes.c_double, self._constants() or [0.0, 0.0]),
+            *map(pointer, (anchor.c, anchor.stress, anchor.moduli)),
+            pointer(out),
+        )
+        if not smallest > 0.0:
+            raise InvertedElementError
+
     def add_force(self, state: State, out: np.ndarray) -> None:
+        if self._anchor is not None:
+            self._add_force_beside(self._anchor, state.x, out)
+            return
         stress, _, _ = self._evaluate(state)
         values = Coefficient(np.ascontiguousarray(stress), stress.shape[1] * len(self.weights))
         self._residual.add_vector(
@@ -338,18 +370,18 @@ class Solid:
         if self._anchor is not None:
             return self.second_piola(state)
         key = self._key(state)
-        found = self._kept.pop(key, None) or self.second_piola(state)
-        self._kept[key] = found
-        while len(self._kept) > KEPT:
-            del self._kept[next(iter(self._kept))]
+        for number, known in enumerate(self._kept):
+            if known.key == key and np.array_equal(known.x, state.x):
+                self._kept.append(self._kept.pop(number))
+                return known.found
+        found = self.second_piola(state)
+        self._kept = [*self._kept, _Kept(state.x.copy(), key, found)][-KEPT:]
         return found
 
     def _key(self, state: State) -> bytes:
-        """Of all that the stress depends on."""
-        key = hashlib.blake2b(state.x.data, digest_size=16).digest()
-        if state.motion is not None and state.motion.resistance:
-            key += state.motion.key
-        return key
+        """Of all that the stress depends on but the unknowns."""
+        resists = state.motion is not None and state.motion.resistance
+        return state.motion.key if state.motion is not None and resists else b""
 
     def stand_beside(self, other: Solid, state: State) -> None:
         """Linearise the stress beside a state of another solid of the same cells, of which this one
@@ -363,7 +395,8 @@ class Solid:
             stress, _ = self._add_volumetric(own, np.zeros_like(moduli), c, jacobian)
             density = self._density_at(c, jacobian, state)
         strains = other.right_cauchy_green(state.x).reshape(-1, 6)
-        self._anchor = Anchor(strains, stress, moduli, density)
+        known = (np.ascontiguousarray(a, float) for a in (strains, stress, moduli, density))
+        self._anchor = Anchor(*known)
 
     def _is_made_of(self, other: Solid) -> bool:
         """Whether the material, and the direction of its fibres, is another solid's."""
@@ -392,7 +425,7 @@ class Solid:
         part._residual, part._tangent = (
             Kernel(self.assembler, kernel.address, part.cells) for kernel in kernels
         )
-        part._kept, part._last, part._anchor, part._began = {}, {}, None, None
+        part._kept, part._last, part._anchor, part._began = [], {}, None, None
         return part
 
     def cauchy(self, state: State) -> np.ndarray:
@@ -465,9 +498,8 @@ class Solid:
 
     def _density_beside(self, anchor: Anchor, x: np.ndarray) -> np.ndarray:
         """``density`` to first order beside an anchor."""
-        change = self.right_cauchy_green(x).reshape(-1, 6) - anchor.c
-        change[:, 3:] *= 2.0  # each shear stands twice in a tensor
-        return anchor.density + np.einsum("ni,ni->n", anchor.stress, change) / 2
+        known = self.right_cauchy_green(x), anchor.c, anchor.stress
+        return anchor.density + self._at_points("half_product", len(anchor.c), *known, entries=1)[:, 0]
 
     def energy(self, state: State) -> float:
         anchor = self._anchor

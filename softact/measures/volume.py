@@ -12,10 +12,7 @@ if TYPE_CHECKING:
 
 def _evaluate(snapshot: Snapshot) -> dict[str, float]:
     copies = snapshot.layout.copies
-    volumes = {
-        name: copies * snapshot.model.cavity_volume(snapshot.state, name)
-        for name in snapshot.layout.cavities
-    }
+    volumes = {name: copies * volume for name, volume in snapshot.cavity_volumes.items()}
     return per_cavity("cavity_volume_<cavity>_mm3", volumes) if volumes else {}
 
 

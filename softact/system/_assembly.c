@@ -4,6 +4,7 @@
    every element matrix to MatSetValues, which searches the row for each entry; here the place of
    each entry is found once per mesh (find_pairs) and a matrix entry costs one addition. */
 
+#include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -297,6 +298,99 @@ void linearised_stress(int64_t count, const double *c, const double *c0, const d
                 sum += d[6 * a + b] * e[b];
             out[a] = sum;
         }
+    }
+}
+
+/* Force of a solid whose stress is S + D : (C - C0)/2, see `linearised_stress`: added to out (local
+   unknowns). Returns the smallest J.
+
+   weights: (points) of the rule; c0, s: (count, points, 6); d: (count, points, 6, 6); corners: 0,
+   or how many pressure unknowns a cell has behind its displacements, with their shape functions
+   `values` (points, corners) and the constants of the volumetric equation J = c p + sqrt(1 + l (c
+   p)^2). The rest as in `deformation_gradient`. */
+double force_beside(int64_t count, const int32_t *cells, const int32_t *nodes, int32_t shape,
+                    const double *points, int32_t rule, int32_t functions, const double *gradients,
+                    const int32_t *dofs, int32_t stride, const double *u, const double *weights,
+                    int32_t corners, const double *values, double c, double l, const double *c0,
+                    const double *s, const double *d, double *out)
+{
+    double smallest = INFINITY;
+    for (int64_t e = 0; e < count; ++e) {
+        const int64_t cell = cells[e];
+        const int32_t *own = nodes + shape * cell, *row = dofs + cell * stride;
+        const int32_t *of_pressure = row + 3 * functions;
+        double m[3][3], k[3][3], det = 0.0, here[10][3], force[10][3] = {{0}}, lacks[4] = {0};
+        for (int n = 0; n < functions; ++n)
+            for (int i = 0; i < 3; ++i)
+                here[n][i] = u[row[3 * n + i]];
+        if (shape == 4) {
+            straight_map(points, own, m);
+            det = adjugate(m, k);
+        }
+        for (int q = 0; q < rule; ++q, c0 += 6, s += 6, d += 36) {
+            const double *g = gradients + (int64_t)q * functions * 3;
+            double slopes[10][3], f[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, strain[6], stress[6];
+            if (shape == 10) {
+                curved_map(points, own, g, m);
+                det = adjugate(m, k);
+            }
+            const double inverse = 1.0 / det;
+            double map[3][3];
+            for (int i = 0; i < 3; ++i)
+                for (int j = 0; j < 3; ++j)
+                    map[i][j] = inverse * k[i][j];
+            for (int n = 0; n < functions; ++n) {
+                for (int j = 0; j < 3; ++j)
+                    slopes[n][j] = g[3 * n] * map[0][j] + g[3 * n + 1] * map[1][j]
+                                   + g[3 * n + 2] * map[2][j];
+                for (int i = 0; i < 3; ++i)
+                    for (int j = 0; j < 3; ++j)
+                        f[3 * i + j] += here[n][i] * slopes[n][j];
+            }
+            right_cauchy_green(1, f, strain);
+            linearised_stress(1, strain, c0, s, d, stress);
+            const double jacobian = determinant(f), size = weights[q] * fabs(det);
+            smallest = jacobian < smallest || isnan(jacobian) ? jacobian : smallest;
+            double p = 0.0, full[3][3], cofactor[3][3];
+            for (int a = 0; a < corners; ++a)
+                p += values[q * corners + a] * u[of_pressure[a]];
+            if (corners) {
+                const double swelling = c * p;
+                const double gap = jacobian - swelling - sqrt(1.0 + l * swelling * swelling);
+                memcpy(full, f, sizeof full);
+                adjugate(full, cofactor); /* transposed */
+                for (int a = 0; a < corners; ++a)
+                    lacks[a] += size * values[q * corners + a] * gap;
+            }
+            double push[3][3];
+            for (int i = 0; i < 3; ++i)
+                for (int j = 0; j < 3; ++j) {
+                    double sum = corners ? p * cofactor[j][i] : 0.0;
+                    for (int a = 0; a < 3; ++a)
+                        sum += f[3 * i + a] * stress[place_of[a][j]];
+                    push[i][j] = size * sum;
+                }
+            for (int n = 0; n < functions; ++n)
+                for (int i = 0; i < 3; ++i)
+                    for (int j = 0; j < 3; ++j)
+                        force[n][i] += push[i][j] * slopes[n][j];
+        }
+        for (int n = 0; n < functions; ++n)
+            for (int i = 0; i < 3; ++i)
+                out[row[3 * n + i]] += force[n][i];
+        for (int a = 0; a < corners; ++a)
+            out[of_pressure[a]] += lacks[a];
+    }
+    return smallest;
+}
+
+/* S : (C - C0)/2: out (count). c, c0, s: (count, 6), of which each shear stands twice in a tensor. */
+void half_product(int64_t count, const double *c, const double *c0, const double *s, double *out)
+{
+    for (int64_t n = 0; n < count; ++n, c += 6, c0 += 6, s += 6) {
+        out[n] = 0.0;
+        for (int a = 0; a < 6; ++a)
+            out[n] += (a < 3 ? 0.5 : 1.0) * (c[a] - c0[a]) * s[a];
     }
 }
 

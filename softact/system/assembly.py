@@ -101,6 +101,7 @@ class Assembler:
         self.unknowns = unknowns
         self.library = jit.load_library(unknowns.comm, Path(__file__).with_name("_assembly.c"))
         self.library.assemble_scalar.restype = ctypes.c_double
+        self.library.force_beside.restype = ctypes.c_double
         self.geometry_nodes: np.ndarray = np.empty((0, 4), np.int32)
         self.points: np.ndarray = np.empty((0, 3))
         if curved is not None:

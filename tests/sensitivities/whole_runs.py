@@ -20,6 +20,7 @@ from softact.run.twins import _move, make_twins
 from softact.sensitivities.choosing import Chosen
 from softact.sensitivities.following import Following
 from softact.sensitivities.parameters import Parameter, changed
+from softact.sensitivities.twin import Twin
 from softact.solve.stepping import Stepper
 from softact.spec import Spec
 
@@ -55,15 +56,21 @@ def rows(spec: Spec, model: Model, beside: Beside | None = None) -> list[Any]:
     [(row, {path: {measure: by the parameter in internal units}}), ...]."""
     found: list[Any] = []
     last: dict[str, Any] = {}
+    seen: list[Snapshot] = []  # of the actuator
 
-    def measured(m: Model, state: Any, previous: Mapping[str, Any]) -> dict[str, Any]:
-        snapshot, row = Snapshot(m, state, dict(previous), spec.safety_factor), {}
+    def measured(snapshot: Snapshot) -> dict[str, Any]:
+        row: dict[str, Any] = {}
         for measure in MEASURES.values():
             row |= measure.evaluate(snapshot)
         return row
 
+    def of_twin(twin: Twin) -> dict[str, Any]:
+        row, factor = dict(twin.row), spec.safety_factor
+        return measured(Snapshot(twin.model, twin.state, row, factor, actuator=seen[-1]))
+
     def accept(state: Any, attempt: Any, number: int) -> None:
-        row = {"step_fraction": attempt.fraction, **measured(model, state, last)}
+        seen.append(Snapshot(model, state, dict(last), spec.safety_factor))
+        row = {"step_fraction": attempt.fraction, **measured(seen[-1])}
         slopes = following.accept(state, attempt, number, row) if following else None
         last.clear()
         last.update(row)
@@ -73,9 +80,7 @@ def rows(spec: Spec, model: Model, beside: Beside | None = None) -> list[Any]:
     following = None
     if beside:
         twins = make_twins(spec, model, beside.paths, beside.motion)
-        following = Following(
-            stepper.walk, twins, lambda twin: measured(twin.model, twin.state, twin.row)
-        )
+        following = Following(stepper.walk, twins, of_twin)
     steps = load_steps(spec, model)
     assert not stepper.run(steps, supports_of(spec.supports or ())).stopped
     return found
