@@ -355,9 +355,7 @@ class Model:
         force, internal = self.sum_of_forces(state, self.elastic)
         return (self.repeat.force(state, force) if self.repeat else force), internal
 
-    def sum_of_forces(
-        self, state: State, elastic: Sequence[Term]
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def sum_of_forces(self, state: State, elastic: Sequence[Term]) -> tuple[np.ndarray, np.ndarray]:
         """Forces (local,) of these elastic terms and of all others, and of the elastic alone."""
         both = np.zeros((2, self.unknowns.local))
         for terms, out in zip((elastic, self.external), both, strict=True):

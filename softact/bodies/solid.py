@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from softact import compat
+from softact.bodies.anchor import Anchor
 from softact.bodies.inertia import SolidInertia
 from softact.bodies.weight import Weight
 from softact.materials.base import Material
@@ -37,17 +38,6 @@ from softact.system.term import (
 
 # States whose stresses are kept: those of a quadratic extrapolation, and the one it leads to.
 KEPT = 4
-
-
-@dataclass(frozen=True)
-class Anchor:
-    """A state beside which a solid is linearised: C (n, 6), and there the stress S (n, 6), the
-    moduli D (n, 6, 6) and the stored energy (n,), see ``Solid.density``."""
-
-    c: np.ndarray
-    stress: np.ndarray
-    moduli: np.ndarray
-    density: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -158,17 +148,24 @@ class Solid:
     ) -> np.ndarray:
         cells = self.cells if chosen is None else np.ascontiguousarray(self.cells[chosen])
         out = np.empty((len(cells), len(gradients), 3, 3))
+        loop = self._loop(x, cells, gradients)
+        self.assembler.library.deformation_gradient(*loop, pointer(out))
+        return out
+
+    def loop(self, x: np.ndarray) -> tuple[object, ...]:
+        """What loops of ``_assembly.c`` over the deformed cells' quadrature points begin with."""
+        return self._loop(x, self.cells, self._gradients)
+
+    def _loop(self, x: np.ndarray, cells: np.ndarray, gradients: np.ndarray) -> tuple[object, ...]:
         dofs = self.assembler.unknowns.cell_dofs
-        self.assembler.library.deformation_gradient(
+        return (
             *self._shapes(cells, gradients),
             self._functions,
             pointer(gradients),
             pointer(dofs),
             dofs.shape[1],
             pointer(x),
-            pointer(out),
         )
-        return out
 
     def right_cauchy_green(self, x: np.ndarray, gradients: np.ndarray | None = None) -> np.ndarray:
         """C = FᵀF (cells, points, 6) where ``deformation_gradient`` gives F."""
@@ -188,13 +185,13 @@ class Solid:
 
     def _strains(self, f: np.ndarray) -> np.ndarray:
         """C (n, 6) of F (n, 3, 3), or of as many however they are arranged."""
-        return self._at_points("right_cauchy_green", f.size // 9, f)
+        return self.at_points("right_cauchy_green", f.size // 9, f)
 
     def _jacobians(self, f: np.ndarray) -> np.ndarray:
         """J (n,) of F, as ``_strains``."""
-        return self._at_points("jacobians", f.size // 9, f, entries=1)[:, 0]
+        return self.at_points("jacobians", f.size // 9, f, entries=1)[:, 0]
 
-    def _at_points(
+    def at_points(
         self, loop: str, count: int, *known: np.ndarray | None, entries: int = 6
     ) -> np.ndarray:
         """What a loop of ``_assembly.c`` over points makes of arrays: (count, entries)."""
@@ -232,18 +229,13 @@ class Solid:
         if not (jacobian > 0).all():  # also true of NaN
             raise InvertedElementError
         if self._anchor is not None:
-            return self._linearised(self._anchor, state.x), self._anchor.moduli, jacobian
+            return self._anchor.stress_of(self, state.x), self._anchor.moduli, jacobian
         c = np.matmul(f.transpose(0, 2, 1), f)
         stress, moduli = self._isochoric(c, state)
         if state.motion is not None and state.motion.resistance:
             more_stress, more_moduli = self._viscous(c, state.motion)
             stress, moduli = stress + more_stress, moduli + more_moduli
         return *self._add_volumetric(stress, moduli, c, jacobian), jacobian
-
-    def _linearised(self, anchor: Anchor, x: np.ndarray) -> np.ndarray:
-        """S (n, 6) beside an anchor."""
-        known = self.right_cauchy_green(x), anchor.c, anchor.stress, anchor.moduli
-        return self._at_points("linearised_stress", len(anchor.c), *known)
 
     def _isochoric(self, c: np.ndarray, state: State) -> tuple[np.ndarray, np.ndarray]:
         """Isochoric stress (n, 6) and moduli (n, 6, 6) at C (n, 3, 3)."""
@@ -293,48 +285,27 @@ class Solid:
             return self.material.higher_volumetric(jacobian)
         return self.material.extra_volumetric(jacobian)
 
-    def _constants(self) -> list[float]:
+    def constants(self) -> list[float]:
         if not self._mixed:
             return []
         return [1 / self.material.bulk_modulus, float(self.material.logarithmic_volume)]
 
     def pressure_volume(self, pressure: np.ndarray) -> np.ndarray:
         """J at which the volumetric energy of the pressure unknown has the slope ``pressure``."""
-        compliance, logarithmic = self._constants()
+        compliance, logarithmic = self.constants()
         swelling = compliance * pressure
         return swelling + np.sqrt(1 + logarithmic * swelling**2)
 
     def _unknowns(self, x: np.ndarray) -> Coefficient:
         return Coefficient(x, self._size, self.assembler.unknowns.cell_dofs)
 
-    def _add_force_beside(self, anchor: Anchor, x: np.ndarray, out: np.ndarray) -> None:
-        """``add_force`` beside an anchor, in one loop."""
-        dofs, values = self.assembler.unknowns.cell_dofs, self.pressure_values
-        smallest = self.assembler.library.force_beside(
-            *self._shapes(self.cells, self._gradients),
-            self._functions,
-            pointer(self._gradients),
-            pointer(dofs),
-            dofs.shape[1],
-            pointer(x),
-            pointer(self.weights),
-            0 if values is None else values.shape[1],
-            None if values is None else pointer(values),
-            *map(ctypes.c_double, self._constants() or [0.0, 0.0]),
-            *map(pointer, (anchor.c, anchor.stress, anchor.moduli)),
-            pointer(out),
-        )
-        if not smallest > 0.0:
-            raise InvertedElementError
-
     def add_force(self, state: State, out: np.ndarray) -> None:
         if self._anchor is not None:
-            self._add_force_beside(self._anchor, state.x, out)
-            return
+            return self._anchor.add_force(self, state.x, out)
         stress, _, _ = self._evaluate(state)
         values = Coefficient(np.ascontiguousarray(stress), stress.shape[1] * len(self.weights))
         self._residual.add_vector(
-            out, self._size, [self._unknowns(state.x), values], self._constants()
+            out, self._size, [self._unknowns(state.x), values], self.constants()
         )
 
     def add_tangent(self, state: State, origin: Origin | None) -> None:
@@ -348,7 +319,7 @@ class Solid:
                 Coefficient(np.ascontiguousarray(moduli), 36 * points),
                 Coefficient(np.ascontiguousarray(geometric), 6 * points),
             ],
-            self._constants(),
+            self.constants(),
         )
 
     def _carried_stress(self, state: State, origin: Origin) -> np.ndarray:
@@ -366,7 +337,8 @@ class Solid:
 
     def _evaluate(self, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """``second_piola``, kept for the last few states: Newton asks for force and tangent at the
-        same one, and for the stress of those that it came from; of one beside another nobody does."""
+        same one, and for the stress of those that it came from; nobody does of one beside another.
+        """
         if self._anchor is not None:
             return self.second_piola(state)
         key = self._key(state)
@@ -433,7 +405,7 @@ class Solid:
         f = self.deformation_gradient(state.x)
         pressure = self.hydrostatic_pressure(state.x) if self._mixed else None
         known = f, self._evaluate(state)[0], pressure
-        pushed = self._at_points("cauchy_stress", self.volumes.size, *known, entries=9)
+        pushed = self.at_points("cauchy_stress", self.volumes.size, *known, entries=9)
         return pushed.reshape(f.shape)
 
     def nominal(self, state: State, cauchy: np.ndarray) -> np.ndarray:
@@ -445,7 +417,7 @@ class Solid:
         J σᵢ/λᵢ.
         """
         f = self.deformation_gradient(state.x)
-        return self._at_points("nominal_stress", self.volumes.size, f, cauchy)
+        return self.at_points("nominal_stress", self.volumes.size, f, cauchy)
 
     # --- as a body --------------------------------------------------------------------------------
 
@@ -480,7 +452,7 @@ class Solid:
         return SolidInertia(self.assembler, self.cells, self.material.density, self.degree)
 
     def density(self, state: State) -> np.ndarray:
-        """Stored energy (n,) but for that of the pressure unknown, at the quadrature points, MPa."""
+        """Stored energy (n,) MPa but for that of the pressure unknown, at the quadrature points."""
 
         def find() -> np.ndarray:
             f = self.deformation_gradient(state.x).reshape(-1, 3, 3)
@@ -496,14 +468,9 @@ class Solid:
     def _of_volume(self, jacobian: np.ndarray) -> np.ndarray:
         return self.material.bulk_modulus * (jacobian - 1) ** 2 / 2
 
-    def _density_beside(self, anchor: Anchor, x: np.ndarray) -> np.ndarray:
-        """``density`` to first order beside an anchor."""
-        known = self.right_cauchy_green(x), anchor.c, anchor.stress
-        return anchor.density + self._at_points("half_product", len(anchor.c), *known, entries=1)[:, 0]
-
     def energy(self, state: State) -> float:
         anchor = self._anchor
-        density = self._density_beside(anchor, state.x) if anchor else self.density(state)
+        density = anchor.density_of(self, state.x) if anchor else self.density(state)
         if self._mixed:
             jacobian = self.pressure_volume(self.hydrostatic_pressure(state.x).ravel())
             excess = self.material.logarithmic_excess(jacobian)[0]

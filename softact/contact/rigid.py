@@ -7,6 +7,7 @@ undeformed area, along the normal of the obstacle. There are no forces at single
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +18,9 @@ from softact.contact.obstacles.base import Shape
 from softact.contact.pressure import pressure
 from softact.contact.way import goes_deeper
 from softact.system.term import Origin, State
+
+if TYPE_CHECKING:
+    from softact.contact.base import Contact
 
 # What a step of Newton's method may press in on its way, of the element size and of the
 # obstacle's room.

@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.sparse
 
 from softact import compat
 from softact.bodies.soundness import NOTHING, Smallest, smallest_jacobian
 from softact.materials.tensors import largest_eigenvalue, symmetric, von_mises
+from softact.measures.nodal_means import nodal_means, nodal_means_at
 from softact.measures.sheet_fields import sheet_stress, sheet_stretch, sheet_wrinkles
 from softact.mesh.node_order import vtk_order
 from softact.model import Model
@@ -184,54 +184,12 @@ class Snapshot:
         """Volume-weighted mean at the nodes of what the cells say there.
 
         per_solid: for each of ``solids`` (cells, nodes per cell, k); returns (nodes, k), zero
-        where no solid is.
+        where no solid is and at nodes that do not decide.
         """
-        if self.decided is not None and self.actuator is not None:
-            return self._average_where_it_decides(per_solid, self.actuator.deciding_nodes)
-        dofs = self.model.displacement_dofs
-        size = per_solid[0].shape[-1]
-        sums = self._weighted_sums(per_solid, np.arange(len(dofs)))
-        whole = np.empty_like(sums)
-        for start in range(0, size + 1, 3):  # three values a node travel as a displacement does
-            columns = sums[:, start : start + 3]
-            local = np.zeros(self.model.unknowns.local)
-            local[dofs[:, : columns.shape[1]]] = columns
-            summed = self.model.unknowns.sum_shared(local)
-            whole[:, start : start + 3] = summed[dofs[:, : columns.shape[1]]]
-        return whole[:, :size] / np.maximum(whole[:, size:], 1e-300)
-
-    def _average_where_it_decides(
-        self, per_solid: list[np.ndarray], nodes: np.ndarray
-    ) -> np.ndarray:
-        """The same at some nodes (m,); zero elsewhere."""
-        sums = self._weighted_sums(per_solid, nodes)
-        parts = self.model.comm.allgather((self.model.nodes.number[nodes], sums))
-        numbers, every = (np.concatenate(part) for part in zip(*parts, strict=True))
-        known, place = np.unique(numbers, return_inverse=True)
-        whole = np.zeros((len(known), sums.shape[1]))
-        np.add.at(whole, place, every)
-        mine = whole[np.searchsorted(known, self.model.nodes.number[nodes])]
-        found = np.zeros((len(self.model.displacement_dofs), sums.shape[1] - 1))
-        found[nodes] = mine[:, :-1] / np.maximum(mine[:, -1:], 1e-300)
-        return found
-
-    def _weighted_sums(self, per_solid: list[np.ndarray], nodes: np.ndarray) -> np.ndarray:
-        """Sums (m, k + 1) of what this process's cells say at nodes (m,), weighted by volume, and
-        of the weights."""
-        place = np.full(len(self.model.displacement_dofs), -1)
-        place[nodes] = np.arange(len(nodes))
-        sums = np.zeros((len(nodes), per_solid[0].shape[-1] + 1))
-        for solid, values in zip(self.solids.values(), per_solid, strict=True):
-            at = place[self.model.cell_nodes[solid.cells].ravel()]
-            here = np.flatnonzero(at >= 0)
-            weight = np.repeat(solid.volumes.sum(axis=1), values.shape[1])[here]
-            # Much faster than np.add.at.
-            add = scipy.sparse.csr_matrix(
-                (weight, (at[here], np.arange(len(here)))), shape=(len(nodes), len(here))
-            )
-            sums[:, :-1] += add @ values.reshape(-1, values.shape[-1])[here]
-            sums[:, -1] += np.asarray(add.sum(axis=1)).ravel()
-        return sums
+        values = list(zip(self.solids.values(), per_solid, strict=True))
+        if self.decided is None or self.actuator is None:
+            return nodal_means(self.model, values)
+        return nodal_means_at(self.model, values, self.actuator.deciding_nodes)
 
     def cauchy_at_points(self, name: str) -> np.ndarray:
         """Cauchy stress (cells, points, 3, 3) at the quadrature points of one of ``solids``."""

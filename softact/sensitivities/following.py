@@ -1,13 +1,14 @@
 """The derivatives of all measures by all parameters at each accepted state of a run.
 
-A parameter's twin (``twin.py``) is the actuator with a little more (h) of it. It is put at the
-run's state, under its own loads, and brought to its own equilibrium beside it:
+A parameter's twin (``twin.py``) is the actuator with a little more (h) of it. It is put beside the
+run's state, at the distance that it had at the last one and under its own loads, and brought to its
+own equilibrium:
 
     δx ← δx − K⁻¹ (R(x + δx, θ + h) − R(x, θ)),  dm/dθ = (m(x + δx, θ + h) − m(x, θ)) / h
 
-The tangent K at the state is factorised once for all parameters. One correction is enough where it
-is exact; that is seen of the parameter that moves the actuator most, and where bodies go slack of
-each. With prescribed volumes the pressures of their cavities follow by block elimination, as in
+The tangent K at the state is factorised once for all parameters. What is left after two corrections
+is seen of the parameter that moves the actuator most, and where bodies may go slack of each. With
+prescribed volumes the pressures of their cavities follow by block elimination, as in
 ``softact.solve.border``.
 """
 
@@ -56,9 +57,9 @@ class Finding:
 
     accurate: what the next correction would be, as far as the last one tells. rounding: corrections
     below it are that, seen on the glove's finger. rough: where one larger than this is left, the
-    twin is not found there. enough: corrections by factors of the tangent itself after which the
-    rest is rounding, where forces are smooth: one finds the strains, the next what those have done
-    to the softer directions on their way (docs/sensitivities.md); most: corrections.
+    twin is not found there. enough: corrections after which the rest mostly is rounding: the first
+    finds the strains, the second what their stresses have done on the way to softer directions
+    (docs/sensitivities.md). most: corrections.
     """
 
     accurate: float = 2e-5
@@ -84,10 +85,10 @@ class _Here:
     fixed: np.ndarray
 
 
-def _arrived(step: float, fell: float) -> bool:
-    """Whether a twin needs no further correction after one by ``step``, which is ``fell`` times the
-    one before; 0 where there was none."""
-    return step <= FINDING.rounding or step * (fell or 1.0) <= FINDING.accurate
+def _arrived(step: float, before: float) -> bool:
+    """Whether a twin needs no further correction after one by ``step``, and before it one by
+    ``before``."""
+    return step <= FINDING.rounding or step**2 <= FINDING.accurate * before
 
 
 class Following:
@@ -159,7 +160,7 @@ class Following:
     def kept(self) -> tuple[dict[str, Any], list[np.ndarray]]:
         """What a run needs to go on with its twins: plain data, and unknowns (local,)."""
         known = {
-            twin.parameter.path: {
+            twin.path: {
                 "begun": plain_loads(twin.begun),
                 "now": plain_loads(twin.state),
                 "row": twin.row,
@@ -175,13 +176,13 @@ class Following:
         Raises SpecError where the earlier run had other twins.
         """
         known = start.beside.get("twins", {})
-        if list(known) != [twin.parameter.path for twin in self.twins]:
+        if list(known) != [twin.path for twin in self.twins]:
             raise SpecError(OTHERS if known else NONE)
         inside = begin is None
         first = start.step if begin is None else begin
         pairs = zip(start.vectors[::2], start.vectors[1::2], strict=True)
         for twin, (begun, now) in zip(self.twins, pairs, strict=True):
-            of = known[twin.parameter.path]
+            of = known[twin.path]
             began = State(begun.copy(), loads_of(of["begun"]))
             twin.restore(first, inside, began, State(now.copy(), loads_of(of["now"])), of["row"])
         self.ended = start.beside["ended"]
@@ -199,24 +200,25 @@ class Following:
         for twin in self.twins:
             twin.place(model, state, self._before, fraction)
         yielding = self._yielding(respond, here)
-        smooth = all(body.smooth for body in model.bodies)
-        last = dict.fromkeys(map(id, self.twins), np.inf)
+        steps: dict[str, float] = {}
         left: Sequence[Twin] = self.twins
         for number in range(FINDING.most):
-            asked = left
-            steps = self._corrected(asked, respond, here, yielding)
-            if not np.isfinite(steps).all():
+            before, found = steps, self._corrected(left, respond, here, yielding)
+            if not np.isfinite(list(found.values())).all():
                 return False
-            fell = {id(t): s / last[id(t)] for t, s in zip(asked, steps, strict=True)}
-            last |= {id(t): s for t, s in zip(asked, steps, strict=True)}
-            left = [t for t in asked if not _arrived(last[id(t)], fell[id(t)])]
-            if left and number + 1 == FINDING.enough and smooth:
+            steps = {**before, **found}
+            if number + 1 < FINDING.enough:
+                continue
+            late = [t for t in left if not _arrived(found[t.path], before.get(t.path, np.inf))]
+            if number + 1 == FINDING.enough and all(body.smooth for body in model.bodies):
                 left = self._farthest(state)
-            elif left and number == FINDING.enough and len(asked) < len(self.twins):
+            elif late and len(left) < len(self.twins) and number == FINDING.enough:
                 left = self.twins
+            else:
+                left = late
             if not left:
                 break
-        self._lost = {t.parameter.path for t in left if last[id(t)] > FINDING.rough}
+        self._lost = {t.path for t in left if steps[t.path] > FINDING.rough}
         self._before = state.x.copy()
         self.times["equilibria"] += time.perf_counter() - started
         return True
@@ -234,8 +236,8 @@ class Following:
 
     def _corrected(
         self, twins: Sequence[Twin], respond: Responses, here: _Here, yielding: np.ndarray
-    ) -> list[float]:
-        """Correct twins by what is out of balance; returns the norm of each one's correction by
+    ) -> dict[str, float]:
+        """Correct twins by what is out of balance; returns by path the norm of each correction by
         that of all its way from the actuator's state, or of a way as that of a parameter to which
         the displacements are proportional where it is shorter."""
         owned = slice(self.walk.model.unknowns.owned)
@@ -245,12 +247,12 @@ class Following:
             force[here.fixed] = 0.0
             forces.append(force[owned])
         answers = respond(np.array(forces))
-        steps, size = [], self._length(here.state.x)
+        steps, size = {}, self._length(here.state.x)
         for twin, answer in zip(twins, answers, strict=True):
             change = self._move(twin, answer, here, yielding)
             way = self._length(twin.state.x - here.state.x)
             least = twin.parameter.part * (size + NEXT_TO_NOTHING)
-            steps.append(self._length(change) / max(way, least))
+            steps[twin.path] = self._length(change) / max(way, least)
         return steps
 
     def _length(self, change: np.ndarray) -> float:
@@ -305,7 +307,7 @@ class Following:
         found = {}
         for twin in self.twins:
             twin.settle(self._evaluate(twin))
-            if twin.parameter.path not in self._lost:
-                found[twin.parameter.path] = twin.slopes(row)
+            if twin.path not in self._lost:
+                found[twin.path] = twin.slopes(row)
         self.times["measures"] += time.perf_counter() - started
         return Slopes(found)

@@ -48,6 +48,11 @@ class Twin:
         self._supported: int | None = None  # number of a step whose supports are set already
         self.held: Held = self.model.set_supports(case.supports, self.state)
 
+    @property
+    def path(self) -> str:
+        """Its parameter's."""
+        return self.parameter.path
+
     # --- steps ----------------------------------------------------------------------------------
 
     def begin(self, number: int) -> None:

@@ -175,7 +175,9 @@ def test_percentile_leaves_out_only_what_cannot_count():
     above = np.cumsum(volumes[order])
     chosen = order[np.searchsorted(above, 1e-3 * above[-1])]
     tensors = full[:, [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
-    value, place, _ = percentile(MPI.COMM_SELF, tensors, volumes, lambda n: np.column_stack(3 * [n]))
+    value, place, _ = percentile(
+        MPI.COMM_SELF, tensors, volumes, lambda n: np.column_stack(3 * [n])
+    )
     assert value == pytest.approx(largest[chosen], rel=1e-12) and place[0] == chosen
 
 

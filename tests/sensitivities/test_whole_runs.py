@@ -76,6 +76,15 @@ steps: [{{gravity: [0, 0, -1]}}, {{payload: {{surface: x_max, force: [0 N, 0 N, 
 """,
         "obstacles.table.point.2 geometry.length materials.body.c10",
     ),
+    "chambers that touch": (
+        f"""
+geometry: {{type: pneunet, chambers: 2, chamber_length: 6 mm, gap: 0.3 mm, mesh_size: 6 mm}}
+materials: {{body: {RUBBER}}}
+steps: [{{pressure: 5 kPa}}, {{pressure: 11 kPa}}]
+contact: auto
+""",
+        "geometry.inner_wall geometry.gap materials.body.c10",
+    ),
     "supports": (
         f"""
 {BLOCK}
