@@ -98,7 +98,7 @@ def _evaluate(snapshot: Snapshot) -> dict[str, float]:
     axis = np.asarray(layout.axis, float) / np.linalg.norm(layout.axis)
     mirrored = set(layout.symmetry.values())
     decided = snapshot.decided and snapshot.decided.growth
-    if decided is None:
+    if decided is None or not len(decided):
         growth, nodes = radial_growth(before, before + moved, axis, mirrored)
         snapshot.deciding.growth = nodes
     else:

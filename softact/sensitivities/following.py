@@ -113,7 +113,7 @@ class Following:
             return None
         if number == 0:  # at rest nothing moves
             for twin in self.twins:
-                twin.stand_beside(self.walk.model, state)
+                twin.look_beside(self.walk.model, state)
         else:
             self._follow_steps()
             if not self._solve(state, attempt.fraction):

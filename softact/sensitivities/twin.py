@@ -101,7 +101,9 @@ class Twin:
     def place(self, model: Model, state: State, before: np.ndarray, fraction: float) -> None:
         """Put the twin as far from the actuator (``model``) at ``state`` as it was from that at its
         last unknowns (local,), under its own loads and supports."""
-        self.stand_beside(model, state)
+        for name, solid in self.model.solids.items():
+            solid.stand_beside(model.solids[name], state)
+        self.look_beside(model, state)
         mine = self.state
         if self.ramp.injected:
             free = {name: state["pressure"].get(name, 0.0) for name in self.ramp.injected}
@@ -111,10 +113,8 @@ class Twin:
         mine.x[self.held.dofs] = held
         mine.memory = {**mine.memory, **self._stiffness(state)}
 
-    def stand_beside(self, model: Model, state: State) -> None:
-        """Linearise beside the actuator (``model``) at ``state``."""
-        for name, solid in self.model.solids.items():
-            solid.stand_beside(model.solids[name], state)
+    def look_beside(self, model: Model, state: State) -> None:
+        """Let contact look where it matters in the actuator (``model``) at ``state``."""
         for contact, other in zip(self.model.contacts, model.contacts, strict=True):
             contact.stand_beside(other, state)
 
