@@ -31,9 +31,9 @@ class Anchor:
         return solid.at_points("linearised_stress", len(self.c), *known)
 
     def density_of(self, solid: Solid, x: np.ndarray) -> np.ndarray:
-        """Stored energy (n,) to first order."""
-        known = solid.right_cauchy_green(x), self.c, self.stress
-        return self.density + solid.at_points("half_product", len(self.c), *known, entries=1)[:, 0]
+        """Stored energy (n,) of ``stress_of``."""
+        known = solid.right_cauchy_green(x), self.c, self.stress, self.moduli
+        return self.density + solid.at_points("energy_beside", len(self.c), *known, entries=1)[:, 0]
 
     def add_force(self, solid: Solid, x: np.ndarray, out: np.ndarray) -> None:
         """Add the force of ``stress_of`` to ``out`` (local,), in one loop.

@@ -97,7 +97,7 @@ def _evaluate(snapshot: Snapshot) -> dict[str, float]:
     layout = snapshot.layout
     axis = np.asarray(layout.axis, float) / np.linalg.norm(layout.axis)
     mirrored = set(layout.symmetry.values())
-    decided = snapshot.decided and snapshot.decided.growth
+    decided = snapshot.decided.growth if snapshot.decided else None
     if decided is None or not len(decided):
         growth, nodes = radial_growth(before, before + moved, axis, mirrored)
         snapshot.deciding.growth = nodes

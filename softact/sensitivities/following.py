@@ -6,8 +6,9 @@ own equilibrium:
 
     δx ← δx − K⁻¹ (R(x + δx, θ + h) − R(x, θ)),  dm/dθ = (m(x + δx, θ + h) − m(x, θ)) / h
 
-The tangent K at the state is factorised once for all parameters. What is left after two corrections
-is seen of the parameter that moves the actuator most, and where bodies may go slack of each. With
+What δx converges to does not depend on the factors: those of the last Newton step mostly do. What
+is left after two corrections is seen of the parameter with the largest second one, and where bodies
+may go slack of each; where that is too much, the tangent at the state is factorised for all. With
 prescribed volumes the pressures of their cavities follow by block elimination, as in
 ``softact.solve.border``.
 """
@@ -211,22 +212,19 @@ class Following:
                 continue
             late = [t for t in left if not _arrived(found[t.path], before.get(t.path, np.inf))]
             if number + 1 == FINDING.enough and all(body.smooth for body in model.bodies):
-                left = self._farthest(state)
-            elif late and len(left) < len(self.twins) and number == FINDING.enough:
-                left = self.twins
-            else:
-                left = late
+                left = [max(self.twins, key=lambda t: steps[t.path])]
+                continue
+            if late and number == FINDING.enough:
+                late = list(self.twins)
+                respond.renew()
+                yielding = self._yielding(respond, here)
+            left = late
             if not left:
                 break
         self._lost = {t.path for t in left if steps[t.path] > FINDING.rough}
         self._before = state.x.copy()
         self.times["equilibria"] += time.perf_counter() - started
         return True
-
-    def _farthest(self, state: State) -> list[Twin]:
-        """The twin that is farthest from the actuator's state: its error is the largest."""
-        away = [self._length(twin.state.x - state.x) for twin in self.twins]
-        return [self.twins[int(np.argmax(away))]] if away else []
 
     def _yielding(self, respond: Responses, here: _Here) -> np.ndarray:
         """What the prescribed volumes' pushes (k, local) answer: (k, local)."""

@@ -1,8 +1,8 @@
-"""What an equilibrium answers to small forces.
+"""What an equilibrium answers to small forces, by the factors of a tangent.
 
-The factors of the last Newton step are there already, but they are of a state a little before it
-(8 % off in a trial), with a stress that was carried on: the tangent at the equilibrium itself is
-factorised.
+Those of the last Newton step are there already. They are of a state a little before it (8 % off in
+a trial), with a stress that was carried on; who uses them corrects what they give, or asks for
+those of the tangent at the equilibrium itself.
 """
 
 from __future__ import annotations
@@ -14,13 +14,19 @@ from softact.system.term import State
 
 
 class Responses:
-    """Answers of one equilibrium."""
+    """Answers of one equilibrium. exact: whether the factors are of its own tangent."""
 
     def __init__(self, newton: Newton, state: State):
-        self._newton = newton
-        newton.model.tangent(state)
-        newton.factor.follow_layout()
-        newton.factor.again()
+        self._newton, self._state, self.exact = newton, state, False
+        if not newton.has_factors:
+            self.renew()
+
+    def renew(self) -> None:
+        """Factorise the tangent of the equilibrium."""
+        self._newton.model.tangent(self._state)
+        self._newton.factor.follow_layout()
+        self._newton.factor.again()
+        self.exact = True
 
     def __call__(self, forces: np.ndarray) -> np.ndarray:
         """Unknowns (k, local) that the factors give for forces (k, owned), zero at supports."""

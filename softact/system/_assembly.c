@@ -384,13 +384,17 @@ double force_beside(int64_t count, const int32_t *cells, const int32_t *nodes, i
     return smallest;
 }
 
-/* S : (C - C0)/2: out (count). c, c0, s: (count, 6), of which each shear stands twice in a tensor. */
-void half_product(int64_t count, const double *c, const double *c0, const double *s, double *out)
+/* Energy S : E + E : D : E/2 of the strain E = (C - C0)/2: out (count); the rest as in
+   `linearised_stress`. */
+void energy_beside(int64_t count, const double *c, const double *c0, const double *s,
+                   const double *d, double *out)
 {
-    for (int64_t n = 0; n < count; ++n, c += 6, c0 += 6, s += 6) {
+    for (int64_t n = 0; n < count; ++n, c += 6, c0 += 6, s += 6, d += 36) {
+        double stress[6];
+        linearised_stress(1, c, c0, s, d, stress);
         out[n] = 0.0;
         for (int a = 0; a < 6; ++a)
-            out[n] += (a < 3 ? 0.5 : 1.0) * (c[a] - c0[a]) * s[a];
+            out[n] += (a < 3 ? 0.25 : 0.5) * (c[a] - c0[a]) * (s[a] + stress[a]);
     }
 }
 
