@@ -25,6 +25,12 @@ class Anchor:
     moduli: np.ndarray
     density: np.ndarray
 
+    def part(self, chosen: np.ndarray, points: int) -> Anchor:
+        """The same of chosen cells (k,), each of which has so many points."""
+        known = (self.c, self.stress, self.moduli, self.density)
+        rows = (chosen[:, None] * points + np.arange(points)).ravel()
+        return Anchor(*(array[rows] for array in known))
+
     def stress_of(self, solid: Solid, x: np.ndarray) -> np.ndarray:
         """S + D : (C − C₀)/2 (n, 6) at unknowns x (local,)."""
         known = solid.right_cauchy_green(x), self.c, self.stress, self.moduli

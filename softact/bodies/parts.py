@@ -11,7 +11,6 @@ from softact.bodies.remembering import RememberingSolid
 from softact.system.term import State
 
 if TYPE_CHECKING:
-    from softact.bodies.solid import Solid
     from softact.model import Model
 
 
@@ -20,7 +19,7 @@ class Parts:
 
     def __init__(self, model: Model):
         self._model = model
-        self._held: tuple[tuple[str, ...], dict[int, Solid]] | None = None
+        self._held: tuple[tuple[str, ...], dict[str, np.ndarray]] | None = None
 
     @functools.cached_property
     def nodes(self) -> dict[str, np.ndarray]:
@@ -46,16 +45,11 @@ class Parts:
             return model.force(state)[0]
         surfaces = tuple(dict.fromkeys(support.surface for support in model.supports))
         if self._held is None or self._held[0] != surfaces:
-            self._held = surfaces, self._parts_at(surfaces)
-        parts = self._held[1]
-        return model.sum_of_forces(state, [parts.get(id(term), term) for term in model.elastic])[0]
-
-    def _parts_at(self, surfaces: tuple[str, ...]) -> dict[int, Solid]:
-        """The parts of solids at surfaces, by the solids; of those that remember nothing."""
-        nodes = [self._model.surfaces.nodes(surface) for surface in surfaces]
-        found = self.cells_at(np.concatenate([np.empty(0, int), *nodes]))
-        return {
-            id(solid): solid.part(found[name])
-            for name, solid in self._model.solids.items()
+            nodes = [model.surfaces.nodes(surface) for surface in surfaces]
+            self._held = surfaces, self.cells_at(np.concatenate([np.empty(0, int), *nodes]))
+        parts = {
+            id(solid): solid.part(self._held[1][name])
+            for name, solid in model.solids.items()
             if not isinstance(solid, RememberingSolid)
         }
+        return model.sum_of_forces(state, [parts.get(id(term), term) for term in model.elastic])[0]

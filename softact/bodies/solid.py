@@ -385,8 +385,8 @@ class Solid:
         self._last.clear()
 
     def part(self, chosen: np.ndarray) -> Solid:
-        """The solid of some of its cells (k,), numbers among ``cells``, without what is kept of
-        states; not of one that remembers."""
+        """The solid of some of its cells (k,), numbers among ``cells``, linearised as it is; not of
+        one that remembers."""
         part = copy.copy(self)
         part.cells = np.ascontiguousarray(self.cells[chosen])
         part.volumes = self.volumes[chosen]
@@ -397,7 +397,9 @@ class Solid:
         part._residual, part._tangent = (
             Kernel(self.assembler, kernel.address, part.cells) for kernel in kernels
         )
-        part._kept, part._last, part._anchor, part._began = [], {}, None, None
+        part._kept, part._last, part._began = [], {}, None
+        if self._anchor is not None:
+            part._anchor = self._anchor.part(chosen, self.volumes.shape[1])
         return part
 
     def cauchy(self, state: State) -> np.ndarray:
