@@ -5,49 +5,40 @@
 
 #include <math.h>
 #include <stdint.h>
+#include <stdlib.h>
 
-static void shape(int nodes, double s, double t, double N[6], double D[2][6])
-{
-    const double r = 1 - s - t;
-    if (nodes == 3) {
-        N[0] = r, N[1] = s, N[2] = t;
-        D[0][0] = -1, D[0][1] = 1, D[0][2] = 0;
-        D[1][0] = -1, D[1][1] = 0, D[1][2] = 1;
-        return;
-    }
-    N[0] = r * (2 * r - 1), N[1] = s * (2 * s - 1), N[2] = t * (2 * t - 1);
-    N[3] = 4 * r * s, N[4] = 4 * s * t, N[5] = 4 * t * r;
-    D[0][0] = 1 - 4 * r, D[0][1] = 4 * s - 1, D[0][2] = 0;
-    D[0][3] = 4 * (r - s), D[0][4] = 4 * t, D[0][5] = -4 * t;
-    D[1][0] = 1 - 4 * r, D[1][1] = 0, D[1][2] = 4 * t - 1;
-    D[1][3] = -4 * s, D[1][4] = 4 * s, D[1][5] = 4 * (r - t);
-}
+/* A facet y(s, t) = c[0] + c[1] s + c[2] t + c[3] s^2 + c[4] s t + c[5] t^2 as it is needed at each
+   of the points that look at it.
+
+   centre, radius: of the ball that holds it with a tenth of it beyond its edges; along: of a vector r
+   from its first corner, s = along[0] . r and t = along[1] . r on the flat triangle of its corners,
+   whose normal is `normal`; over: how far it may be from that plane, lean: and its normal from that
+   one, a tenth beyond its edges, too. */
+typedef struct {
+    double centre[3], radius, c[6][3], along[2][3], normal[3], over, lean;
+} facet_t;
+
+int32_t facet_size(void) { return sizeof(facet_t) / sizeof(double); }
 
 static double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-/* Second derivatives ss, st, tt of the shape functions of a quadratic facet. */
-static const double SECOND[3][6] = {
-    {4, 4, 0, -8, 0, 0}, {4, 0, 0, -4, 4, -4}, {4, 0, 4, 0, 0, -8}};
-
-/* Foot of the perpendicular from x on the facet y, by Newton's method from st; the signed gap and
-   the normal there. Returns 0 where there is none near the facet. */
-static int foot(int nodes, const double *y, const double *x, double st[2], double *gap, double n[3])
+/* Foot of the perpendicular from x on a facet, by Newton's method from st; the signed gap and the
+   normal there. Returns 0 where there is none near the facet. */
+static int foot(const facet_t *on, const double *x, double st[2], double *gap, double n[3])
 {
-    double N[6], D[2][6], a[2][3], r[3], second[3][3] = {{0}};
-    if (nodes == 6)
-        for (int k = 0; k < 3; ++k)
-            for (int i = 0; i < 6; ++i)
-                for (int c = 0; c < 3; ++c)
-                    second[k][c] += SECOND[k][i] * y[3 * i + c];
+    double a[2][3], r[3], second[3][3];
+    for (int i = 0; i < 3; ++i) {
+        second[0][i] = 2 * on->c[3][i];
+        second[1][i] = on->c[4][i];
+        second[2][i] = 2 * on->c[5][i];
+    }
     for (int iteration = 0;; ++iteration) {
-        shape(nodes, st[0], st[1], N, D);
-        for (int c = 0; c < 3; ++c) {
-            r[c] = x[c], a[0][c] = 0, a[1][c] = 0;
-            for (int i = 0; i < nodes; ++i) {
-                r[c] -= N[i] * y[3 * i + c];
-                a[0][c] += D[0][i] * y[3 * i + c];
-                a[1][c] += D[1][i] * y[3 * i + c];
-            }
+        const double s = st[0], t = st[1];
+        for (int i = 0; i < 3; ++i) {
+            r[i] = x[i] - (on->c[0][i] + s * (on->c[1][i] + s * on->c[3][i] + t * on->c[4][i])
+                           + t * (on->c[2][i] + t * on->c[5][i]));
+            a[0][i] = on->c[1][i] + s * second[0][i] + t * second[1][i];
+            a[1][i] = on->c[2][i] + s * second[1][i] + t * second[2][i];
         }
         const double f0 = dot(r, a[0]), f1 = dot(r, a[1]);
         const double g00 = dot(a[0], a[0]), g01 = dot(a[0], a[1]), g11 = dot(a[1], a[1]);
@@ -74,40 +65,48 @@ static int foot(int nodes, const double *y, const double *x, double st[2], doubl
     n[1] = a[0][2] * a[1][0] - a[0][0] * a[1][2];
     n[2] = a[0][0] * a[1][1] - a[0][1] * a[1][0];
     const double length = sqrt(dot(n, n));
-    for (int c = 0; c < 3; ++c)
-        n[c] /= length;
+    for (int i = 0; i < 3; ++i)
+        n[i] /= length;
     *gap = dot(r, n);
     return 1;
 }
 
-typedef struct {
-    int32_t count;       /* nodes of a facet */
-    const double *nodes; /* (facets, nodes, 3) */
-    const double *balls; /* (facets, 4): centre and radius of what a foot may lie in */
-} surface_t;
-
-/* The ball that holds a facet with a tenth of it beyond its edges: that of its flat triangle, and what
-   the middles stand off their edges, since their shape functions add up to no more than 1.8 there. */
-void balls(int64_t facets, int32_t count, const double *nodes, double *ball)
+/* The polynomial of a facet of 3 or 6 nodes y (nodes, 3). */
+static void polynomial(int32_t count, const double *y, double c[6][3])
 {
-    for (int64_t f = 0; f < facets; ++f, nodes += 3 * count, ball += 4) {
-        double radius = 0, off = 0;
-        for (int c = 0; c < 3; ++c)
-            ball[c] = (nodes[c] + nodes[3 + c] + nodes[6 + c]) / 3;
-        for (int i = 0; i < count; ++i) {
-            const int a = i - 3, b = (i - 2) % 3;
-            double square = 0;
-            for (int c = 0; c < 3; ++c) {
-                const double middle = i < 3 ? ball[c] : (nodes[3 * a + c] + nodes[3 * b + c]) / 2;
-                square += (nodes[3 * i + c] - middle) * (nodes[3 * i + c] - middle);
-            }
-            if (i < 3)
-                radius = fmax(radius, square);
-            else
-                off = fmax(off, square);
+    for (int i = 0; i < 3; ++i) {
+        const double y0 = y[i], y1 = y[3 + i], y2 = y[6 + i];
+        c[0][i] = y0, c[1][i] = y1 - y0, c[2][i] = y2 - y0;
+        c[3][i] = c[4][i] = c[5][i] = 0;
+        if (count == 6) {
+            const double a = y[9 + i], b = y[12 + i], d = y[15 + i]; /* middles of 01, 12, 20 */
+            c[1][i] = 4 * a - 3 * y0 - y1, c[2][i] = 4 * d - 3 * y0 - y2;
+            c[3][i] = 2 * (y0 + y1) - 4 * a, c[5][i] = 2 * (y0 + y2) - 4 * d;
+            c[4][i] = 4 * (y0 + b - a - d);
         }
-        ball[3] = 1.3 * sqrt(radius) + 1.8 * sqrt(off);
     }
+}
+
+/* The ball: that of the flat triangle, and what the middles stand off their edges, since their shape
+   functions add up to no more than 1.8 a tenth of the facet beyond its edges. */
+static void enclose(int32_t count, const double *y, facet_t *on)
+{
+    double radius = 0, off = 0;
+    for (int c = 0; c < 3; ++c)
+        on->centre[c] = (y[c] + y[3 + c] + y[6 + c]) / 3;
+    for (int i = 0; i < count; ++i) {
+        const int a = i - 3, b = (i - 2) % 3;
+        double square = 0;
+        for (int c = 0; c < 3; ++c) {
+            const double middle = i < 3 ? on->centre[c] : (y[3 * a + c] + y[3 * b + c]) / 2;
+            square += (y[3 * i + c] - middle) * (y[3 * i + c] - middle);
+        }
+        if (i < 3)
+            radius = fmax(radius, square);
+        else
+            off = fmax(off, square);
+    }
+    on->radius = 1.3 * sqrt(radius) + 1.8 * sqrt(off);
 }
 
 /* How far a quadratic facet y may be from the plane of its corners, whose normal is n: the shape
@@ -121,37 +120,70 @@ static double bulge(int32_t count, const double *y, const double n[3])
     return 1.8 * most;
 }
 
+static double length_of(const double *a) { return sqrt(dot(a, a)); }
+
+/* How far the unit normal of a facet with the polynomial c may be from that of its corners, which has
+   the edges e0 and e1 and whose product has this length: with a = e0 + d, b = e1 + e along s and t,
+   a x b - e0 x e1 = d x e1 + e0 x e + d x e. */
+static double lean(double c[6][3], const double *e0, const double *e1, double length)
+{
+    double first[3], second[3];
+    for (int i = 0; i < 3; ++i)
+        first[i] = c[1][i] - e0[i], second[i] = c[2][i] - e1[i];
+    const double d = length_of(first) + 2.4 * length_of(c[3]) + 1.2 * length_of(c[4]);
+    const double e = length_of(second) + 2.4 * length_of(c[5]) + 1.2 * length_of(c[4]);
+    const double turned = (d * length_of(e1) + e * length_of(e0) + d * e) / length;
+    return turned < 0.5 ? 1.1 * turned : INFINITY;
+}
+
+/* The facets of these nodes (facets, count, 3), for `closest`. */
+void prepare(int64_t facets, int32_t count, const double *nodes, facet_t *out)
+{
+    for (int64_t f = 0; f < facets; ++f, nodes += 3 * count) {
+        facet_t *on = out + f;
+        double e0[3], e1[3], *n = on->normal;
+        polynomial(count, nodes, on->c);
+        enclose(count, nodes, on);
+        for (int c = 0; c < 3; ++c)
+            e0[c] = nodes[3 + c] - nodes[c], e1[c] = nodes[6 + c] - nodes[c];
+        const double g00 = dot(e0, e0), g01 = dot(e0, e1), g11 = dot(e1, e1);
+        const double det = g00 * g11 - g01 * g01;
+        for (int c = 0; c < 3; ++c) {
+            on->along[0][c] = (g11 * e0[c] - g01 * e1[c]) / det;
+            on->along[1][c] = (g00 * e1[c] - g01 * e0[c]) / det;
+        }
+        n[0] = e0[1] * e1[2] - e0[2] * e1[1];
+        n[1] = e0[2] * e1[0] - e0[0] * e1[2];
+        n[2] = e0[0] * e1[1] - e0[1] * e1[0];
+        const double length = sqrt(dot(n, n));
+        for (int c = 0; c < 3; ++c)
+            n[c] /= length;
+        on->over = bulge(count, nodes, n);
+        on->lean = lean(on->c, e0, e1, length);
+    }
+}
+
 /* Whether x faces a facet: foot st within its edges (by slack), gap below reach and not deeper than
-   depth, normals opposed. */
-static int faces(const surface_t *on, int32_t facet, const double *x, const double *own, double reach,
+   depth, normals opposed. curved: whether it has middles. */
+static int faces(const facet_t *on, int curved, const double *x, const double *own, double reach,
                  double depth, double slack, double st[2], double *gap)
 {
-    const double *y = on->nodes + (int64_t)facet * on->count * 3;
-    const double *ball = on->balls + (int64_t)facet * 4;
-    double e0[3], e1[3], r[3], n[3];
-    const double limit = fmax(reach, depth) + ball[3];
+    double r[3], n[3];
+    const double limit = fmax(reach, depth) + on->radius;
     for (int c = 0; c < 3; ++c)
-        r[c] = x[c] - ball[c];
+        r[c] = x[c] - on->centre[c];
     if (dot(r, r) > limit * limit)
         return 0;
     for (int c = 0; c < 3; ++c)
-        e0[c] = y[3 + c] - y[c], e1[c] = y[6 + c] - y[c], r[c] = x[c] - y[c];
-    const double g00 = dot(e0, e0), g01 = dot(e0, e1), g11 = dot(e1, e1);
-    const double f0 = dot(r, e0), f1 = dot(r, e1), det = g00 * g11 - g01 * g01;
-    st[0] = (g11 * f0 - g01 * f1) / det, st[1] = (g00 * f1 - g01 * f0) / det;
-    const double far = on->count == 6 ? 0.4 : slack; /* on the flat triangle of the corners */
+        r[c] = x[c] - on->c[0][c];
+    const double height = dot(r, on->normal);
+    if (height > reach + on->over || height < -depth - on->over) /* wherever the foot is */
+        return 0;
+    st[0] = dot(on->along[0], r), st[1] = dot(on->along[1], r);
+    const double far = curved ? 0.4 : slack; /* on the flat triangle of the corners */
     if (st[0] < -far || st[1] < -far || st[0] + st[1] > 1 + far)
         return 0;
-    n[0] = e0[1] * e1[2] - e0[2] * e1[1];
-    n[1] = e0[2] * e1[0] - e0[0] * e1[2];
-    n[2] = e0[0] * e1[1] - e0[1] * e1[0];
-    const double length = sqrt(dot(n, n));
-    for (int c = 0; c < 3; ++c)
-        n[c] /= length;
-    const double height = dot(r, n), over = bulge(on->count, y, n);
-    if (height > reach + over || height < -depth - over) /* too far, wherever the foot is */
-        return 0;
-    if (!foot(on->count, y, x, st, gap, n) || !(*gap < reach && *gap > -depth))
+    if (!foot(on, x, st, gap, n) || !(*gap < reach && *gap > -depth))
         return 0;
     if (st[0] < -slack || st[1] < -slack || st[0] + st[1] > 1 + slack)
         return 0;
@@ -160,38 +192,95 @@ static int faces(const surface_t *on, int32_t facet, const double *x, const doub
     return dot(n, own) < (*gap < 0 ? -0.5 : -0.1);
 }
 
+/* Whether a point within the ball (centre x, radius), of a facet with the normal `own`, may face a
+   facet. */
+static int in_sight(const facet_t *on, int curved, const double x[3], const double *own, double radius,
+                    double reach, double depth, double slack)
+{
+    double r[3];
+    if (dot(on->normal, own) > on->lean - 0.1)
+        return 0;
+    const double limit = fmax(reach, depth) + on->radius + radius;
+    for (int c = 0; c < 3; ++c)
+        r[c] = x[c] - on->centre[c];
+    if (dot(r, r) > limit * limit)
+        return 0;
+    for (int c = 0; c < 3; ++c)
+        r[c] = x[c] - on->c[0][c];
+    const double height = dot(r, on->normal), far = curved ? 0.4 : slack;
+    if (height > reach + on->over + radius || height < -depth - on->over - radius)
+        return 0;
+    const double s = dot(on->along[0], r), t = dot(on->along[1], r);
+    const double more_s = radius * sqrt(dot(on->along[0], on->along[0]));
+    const double more_t = radius * sqrt(dot(on->along[1], on->along[1]));
+    return !(s < -far - more_s || t < -far - more_t || s + t > 1 + far + more_s + more_t);
+}
+
+/* The facets in sight of points (count, 3) of one with the normal `own`; returns how many. */
+static int64_t sought(const facet_t *on, int curved, int32_t count, const double *points,
+                      const double *own, double reach, double depth, double slack,
+                      const int32_t *candidate, int64_t candidates, int32_t *found)
+{
+    double middle[3] = {0}, square = 0;
+    for (int q = 0; q < count; ++q)
+        for (int c = 0; c < 3; ++c)
+            middle[c] += points[3 * q + c] / count;
+    for (int q = 0; q < count; ++q) {
+        double r[3];
+        for (int c = 0; c < 3; ++c)
+            r[c] = points[3 * q + c] - middle[c];
+        square = fmax(square, dot(r, r));
+    }
+    const double radius = (1 + 1e-9) * sqrt(square);
+    int64_t number = 0;
+    for (int64_t k = 0; k < candidates; ++k)
+        if (in_sight(on + candidate[k], curved, middle, own, radius, reach, depth, slack))
+            found[number++] = candidate[k];
+    return number;
+}
+
 /* For each point the facet that it faces: partner (-1: none), place on it, signed gap.
 
-   places: (facets, points, 3); own: (facets, 3) normals of their facets; nodes: (facets, nodes, 3)
-   of the facets, balls: around them, see there; start, candidate: facets that each facet may touch; reach, depth: (facets) how far
+   places: (facets, points, 3); own: (facets, 3) normals of their facets; on: the facets that they may
+   face, see `prepare`, count: their nodes; start, candidate: facets that each facet may touch; reach, depth: (facets) how far
    away, and how deep inside, the other may be; slack, keep: how far beyond the edge of a facet, barycentric,
    for a new partner and for the one that stands in partner on entry; tie: of two that are equally far,
    to this part of reach, the first one counts, whatever the rounding. */
 void closest(int64_t facets, int32_t points, int32_t count, const double *places, const double *own,
-             const double *nodes, const double *balls, const int64_t *start, const int32_t *candidate,
+             const facet_t *on, const int64_t *start, const int32_t *candidate,
              const double *reach, const double *depth, double slack, double keep, double tie, int32_t *partner,
              double *place, double *gap)
 {
-    const surface_t on = {count, nodes, balls};
+    const int curved = count == 6;
+    int64_t most = 0;
     for (int64_t f = 0; f < facets; ++f)
+        most = start[f + 1] - start[f] > most ? start[f + 1] - start[f] : most;
+    int32_t *near = malloc((most + 1) * sizeof(int32_t));
+    for (int64_t f = 0; f < facets; ++f) {
+        int64_t number = -1; /* of those that are near: not sought yet */
         for (int q = 0; q < points; ++q) {
             const int64_t p = f * points + q;
             const double *x = places + 3 * p;
             double best = reach[f], st[2], g;
             const int32_t before = partner[p];
             partner[p] = -1, gap[p] = INFINITY, place[2 * p] = place[2 * p + 1] = 0;
-            if (before >= 0 && faces(&on, before, x, own + 3 * f, best, depth[f], keep, st, &g)) {
+            if (before >= 0 && faces(on + before, curved, x, own + 3 * f, best, depth[f], keep, st, &g)) {
                 partner[p] = before, gap[p] = g, place[2 * p] = st[0], place[2 * p + 1] = st[1];
                 continue;
             }
-            for (int64_t k = start[f]; k < start[f + 1]; ++k) {
-                if (!faces(&on, candidate[k], x, own + 3 * f, best, fmin(best, depth[f]), slack, st, &g))
+            if (number < 0)
+                number = sought(on, curved, points, places + 3 * f * points, own + 3 * f, reach[f],
+                                depth[f], slack, candidate + start[f], start[f + 1] - start[f], near);
+            for (int64_t k = 0; k < number; ++k) {
+                if (!faces(on + near[k], curved, x, own + 3 * f, best, fmin(best, depth[f]), slack, st, &g))
                     continue;
                 if (partner[p] >= 0 && fabs(g) > best - tie * reach[f])
                     continue;
                 best = fabs(g);
-                partner[p] = candidate[k], gap[p] = g;
+                partner[p] = near[k], gap[p] = g;
                 place[2 * p] = st[0], place[2 * p + 1] = st[1];
             }
         }
+    }
+    free(near);
 }

@@ -95,7 +95,8 @@ class Closest:
     def __init__(self, comm: MPI.Comm):
         source = Path(__file__).with_name("_closest.c")
         library = jit.load_library(comm, source)
-        self._function, self._balls = library.closest, library.balls
+        self._function, self._prepare = library.closest, library.prepare
+        self._size = library.facet_size()
 
     def __call__(
         self,
@@ -115,21 +116,21 @@ class Closest:
         places, nodes, reach, depth = map(np.ascontiguousarray, (places, nodes, reach, depth))
         own = np.ascontiguousarray(facet_normals(own))
         shape = places.shape[:2]
-        balls = np.empty((len(nodes), 4))
+        facets = np.empty((len(nodes), self._size))
         size = ctypes.c_int64(len(nodes)), ctypes.c_int32(nodes.shape[1])
-        self._balls(*size, *(ctypes.c_void_p(a.ctypes.data) for a in (nodes, balls)))
+        self._prepare(*size, *(ctypes.c_void_p(a.ctypes.data) for a in (nodes, facets)))
         partner = np.full(shape, -1, np.int32) if before is None else before.astype(np.int32)
         place, gap = np.empty((*shape, 2)), np.empty(shape)
-        arrays = (places, own, nodes, balls, start, candidate, reach, depth)
+        arrays = (places, own, facets, start, candidate, reach, depth)
         pointers = [ctypes.c_void_p(a.ctypes.data) for a in (*arrays, partner, place, gap)]
         self._function(
             ctypes.c_int64(shape[0]),
             ctypes.c_int32(shape[1]),
             ctypes.c_int32(nodes.shape[1]),
-            *pointers[:8],
+            *pointers[:7],
             ctypes.c_double(SLACK),
             ctypes.c_double(KEEP),
             ctypes.c_double(TIE),
-            *pointers[8:],
+            *pointers[7:],
         )
         return partner, place, gap
