@@ -38,6 +38,8 @@ class Backs:
 
     def __call__(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
         """Whether the facets i (m,) and j (m,) are such a pair."""
+        if not self._sheet.any():
+            return np.zeros(len(i), dtype=bool)
         way, size = self._centre[i] - self._centre[j], self._size[i] + self._size[j]
         n, m = self._normal[i], self._normal[j]
         small = COINCIDENT * size

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy.sparse
 from scipy.spatial import cKDTree
 
 from softact.contact.backs import Backs
@@ -52,9 +53,26 @@ def facet_normals(nodes: np.ndarray) -> np.ndarray:
     return n / np.linalg.norm(n, axis=1, keepdims=True)
 
 
+def neighbours(numbers: np.ndarray) -> np.ndarray:
+    """Pairs of facets i < j that have a node in common, as sorted numbers i k + j; numbers: (k, n)
+    of their nodes."""
+    count = len(numbers)
+    facet = np.repeat(np.arange(count), numbers.shape[1])
+    of_node = scipy.sparse.csr_matrix((np.ones(len(facet), np.int8), (facet, numbers.ravel())))
+    i, j = (of_node @ of_node.T).nonzero()
+    return np.sort(i[i < j].astype(np.int64) * count + j[i < j])
+
+
+def _among(keys: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Whether numbers (m,) are among sorted ones."""
+    if not len(known):
+        return np.zeros(len(keys), dtype=bool)
+    return known[np.minimum(np.searchsorted(known, keys), len(known) - 1)] == keys
+
+
 def candidates(
     nodes: np.ndarray,
-    numbers: np.ndarray,
+    adjoining: np.ndarray,
     side: np.ndarray,
     reach: np.ndarray,
     backs: Backs,
@@ -62,8 +80,7 @@ def candidates(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Facets that each facet may touch before the next search, as (start (k + 1,), facet).
 
-    nodes: (k, n, 3) places, numbers: (k, n) which nodes they are (facets with a common node are
-    neighbours, not contact), side: (k,) of which body (facets of one side do not touch; −1: any
+    nodes: (k, n, 3) places, adjoining: ``neighbours``, which are no contact, side: (k,) of which body (facets of one side do not touch; −1: any
     other), reach: (k,) mm, backs: pairs that never touch, overlooks: pairs of which only the second
     looks at the first.
     """
@@ -71,22 +88,23 @@ def candidates(
     tree = cKDTree(centre)
     # Both ways: the farther reach of two counts.
     pairs = tree.query_pairs(2 * (radius + reach).max(), output_type="ndarray")
-    i, j = pairs.T
+    i, j = np.ascontiguousarray(pairs.T)
     near = np.linalg.norm(centre[i] - centre[j], axis=1)
     near = near < radius[i] + radius[j] + np.maximum(reach[i], reach[j])
+    i, j = i[near], j[near]
     normal = facet_normals(nodes)
-    near &= np.einsum("ij,ij->i", normal[i], normal[j]) < FACING
+    near = np.einsum("ij,ij->i", normal[i], normal[j]) < FACING
     near &= (side[i] != side[j]) | (side[i] < 0)
     i, j = i[near], j[near]
-    apart = ~(numbers[i][:, :, None] == numbers[j][:, None]).any(axis=(1, 2))
+    apart = ~_among(i * len(nodes) + j, adjoining)
     apart |= overlooks(i, j) | overlooks(j, i)  # also beside where the sheet is glued
     apart &= ~backs(i, j)
     i, j = np.concatenate([i[apart], j[apart]]), np.concatenate([j[apart], i[apart]])
     seen = ~overlooks(i, j)
     i, j = i[seen], j[seen]
-    order = np.lexsort((j, i))
-    start = np.searchsorted(i[order], np.arange(len(nodes) + 1))
-    return start.astype(np.int64), j[order].astype(np.int32)
+    i, j = np.divmod(np.sort(i * len(nodes) + j), len(nodes))
+    start = np.searchsorted(i, np.arange(len(nodes) + 1))
+    return start.astype(np.int64), j.astype(np.int32)
 
 
 class Closest:

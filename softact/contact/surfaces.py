@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softact.contact.backs import Backs
-from softact.contact.closest import Closest, candidates, derivatives
+from softact.contact.closest import Closest, candidates, derivatives, neighbours
 from softact.contact.coupling import Coupling
 from softact.contact.crossing import Crossing
 from softact.contact.gap_hessian import gap_hessian
@@ -97,7 +97,7 @@ class SurfaceContact:
             self.friction = SurfaceFriction(
                 self.name, touching.friction, self.facets, self.coupling
             )
-        self._backs = Backs(model, self.facets)
+        self._backs, self._adjoining = Backs(model, self.facets), neighbours(self.facets.nodes)
         self._reach = REACH * self.facets.size + touching.distance
         self._depth = DEPTH * self.facets.size - touching.distance
         self._beside = False  # another contact, which looks about for this one
@@ -114,9 +114,8 @@ class SurfaceContact:
         """Which facets those of this process's share may come to touch before the next
         equilibrium."""
         nodes = self.facets.node_places(x)
-        numbers = self.facets.nodes
         start, candidate = candidates(
-            nodes, numbers, self._side, self._reach, self._backs, self._overlooks
+            nodes, self._adjoining, self._side, self._reach, self._backs, self._overlooks
         )
         counts, mine = np.diff(start), self.facets.mine
         start = np.concatenate([[0], np.cumsum(counts * mine)])
