@@ -80,9 +80,9 @@ def candidates(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Facets that each facet may touch before the next search, as (start (k + 1,), facet).
 
-    nodes: (k, n, 3) places, adjoining: ``neighbours``, which are no contact, side: (k,) of which body (facets of one side do not touch; −1: any
-    other), reach: (k,) mm, backs: pairs that never touch, overlooks: pairs of which only the second
-    looks at the first.
+    nodes: (k, n, 3) places, adjoining: ``neighbours``, which are no contact, side: (k,) of which
+    body (facets of one side do not touch; −1: any other), reach: (k,) mm, backs: pairs that never
+    touch, overlooks: pairs of which only the second looks at the first.
     """
     centre, radius = spheres(nodes)
     tree = cKDTree(centre)
