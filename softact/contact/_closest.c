@@ -12,10 +12,10 @@
 
    centre, radius: of the ball that holds it with a tenth of it beyond its edges; along: of a vector r
    from its first corner, s = along[0] . r and t = along[1] . r on the flat triangle of its corners,
-   whose normal is `normal`; over: how far it may be from that plane, lean: and its normal from that
+   rate: their lengths; normal: that triangle's; over: how far it may be from that plane, lean: and its normal from that
    one, a tenth beyond its edges, too. */
 typedef struct {
-    double centre[3], radius, c[6][3], along[2][3], normal[3], over, lean;
+    double centre[3], radius, c[6][3], along[2][3], rate[2], normal[3], over, lean;
 } facet_t;
 
 int32_t facet_size(void) { return sizeof(facet_t) / sizeof(double); }
@@ -152,10 +152,12 @@ void prepare(int64_t facets, int32_t count, const double *nodes, facet_t *out)
             on->along[0][c] = (g11 * e0[c] - g01 * e1[c]) / det;
             on->along[1][c] = (g00 * e1[c] - g01 * e0[c]) / det;
         }
+        for (int c = 0; c < 2; ++c)
+            on->rate[c] = length_of(on->along[c]);
         n[0] = e0[1] * e1[2] - e0[2] * e1[1];
         n[1] = e0[2] * e1[0] - e0[0] * e1[2];
         n[2] = e0[0] * e1[1] - e0[1] * e1[0];
-        const double length = sqrt(dot(n, n));
+        const double length = length_of(n);
         for (int c = 0; c < 3; ++c)
             n[c] /= length;
         on->over = bulge(count, nodes, n);
@@ -163,25 +165,35 @@ void prepare(int64_t facets, int32_t count, const double *nodes, facet_t *out)
     }
 }
 
-/* Whether x faces a facet: foot st within its edges (by slack), gap below reach and not deeper than
-   depth, normals opposed. curved: whether it has middles. */
-static int faces(const facet_t *on, int curved, const double *x, const double *own, double reach,
-                 double depth, double slack, double st[2], double *gap)
+/* Whether points within the ball (centre x, radius) may have a foot on a facet: near it, and near its
+   plane wherever the foot is; st: that of x on the flat triangle of its corners. curved: whether it
+   has middles. */
+static int near_facet(const facet_t *on, int curved, const double *x, double radius, double reach,
+                      double depth, double slack, double st[2])
 {
-    double r[3], n[3];
-    const double limit = fmax(reach, depth) + on->radius;
+    double r[3];
+    const double limit = fmax(reach, depth) + on->radius + radius;
     for (int c = 0; c < 3; ++c)
         r[c] = x[c] - on->centre[c];
     if (dot(r, r) > limit * limit)
         return 0;
     for (int c = 0; c < 3; ++c)
         r[c] = x[c] - on->c[0][c];
-    const double height = dot(r, on->normal);
-    if (height > reach + on->over || height < -depth - on->over) /* wherever the foot is */
+    const double height = dot(r, on->normal), over = on->over + radius;
+    if (height > reach + over || height < -depth - over)
         return 0;
     st[0] = dot(on->along[0], r), st[1] = dot(on->along[1], r);
-    const double far = curved ? 0.4 : slack; /* on the flat triangle of the corners */
-    if (st[0] < -far || st[1] < -far || st[0] + st[1] > 1 + far)
+    const double far = curved ? 0.4 : slack, s = radius * on->rate[0], t = radius * on->rate[1];
+    return !(st[0] < -far - s || st[1] < -far - t || st[0] + st[1] > 1 + far + s + t);
+}
+
+/* Whether x faces a facet: foot st within its edges (by slack), gap below reach and not deeper than
+   depth, normals opposed. */
+static int faces(const facet_t *on, int curved, const double *x, const double *own, double reach,
+                 double depth, double slack, double st[2], double *gap)
+{
+    double n[3];
+    if (!near_facet(on, curved, x, 0, reach, depth, slack, st))
         return 0;
     if (!foot(on, x, st, gap, n) || !(*gap < reach && *gap > -depth))
         return 0;
@@ -192,36 +204,12 @@ static int faces(const facet_t *on, int curved, const double *x, const double *o
     return dot(n, own) < (*gap < 0 ? -0.5 : -0.1);
 }
 
-/* Whether a point within the ball (centre x, radius), of a facet with the normal `own`, may face a
-   facet. */
-static int in_sight(const facet_t *on, int curved, const double x[3], const double *own, double radius,
-                    double reach, double depth, double slack)
-{
-    double r[3];
-    if (dot(on->normal, own) > on->lean - 0.1)
-        return 0;
-    const double limit = fmax(reach, depth) + on->radius + radius;
-    for (int c = 0; c < 3; ++c)
-        r[c] = x[c] - on->centre[c];
-    if (dot(r, r) > limit * limit)
-        return 0;
-    for (int c = 0; c < 3; ++c)
-        r[c] = x[c] - on->c[0][c];
-    const double height = dot(r, on->normal), far = curved ? 0.4 : slack;
-    if (height > reach + on->over + radius || height < -depth - on->over - radius)
-        return 0;
-    const double s = dot(on->along[0], r), t = dot(on->along[1], r);
-    const double more_s = radius * sqrt(dot(on->along[0], on->along[0]));
-    const double more_t = radius * sqrt(dot(on->along[1], on->along[1]));
-    return !(s < -far - more_s || t < -far - more_t || s + t > 1 + far + more_s + more_t);
-}
-
 /* The facets in sight of points (count, 3) of one with the normal `own`; returns how many. */
 static int64_t sought(const facet_t *on, int curved, int32_t count, const double *points,
                       const double *own, double reach, double depth, double slack,
                       const int32_t *candidate, int64_t candidates, int32_t *found)
 {
-    double middle[3] = {0}, square = 0;
+    double middle[3] = {0}, square = 0, st[2];
     for (int q = 0; q < count; ++q)
         for (int c = 0; c < 3; ++c)
             middle[c] += points[3 * q + c] / count;
@@ -234,7 +222,8 @@ static int64_t sought(const facet_t *on, int curved, int32_t count, const double
     const double radius = (1 + 1e-9) * sqrt(square);
     int64_t number = 0;
     for (int64_t k = 0; k < candidates; ++k)
-        if (in_sight(on + candidate[k], curved, middle, own, radius, reach, depth, slack))
+        if (dot(on[candidate[k]].normal, own) <= on[candidate[k]].lean - 0.1
+            && near_facet(on + candidate[k], curved, middle, radius, reach, depth, slack, st))
             found[number++] = candidate[k];
     return number;
 }

@@ -93,10 +93,14 @@ class Snapshot:
         return self.model.mesh.layout
 
     @property
+    def decider(self) -> Snapshot | None:
+        """Whose points decide in this row; None where all count, as where there are sheets."""
+        return None if self.model.sheets else self.actuator
+
+    @property
     def decided(self) -> Deciding | None:
-        """What decides in this row; None where all is looked at, as where there are sheets."""
-        beside = self.actuator is not None and not self.model.sheets
-        return self.actuator.deciding if beside and self.actuator else None
+        """What decides in this row; None as above."""
+        return self.decider.deciding if self.decider else None
 
     @functools.cached_property
     def deciding_nodes(self) -> np.ndarray:
@@ -119,16 +123,16 @@ class Snapshot:
     def solids(self) -> dict[str, Solid]:
         """Where fields are looked at: all solids, or the parts of them that decide."""
         solids = self.model.solids
-        if self.decided is None or self.actuator is None:
+        if self.decider is None:
             return solids
-        chosen = self.actuator.deciding_cells
+        chosen = self.decider.deciding_cells
         return {name: solid.part(chosen[name]) for name, solid in solids.items()}
 
     def _at_nodes(self, of: Callable[[np.ndarray], np.ndarray], tensors: np.ndarray) -> np.ndarray:
         """A number (nodes,) of nodal tensors (nodes, 6); −inf at nodes that do not decide."""
-        if self.decided is None or self.actuator is None:
+        if self.decider is None:
             return of(tensors)
-        found, nodes = np.full(len(tensors), -np.inf), self.actuator.deciding_nodes
+        found, nodes = np.full(len(tensors), -np.inf), self.decider.deciding_nodes
         found[nodes] = of(tensors[nodes])
         return found
 
@@ -187,9 +191,9 @@ class Snapshot:
         where no solid is and at nodes that do not decide.
         """
         values = list(zip(self.solids.values(), per_solid, strict=True))
-        if self.decided is None or self.actuator is None:
+        if self.decider is None:
             return nodal_means(self.model, values)
-        return nodal_means_at(self.model, values, self.actuator.deciding_nodes)
+        return nodal_means_at(self.model, values, self.decider.deciding_nodes)
 
     def cauchy_at_points(self, name: str) -> np.ndarray:
         """Cauchy stress (cells, points, 3, 3) at the quadrature points of one of ``solids``."""

@@ -210,7 +210,7 @@ class Following:
             steps = {**before, **found}
             if number + 1 < FINDING.enough:
                 continue
-            late = [t for t in left if not _arrived(found[t.path], before.get(t.path, np.inf))]
+            late = [t for t in left if not _arrived(found[t.path], before[t.path])]
             if number + 1 == FINDING.enough and all(body.smooth for body in model.bodies):
                 left = [max(self.twins, key=lambda t: steps[t.path])]
                 continue

@@ -14,10 +14,10 @@ from softact.system.term import State
 
 
 class Responses:
-    """Answers of one equilibrium. exact: whether the factors are of its own tangent."""
+    """Answers of one equilibrium."""
 
     def __init__(self, newton: Newton, state: State):
-        self._newton, self._state, self.exact = newton, state, False
+        self._newton, self._state = newton, state
         if not newton.has_factors:
             self.renew()
 
@@ -26,7 +26,6 @@ class Responses:
         self._newton.model.tangent(self._state)
         self._newton.factor.follow_layout()
         self._newton.factor.again()
-        self.exact = True
 
     def __call__(self, forces: np.ndarray) -> np.ndarray:
         """Unknowns (k, local) that the factors give for forces (k, owned), zero at supports."""
