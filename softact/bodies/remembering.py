@@ -7,7 +7,6 @@ under keys that begin with the body's kind and name, see ``softact.bodies.memory
 from __future__ import annotations
 
 import functools
-import hashlib
 import operator
 from collections.abc import Sequence
 from typing import Any, Protocol, cast
@@ -15,9 +14,10 @@ from typing import Any, Protocol, cast
 import numpy as np
 from mpi4py import MPI
 
+from softact.bodies.last_few import LastFew
 from softact.bodies.membrane import BondedMembrane, Membrane
 from softact.bodies.memory import Memory
-from softact.bodies.solid import KEPT, Solid
+from softact.bodies.solid import Solid
 from softact.materials.base import Elastic, Law
 from softact.materials.plane_stress import RememberedLaw, Response, SheetLaw, small_strain_constants
 from softact.materials.tension_field import PLACE
@@ -53,7 +53,7 @@ class RememberingSolid(Solid):
         comm = self.assembler.unknowns.comm
         self.memory = Memory(f"solid {self.name}", self.material.law, self.volumes.ravel(), comm)
         self.name_of = self.memory.name_of
-        self._of_law: dict[bytes, Elastic] = {}
+        self._of_law: LastFew[Elastic] = LastFew()
 
     @property
     def softens(self) -> bool:
@@ -66,15 +66,12 @@ class RememberingSolid(Solid):
 
     def _law(self, c: np.ndarray, x: np.ndarray) -> Elastic:
         """The law alone, kept for the last few states whenever they were."""
-        key = hashlib.blake2b(x.data, digest_size=16).digest()
-        found = self._of_law.pop(key, None)
-        if found is None:
+
+        def find() -> Elastic:
             energy = self.material.energy(c, self.fibres) if self.memory.mullins else None
-            found = *self.material.stress_tangent(c, self.fibres), energy
-        self._of_law[key] = found
-        while len(self._of_law) > KEPT:
-            del self._of_law[next(iter(self._of_law))]
-        return found
+            return *self.material.stress_tangent(c, self.fibres), energy
+
+        return self._of_law(x, b"", find)
 
     def _elastic(self, state: State) -> Elastic:
         return self._law(self._right_cauchy_green(state.x), state.x)

@@ -7,13 +7,14 @@ import ctypes
 import functools
 import operator
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from softact import compat
 from softact.bodies.anchor import Anchor
 from softact.bodies.inertia import SolidInertia
+from softact.bodies.last_few import LastFew
 from softact.bodies.weight import Weight
 from softact.materials.base import Material
 from softact.materials.tensors import (
@@ -36,18 +37,8 @@ from softact.system.term import (
     unit_forces,
 )
 
-# States whose stresses are kept: those of a quadratic extrapolation, and the one it leads to.
-KEPT = 4
-
-
-@dataclass(frozen=True)
-class _Kept:
-    """What ``Solid.second_piola`` found at unknowns x (local,), and the key of all else that it
-    depends on."""
-
-    x: np.ndarray
-    key: bytes
-    found: tuple[np.ndarray, np.ndarray, np.ndarray]
+#: Stress (n, 6), moduli (n, 6, 6) and J (n,), see ``Solid.second_piola``.
+Response = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 class Solid:
@@ -80,7 +71,7 @@ class Solid:
         kernels = assembler.kernels("solid", degree, pressure_degree)
         self._residual, self._tangent = (Kernel(assembler, k, self.cells) for k in kernels)
         self.volumes = self._reference_volumes()
-        self._kept: list[_Kept] = []
+        self._kept: LastFew[Response] = LastFew()
         self._anchor: Anchor | None = None
         self._last: dict[str, tuple[np.ndarray, np.ndarray]] = {}  # see ``_once``
         self._began: tuple[TimeStep, np.ndarray, np.ndarray] | None = None  # see ``_viscous``
@@ -341,14 +332,7 @@ class Solid:
         """
         if self._anchor is not None:
             return self.second_piola(state)
-        key = self._key(state)
-        for number, known in enumerate(self._kept):
-            if known.key == key and np.array_equal(known.x, state.x):
-                self._kept.append(self._kept.pop(number))
-                return known.found
-        found = self.second_piola(state)
-        self._kept = [*self._kept, _Kept(state.x.copy(), key, found)][-KEPT:]
-        return found
+        return self._kept(state.x, self._key(state), lambda: self.second_piola(state))
 
     def _key(self, state: State) -> bytes:
         """Of all that the stress depends on but the unknowns."""
@@ -397,7 +381,7 @@ class Solid:
         part._residual, part._tangent = (
             Kernel(self.assembler, kernel.address, part.cells) for kernel in kernels
         )
-        part._kept, part._last, part._began = [], {}, None
+        part._kept, part._last, part._began = LastFew(), {}, None
         if self._anchor is not None:
             part._anchor = self._anchor.part(chosen, self.volumes.shape[1])
         return part
