@@ -35,7 +35,7 @@ class CrossSection:
         self._stretched = np.linalg.solve(self._integral.matrix, shift)
         self.strain = np.concatenate([turn, self._stretched]) / self.repeat.length
         self._pull = self._conjugate()
-        self.load = self._slopes().T @ self._pull
+        self.load = self.slopes.T @ self._pull
 
     def _conjugate(self) -> np.ndarray:
         """What acts on ω and t (6,): loads, and what holds them."""
@@ -45,7 +45,8 @@ class CrossSection:
         wrench = self._state["wrench"].get(EVERYTHING, np.zeros(6))
         return self._model.mesh.layout.copies * (pull + wrench) * self.repeat.free
 
-    def _slopes(self) -> np.ndarray:
+    @property
+    def slopes(self) -> np.ndarray:
         """Derivatives (6, 6) of ω and t by L κ and L ν."""
         slopes = np.eye(6)
         slopes[3:, :3] = (self._integral.first @ self._stretched).T
@@ -57,17 +58,18 @@ class CrossSection:
         """Which strains (6,) symmetry leaves."""
         return self.repeat.free
 
-    def stiffness(self) -> np.ndarray:
+    def stiffness(self, by_motion: np.ndarray | None = None) -> np.ndarray:
         """Derivatives (k, k) of moment and force by the k free strains, all others held: N·mm²,
-        N·mm, N. The air keeps its pressure."""
-        slopes, free = self._slopes(), np.flatnonzero(self.free)
+        N·mm, N. The air keeps its pressure. by_motion: derivatives (k, k) of what acts on ω and t
+        by them, where they are known."""
+        slopes, free = self.slopes, np.flatnonzero(self.free)
         second = np.zeros((6, 6))
         force = self._pull[3:]
         second[:3, :3] = np.einsum("a,ijab,b->ij", force, self._integral.second, self._stretched)
         second[:3, 3:] = np.einsum("a,iab->ib", force, self._integral.first)
         second[3:, :3] = second[:3, 3:].T
         of_motion = np.zeros((6, 6))
-        of_motion[np.ix_(free, free)] = self._of_motion(free)
+        of_motion[np.ix_(free, free)] = self._of_motion(free) if by_motion is None else by_motion
         found = self.repeat.length * (slopes.T @ of_motion @ slopes + second)
         return found[np.ix_(free, free)]
 

@@ -7,18 +7,24 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+from mpi4py import MPI
 from numpy.typing import NDArray
 
 from softact.errors import NoEquilibriumError
+from softact.geometry.base import make_mesh
 from softact.geometry.chains import Chain
-from softact.results.folder import read
-from softact.run.start import run
+from softact.measures.bending import BENDING
+from softact.measures.snapshot import Snapshot
+from softact.model import Model
+from softact.modules.driven import Driven
+from softact.modules.walker import Presser
+from softact.run.from_spec import build_model, supports_of
 from softact.spec import Spec
+from softact.system.term import State
 
 Array = NDArray[np.float64]
-TINY = 1e-9  # MPa
-TURNED = 0.02  # rad of the tip by the force that shows how stiff the ends are
-PARTS = 4  # increments of the short actuator at least
+TURNED = 1e-4  # rad of the tip by the force that shows how stiff the ends are
+PARTS = 4  # pressures of the short actuator
 
 
 def short_spec(spec: Spec) -> Spec | None:
@@ -30,7 +36,6 @@ def short_spec(spec: Spec) -> Spec | None:
     short = spec.with_(
         {f"geometry.{name}": value for name, value in changes.items()}
         | {"contact": "none", "supports": None}
-        | {"solver.initial_increment": 1 / PARTS, "solver.max_increment": 1 / PARTS}
     )
     return short if short.geometry.pitches < spec.geometry.pitches else None
 
@@ -61,39 +66,50 @@ class FreeModule:
     air: Array
 
 
-def ends_of(spec: Spec, module: FreeModule, across: Array) -> Ends:
-    """From a run of a short actuator, which is pushed at its tip, let go, and inflated.
+def ends_of(spec: Spec, loads: Driven, module: FreeModule, across: Array) -> Ends:
+    """From a short actuator, which is pushed at its tip, and inflated.
 
-    spec: of ``short_spec``. across: the way (3,) in which a positive curvature turns the axis. A
-    small force F turns the tip of a rod of stiffness B, of length L with a in its middle that
-    bends, by F a L / (2 B). Raises NoEquilibriumError.
+    spec: of ``short_spec``; loads: of its one group of cavities. across: the way (3,) in which a
+    positive curvature turns the axis. A small force F turns the tip of a rod of stiffness B, of
+    length L with a in its middle that bends, by F a L / (2 B). Raises NoEquilibriumError.
     """
-    whole = spec.geometry.layout().length
-    push = TURNED * 2 * module.bending / whole**2
-    force = [f"{value!r} N" for value in (push * across).tolist()]
-    inflated = spec.model_dump(mode="json", exclude_none=True)["steps"][0]
-    gone = {"force": ["0 N"] * 3}
-    steps = [{"name": "push", "payload": {"force": force}}, {"name": "release", "payload": gone}]
     with TemporaryDirectory(prefix="softact-") as scratch:
-        run(spec.with_({"steps": [*steps, inflated]}), Path(scratch) / "run", report=False)
-        curve = read(Path(scratch) / "run").curve
-    driven, angle, volume = (
-        np.asarray(curve[next(name for name in curve if name.startswith(start))], dtype=float)
-        for start in ("pressure_", "bending_angle_deg", "cavity_volume_")
-    )
-    pushed = np.flatnonzero(curve["step"] == "push")
-    seen = np.flatnonzero(driven > TINY)
-    if not len(seen):
-        raise NoEquilibriumError("the short actuator that shows what the ends take has no state")
-    pitches, pressures = spec.geometry.pitches, driven[seen] / 1e3
-    bends = 2 * np.radians(angle[pushed[-1]]) * module.bending / (push * whole)
-    free = np.interp(pressures, module.pressures, module.curvatures) * module.pitch
-    idle = pitches - np.radians(angle[seen]) / free
-    air = pitches * module.pitch * np.interp(pressures, module.pressures, module.air) - volume[seen]
-    rest = pitches * module.pitch * module.air[0] - volume[0]
+        mesh = Path(scratch) / "short.msh"
+        make_mesh(spec.geometry, mesh, curved=spec.solver.curved)
+        model = build_model(MPI.COMM_SELF, spec, mesh)
+    presser = Presser(model, loads.groups, supports_of(spec.supports or ()))
+    length, pitches = spec.geometry.layout().length, spec.geometry.pitches
+    push = TURNED * 2 * module.bending / length**2
+    try:
+        state, columns = presser.settle(np.zeros(model.unknowns.local), None, None, np.zeros(1))
+        pushed = presser.moved_by(model.mesh.layout.tip, push * across)
+        turned = _angle(model, presser.state(pushed, np.zeros(1)), 0.0)
+        full = float(loads.high[0] or loads.low[0])
+        pressures, angles, volumes = [0.0], [0.0], [float(presser.air(state)[0])]
+        for pressure in full * np.arange(1, PARTS + 1) / PARTS:
+            state, columns = presser.inflated(state, columns, np.array([pressure]))
+            pressures.append(pressure)
+            angles.append(_angle(model, state, angles[-1]))
+            volumes.append(float(presser.air(state)[0]))
+    except ArithmeticError as error:
+        raise NoEquilibriumError(
+            f"the short actuator that shows what the ends take has no state: {error}"
+        ) from None
+    bends = 2 * turned * module.bending / (push * length)
+    at = np.array(pressures)
+    free = np.interp(at, module.pressures, module.curvatures) * module.pitch
+    idle = pitches - np.array(angles[1:]) / free[1:]
+    air = pitches * module.pitch * np.interp(at, module.pressures, module.air)
     return Ends(
         float(pitches - bends / module.pitch),
-        np.append(0.0, pressures),
+        at,
         np.append(idle[0], idle),  # at rest as soon after
-        np.append(rest, air),
+        air - np.array(volumes),
     )
+
+
+def _angle(model: Model, state: State, before: float) -> float:
+    """Of the tip's face, rad."""
+    previous = {"bending_angle_deg": float(np.degrees(before))}
+    found = BENDING.evaluate(Snapshot(model, state, previous))["bending_angle_deg"]
+    return float(np.radians(found))

@@ -16,6 +16,7 @@ from softact.results.own_folder import Output
 
 FILES = ("curve.csv", "rod.html")
 SHAPES = 6  # at most, in the picture
+FLAT = 1e-3  # mm: a line in one plane
 STEEP = 25.0  # % of change of curvature by module; 23% was compared with whole runs
 SAID = ("bending_angle_deg", "tip_x_mm", "tip_z_mm", "blocked_force_N", "cavity_volume_mm3")
 
@@ -60,44 +61,64 @@ def warnings(found: RodRun) -> list[str]:
 
 def law(table: Table) -> str:
     """What the law was made from, and its errors."""
-    walked, off = table.walked, 100 * table.errors
+    walked = table.walked
     ends = "What the two ends take from the bending is not known here. "
-    if table.ends.air.any():
+    if len(table.ends.pressures) > 1:
         idle = table.ends.idle
         ends = (
             f"By a short actuator the two ends are as {table.ends.stiff:.2f} modules that do not "
             f"bend under a force, and {idle.min():.2f} to {idle.max():.2f} under the pressure. "
         )
-    return (
-        f"An energy of degree {table.degree} over curvature, stretch and pressure, fitted to "
-        f"{len(walked.states)} states of one module ({walked.lost} more had no equilibrium). "
-        f"At states that were held out moment, force and air were off by at most {off[0]:.2g}%, "
-        f"{off[1]:.2g}% and {off[2]:.2g}% of their largest values. {ends}A rod has no shear, and "
-        "its cross-section knows nothing of contact between chambers."
+    names = [labels_of(name) for name in table.energy.names]
+    off = ", ".join(
+        f"{100 * value:.2g}% ({name})" for name, value in zip(names, table.errors, strict=True)
     )
+    return (
+        f"An energy of degree {table.degree} over {len(names)} variables, fitted to the first and "
+        f"second derivatives at {len(walked.samples.places)} states of one module ({walked.lost} "
+        "more had no equilibrium). At states that were held out its derivatives were off by at "
+        f"most, of their largest values: {off}. {ends}The cross-section knows nothing of contact "
+        "between chambers."
+    )
+
+
+def labels_of(name: str) -> str:
+    """The conjugate of a variable of the energy: what is written for its derivative."""
+    kind, _, which = name.partition("_")
+    said = {"curvature": "moment about", "stretch": "force along", "pressure": "air"}[kind]
+    return f"{said} {which}".strip()
 
 
 def _shapes(found: RodRun) -> list[Plot]:
     if not found.rows:
         return []
     chosen = np.unique(np.linspace(0, len(found.rows) - 1, SHAPES).round().astype(int))
-    traces, bent = [], []
+    traces, beside, bent = [], [], []
     for number in chosen:
         row, line = found.rows[number], found.lines[number]
-        title = f"{row['step']}, {labels.number(float(row['pressure_kPa']))} kPa"
+        title = f"{row['step']}, {labels.number(pressure(row))} kPa"
         traces.append(base.xy(title, line[:, 0], line[:, 2], mode="lines"))
-        parts = (np.arange(len(found.curvatures[number])) + 0.5) / len(found.curvatures[number])
-        bent.append(base.xy(title, parts, 1e3 * found.curvatures[number], mode="lines"))
-    return [
-        base.lines("Line of the rod", "x (mm)", "z (mm)", traces, equal=True),
-        base.lines("Curvature along it", "Part of the length", "Curvature (1/m)", bent),
-    ]
+        beside.append(base.xy(title, line[:, 0], line[:, 1], mode="lines"))
+        curved = np.linalg.norm(found.strains[number][:, :3], axis=1)
+        parts = (np.arange(len(curved)) + 0.5) / len(curved)
+        bent.append(base.xy(title, parts, 1e3 * curved, mode="lines"))
+    shown = [base.lines("Line of the rod", "x (mm)", "z (mm)", traces, equal=True)]
+    if max(np.ptp(line[:, 1]) for line in found.lines) > FLAT:
+        shown.append(base.lines("The same from above", "x (mm)", "y (mm)", beside, equal=True))
+    curvature = base.lines("Curvature along it", "Part of the length", "Curvature (1/m)", bent)
+    return [*shown, curvature]
+
+
+def pressure(row: Row) -> float:
+    """The largest of a state, kPa."""
+    found = [float(v) for n, v in row.items() if n.startswith("pressure")]
+    return max(found, key=abs)
 
 
 def _plots(found: RodRun) -> list[Plot]:
     if not found.rows:
         return []
-    loaded = [float(row["pressure_kPa"]) for row in found.rows]
+    loaded = [pressure(row) for row in found.rows]
     plots = []
     for name in SAID:
         if name in found.rows[0]:
@@ -129,5 +150,5 @@ def lines(found: RodRun) -> list[str]:
             label = labels.column(name)
             value = labels.number(float(last[name]) * label.factor)
             said.append(f"  {label.name}: {value} {label.unit}".rstrip())
-    at = f"at {labels.number(float(last['pressure_kPa']))} kPa:"
+    at = f"at {labels.number(pressure(last))} kPa:"
     return [*(f"rod: {text}" for text in warnings(found)), at, *said]

@@ -4,60 +4,56 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from softact.errors import SpecError
 from softact.estimate.weight import last_loads, mass
 from softact.fields import Fault
-from softact.geometry.base import make_mesh
-from softact.mesh.msh_file import Tetrahedra, read_msh
-from softact.modules.planar_rod import Array, Distance, Linear, Loads, Places, Points, Rod
-from softact.modules.response import AtPressure
-from softact.modules.table import Dead, Plane, Table, largest_pressures, pressures_of
+from softact.mesh.layout import free_components
+from softact.modules.driven import driven
+from softact.modules.rod import Distance, Frames, Linear, Loads, Points, Rod
+from softact.modules.section import Section
+from softact.modules.table import COMPONENTS, Dead, Table, axis_of
 from softact.spec import Spec, Step
 
+Array = NDArray[np.float64]
 LOADED = {"gravity", "pressure", "payload"}
 PIECES = 2  # by module
 NEAR = 1e-6  # mm/s² or N across the plane: none
 STRAIGHT = 1e-6  # 1/mm
 TINY = 1e-300  # tonne
 SAMPLES = 32  # pieces of the linear rod that says how far weight bends
-STIFF = 1e4  # its stiffness against stretch, by that against bending and its length
+BENT = 1.0  # degrees: below it the plane of bending is not known
 
 Row = dict[str, float | str]
 
 
 @dataclass(frozen=True)
-class Driven:
-    """What acts at the end of a step. gravity: mm/s², payload: N, both in the plane; pressure: MPa
-    of the cavities whose share in the table is 1."""
+class Acting:
+    """What acts at the end of a step. gravity (3,): mm/s², payload (3,): N; pressures (m,): MPa of
+    the table's groups of cavities."""
 
-    gravity: complex = 0.0
-    payload: complex = 0.0
-    pressure: float = 0.0
+    gravity: Array
+    payload: Array
+    pressures: Array
 
-    def towards(self, other: Driven, part: float) -> Driven:
+    def towards(self, other: Acting, part: float) -> Acting:
         """On the way to another one."""
-        return Driven(
-            *(
-                (1 - part) * a + part * b
-                for a, b in zip(vars(self).values(), vars(other).values(), strict=True)
-            )
-        )
+        pairs = zip(vars(self).values(), vars(other).values(), strict=True)
+        return Acting(*((1 - part) * a + part * b for a, b in pairs))
 
 
 @dataclass(frozen=True)
 class RodRun:
     """rows: as curve.csv. lines: places (pieces + 3, 3) from the clamp to the tip at each;
-    curvatures (pieces,), 1/mm. stopped: why it did not arrive, or empty."""
+    strains (pieces, 6), 1/mm and 1. stopped: why it did not arrive, or empty."""
 
     rows: list[Row]
     lines: list[Array]
-    curvatures: list[Array]
+    strains: list[Array]
     stopped: str
 
 
@@ -86,23 +82,26 @@ def check(spec: Spec) -> None:
     spec.geometry.module()  # or it says that there is none
     if found := list(faults(spec)):
         raise SpecError(*(f"{'.'.join(map(str, place))}: {text}" for place, text in found))
-    largest_pressures(spec)
+    driven(spec)
+    axis_of(spec.layout())
 
 
 def dead(spec: Spec) -> Dead:
     """Weight and payload of a spec at the end of its steps, on the actuator without pressure."""
     gravity, force = last_loads(spec)
     layout, weight = spec.geometry.layout(), mass(spec)
-    plane, length = Plane.of(layout), layout.length
+    axis, length = np.asarray(layout.axis, dtype=float), layout.length
+    free = free_components(layout.symmetry).ravel()
     points = Points.ends(SAMPLES)
-    forces = np.full(SAMPLES, plane.flat(weight * gravity) / SAMPLES)
-    forces[-1] += plane.flat(force)
+    forces = np.tile(weight * gravity / SAMPLES, (SAMPLES, 1))
+    forces[-1] += force
+    natural = np.concatenate([np.zeros(3), axis])
 
-    def sags(bending: float) -> tuple[float, float]:
-        rod = Rod(Linear(bending, STIFF * bending / length**2), SAMPLES, length / SAMPLES)
-        start = np.concatenate([np.zeros(SAMPLES), np.ones(SAMPLES)])
-        bent = rod.equilibrium(start, Loads(points, forces))[:SAMPLES]
-        return min(0.0, float(bent.min())), max(0.0, float(bent.max()))
+    def sags(stiffness: Array) -> tuple[Array, Array]:
+        rod = Rod(Linear(stiffness, natural), SAMPLES, length / SAMPLES, axis, free)
+        bent = rod.strains(rod.equilibrium(rod.straight(), Loads(points, forces * free[3:])))
+        changes = np.vstack([np.zeros(6), bent - natural])
+        return changes.min(axis=0), changes.max(axis=0)
 
     moment = float(weight * np.linalg.norm(gravity) / 2 + np.linalg.norm(force)) * length
     return Dead(moment, sags)
@@ -122,191 +121,216 @@ def _payloads(step: Step) -> list[Any]:
     return list(value) if isinstance(value, list | tuple) else [value] if value else []
 
 
-def _areas(corners: Array) -> Array:
-    """Of triangles (n, 3, 3)."""
-    a, b, c = corners.transpose(1, 0, 2)
-    return np.asarray(np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2)
-
-
 class Chain:
     """A spec's actuator, which passes ``check``, as a rod of the modules of a table."""
 
     def __init__(self, spec: Spec, table: Table):
         self.spec, self.table = spec, table
         self.layout = spec.layout()
-        self.plane = Plane.of(self.layout)
+        self.axis = np.asarray(self.layout.axis, dtype=float)
+        self.free = free_components(self.layout.symmetry).ravel()
         self.modules = spec.geometry.pitches
         self.pieces = max(1, round(PIECES * self.modules))
-        height = 1j * table.origin.imag
-        self.base = complex(self.plane.flat(np.asarray(self.layout.origin)).real) + height
-        with TemporaryDirectory(prefix="softact-") as scratch:
-            mesh = Path(scratch) / "actuator.msh"
-            make_mesh(spec.geometry, mesh)
-            found = read_msh(mesh, self.layout)
-        self.tip, self.edges = self._tip(found)
-        self.lumps = self._lumps(found)
+        beside = table.origin - (table.origin @ self.axis) * self.axis
+        along = (np.asarray(self.layout.origin) @ self.axis) * self.axis
+        self.base = along + beside
+        self.pressures = self._pressures()
 
-    def _tip(self, mesh: Tetrahedra) -> tuple[complex, Places]:
-        """Where the middle of the tip's face is beside the end of the rod's line, and its
-        corners."""
-        corners = mesh.points[mesh.surfaces[self.layout.tip][:, :3]]
-        places = self.plane.flat(corners) - (self.base + self.layout.length)
-        areas = _areas(corners)
-        middle = (areas @ places.mean(axis=1)) / areas.sum()
-        edges = np.array([places.imag.min(), places.imag.max()])
-        return complex(middle), middle.real + 1j * edges
+    def _pressures(self) -> Array:
+        """At the end of each step, of the table's groups (steps, m)."""
+        mine = driven(self.spec)
+        columns = dict(zip(mine.names, mine.ends.T, strict=True))
+        shares = {n: s for group in mine.groups for n, s in group.items()}
+        found = np.zeros((len(self.spec.steps), len(self.table.groups)))
+        for number, group in enumerate(self.table.groups):
+            for name, column in columns.items():
+                if name in group:
+                    found[:, number] = column * shares[name] / group[name]
+        return found
 
-    def _lumps(self, mesh: Tetrahedra) -> tuple[Places, Array]:
-        """Places from the rod's base, and masses, tonne: one for each cell, and for each triangle
-        of a layer, of the whole actuator."""
-        cells = mesh.points[mesh.cells[:, :4]]
-        names = self.layout.regions
-        densities = np.array([self.spec.materials[name].density for name in names])
-        edges = cells[:, 1:] - cells[:, :1]
-        places = [self.plane.flat(cells).mean(axis=1)]
-        masses = [np.abs(np.linalg.det(edges)) / 6 * densities[mesh.region]]
-        for layer in self.spec.layers:
-            corners = mesh.points[mesh.surfaces[layer.surface][:, :3]]
-            places.append(self.plane.flat(corners).mean(axis=1))
-            masses.append(_areas(corners) * layer.thickness * layer.material.density)
-        whole = self.layout.copies * np.concatenate(masses)
-        return np.concatenate(places) - self.base, whole
-
-    def driven(self, step: Step, pressure: float, before: Driven) -> Driven:
+    def acting(self, number: int, before: Acting) -> Acting:
         """What acts at the end of a step. Raises SpecError."""
+        step = self.spec.steps[number]
         gravity, payload = before.gravity, before.payload
         if (given := step.loads.get("gravity")) is not None:
             gravity = self._in_plane(given, f"steps.{step.name}.gravity")
         if loads := _payloads(step):
-            payload = sum(self._in_plane(p.force, f"steps.{step.name}.payload") for p in loads)
-        return Driven(gravity, payload, pressure)
+            forces = [self._in_plane(p.force, f"steps.{step.name}.payload") for p in loads]
+            payload = np.sum(forces, axis=0)
+        return Acting(gravity, payload, self.pressures[number])
 
-    def _in_plane(self, vector: Any, where: str) -> complex:
+    def at_rest(self) -> Acting:
+        """Without any load."""
+        return Acting(np.zeros(3), np.zeros(3), np.zeros(len(self.table.groups)))
+
+    def _in_plane(self, vector: Any, where: str) -> Array:
         given = np.asarray(vector, dtype=float)
-        flat = self.plane.flat(given)
-        if np.linalg.norm(given) - abs(flat) > NEAR:
-            raise SpecError(f"{where}: a plane rod is not loaded across its plane")
-        return complex(flat)
+        if np.abs(given[~self.free[3:]]).max(initial=0.0) > NEAR:
+            raise SpecError(
+                f"{where}: pulls out of the actuator's plane of symmetry, where its rod bends; "
+                "geometry.symmetry: false takes it"
+            )
+        return given * self.free[3:]
 
 
 class Standing:
-    """A chain under what drives it: the rod, its loads and where it begins."""
+    """A chain under what acts: the rod, its loads and where it begins."""
 
-    def __init__(self, chain: Chain, driven: Driven):
-        self.chain = chain
-        table, pressure = chain.table, driven.pressure
+    def __init__(self, chain: Chain, acting: Acting):
+        self.chain, self.acting = chain, acting
+        table, pressures = chain.table, acting.pressures
         bending = chain.modules - table.ends.stiff
-        more = table.free(pressure) * (table.idle(pressure) - table.ends.stiff) / bending
-        self.law = AtPressure(table.response, pressure, more)
-        self.lost_air = float(np.interp(pressure, table.ends.pressures, table.ends.air))
-        pitch = bending * table.pitch / chain.pieces
-        self.rod = Rod(self.law, chain.pieces, pitch)
-        self.spare = (chain.layout.length - chain.pieces * pitch) / 2
-        self.start = chain.base + self.spare
-        self.loads = self._loads(driven)
+        more = np.zeros(table.k)
+        if idle := table.idle(pressures):
+            bends = np.array([COMPONENTS[i].startswith("curvature") for i in table.free])
+            more = bends * table.free_strain(pressures) * (idle - table.ends.stiff) / bending
+        self.law = Section(table, pressures, more)
+        length = bending * table.pitch / chain.pieces
+        self.rod = Rod(self.law, chain.pieces, length, chain.axis, chain.free)
+        self.spare = (chain.layout.length - chain.pieces * length) / 2
+        self.start = chain.base + self.spare * chain.axis
+        self.loads = self._loads(acting)
 
-    def _loads(self, driven: Driven) -> Loads:
-        last = self.chain.pieces - 1
+    def _loads(self, acting: Acting) -> Loads:
         carried, masses, front = self._weights()
-        points = Points.joined(
-            carried, Points(np.array([last]), np.array([self.spare + self.chain.tip]))
-        )
-        forces = np.append(masses * driven.gravity, driven.payload)
-        self.front_weight = front * driven.gravity
-        obstacles = [self._distance(o.shape()) for o in self.chain.spec.obstacles.values()]
-        return Loads(points, forces, 0.0, self._touching(), obstacles)
+        chain = self.chain
+        tip = Points(np.array([chain.pieces]), self.tip_arm[None])
+        points = Points.joined(carried, tip)
+        forces = np.vstack([np.outer(masses, acting.gravity), acting.payload])
+        self.front_weight = front * acting.gravity
+        obstacles = [self._distance(o.shape()) for o in chain.spec.obstacles.values()]
+        return Loads(points, forces * chain.free[3:], self._touching(), obstacles)
+
+    @property
+    def tip_arm(self) -> Array:
+        """The middle of the tip's face beside the last frame (3,)."""
+        chain = self.chain
+        end = self.start + chain.pieces * self.rod.length * chain.axis
+        return np.asarray(chain.table.lumps.tip - end)
 
     def _weights(self) -> tuple[Points, Array, float]:
-        """What each piece's end carries of the undeformed actuator, and the mass, tonne, that lies
-        before them, in the clamp."""
-        (places, masses), pieces, pitch = self.chain.lumps, self.chain.pieces, self.rod.pitch
-        along = places - self.spare
-        at = np.clip(np.round(along.real / pitch).astype(int), 0, pieces)
-        whole = np.bincount(at, masses, pieces + 1).astype(float)
-        held = along - at * pitch
-        arms = np.bincount(at, masses * held.real, pieces + 1) + 0j
-        arms += 1j * np.bincount(at, masses * held.imag, pieces + 1)
-        arms /= np.maximum(whole, TINY)
-        return Points(np.arange(pieces), arms[1:]), whole[1:], float(whole[0])
+        """What each frame carries of the undeformed actuator, and the mass, tonne, that the clamp
+        holds."""
+        lumps, chain, rod = self.chain.table.lumps, self.chain, self.rod
+        places = lumps.centres - self.start
+        along = places @ chain.axis
+        at = np.clip(np.round(along / rod.length).astype(int), 0, rod.pieces)
+        arms = places - np.outer(at * rod.length, chain.axis)
+        clamped = at == 0
+        return Points(at, arms), np.where(clamped, 0.0, lumps.masses), float(
+            lumps.masses[clamped].sum()
+        )
 
     def _touching(self) -> Points:
-        """What may touch obstacles: both sides of the modules, and the edges of the tip."""
-        chain, last = self.chain, self.chain.pieces - 1
-        outline = chain.table.outline.imag
-        sides = [Points.ends(last + 1, 1j * side) for side in (outline.min(), outline.max())]
-        tip = Points(np.full(2, last), (self.spare + chain.edges).astype(complex))
-        return Points.joined(*sides, tip)
+        """What may touch obstacles: the outline of the modules, and that of the tip."""
+        chain, pieces = self.chain, self.chain.pieces
+        lumps, beside = chain.table.lumps, self.start - self.start @ chain.axis * chain.axis
+        last = self.tip_arm @ chain.axis * chain.axis
+        sides = [Points.ends(pieces, arm) for arm in lumps.outline - beside]
+        edges = lumps.tip_outline - beside + last
+        return Points.joined(*sides, Points(np.full(len(edges), pieces), edges))
 
     def _distance(self, shape: Any) -> Distance:
-        plane = self.chain.plane
+        free = self.chain.free[3:].astype(float)
 
-        def distance(places: Places) -> tuple[Array, Places, Array]:
-            gaps, normals, second = shape.distance(plane.space(places + self.start))
-            flat = plane.flat(normals)
-            along = plane.space(1j * flat)
-            return gaps, flat, np.einsum("ni,nij,nj->n", along, second, along)
+        def distance(places: Array) -> tuple[Array, Array, Array]:
+            gaps, normals, second = shape.distance(places + self.start)
+            return gaps, normals * free, second * np.outer(free, free)
 
         return distance
 
-    def _last(self, strains: Array, arm: complex) -> Places:
-        """A place that the end of the last piece carries, (1,)."""
-        points = Points(np.array([self.chain.pieces - 1]), np.array([arm], dtype=complex))
-        return self.start + self.rod.positions(strains, points)
+    def _carried(self, frames: Frames, arm: Array) -> Array:
+        """A place that the last frame carries (3,)."""
+        points = Points(np.array([self.chain.pieces]), np.asarray(arm)[None])
+        return np.asarray(self.start + points.places(frames)[0])
 
-    def tip(self, strains: Array) -> Array:
+    def tip(self, frames: Frames) -> Array:
         """The middle of the tip's face, (3,)."""
-        (place,) = self.chain.plane.space(self._last(strains, self.spare + self.chain.tip))
-        return np.asarray(place)
+        return self._carried(frames, self.tip_arm)
 
-    def line(self, strains: Array) -> Array:
+    def line(self, frames: Frames) -> Array:
         """From the clamp to the tip, (pieces + 3, 3)."""
-        ends = self.start + self.rod.places(*strains.reshape(2, -1))
-        end = self._last(strains, self.spare)
-        return self.chain.plane.space(np.concatenate([[self.chain.base, self.start], ends, end]))
+        end = self._carried(frames, self.spare * self.chain.axis)
+        return np.vstack([self.chain.base, self.start + frames.places, end])
 
-    def row(self, strains: Array) -> Row:
-        """The measures of a state."""
-        chain, rod, law, plane = self.chain, self.rod, self.law, self.chain.plane
-        curvature, stretch = strains.reshape(2, -1)
-        found: Row = {"pressure_kPa": 1e3 * law.pressure}
-        found["bending_angle_deg"] = float(np.degrees(rod.pitch * curvature.sum()))
-        tip = self.tip(strains)
-        found |= {f"tip_{c}_mm": float(v) for c, v in zip("xyz", tip, strict=True)}
-        air = law.response.conjugates(law.states(curvature, stretch))[2]
-        whole = chain.modules * chain.table.pitch * air.mean()
-        found["cavity_volume_mm3"] = float(whole - self.lost_air)
-        held, cells = -self.loads.forces.sum() - self.front_weight, []
-        pressed = rod.pressed(strains, self.loads)
+    def row(self, frames: Frames, before: Row) -> Row:
+        """The measures of a state; before: those of the last one."""
+        chain, rod, strains = self.chain, self.rod, self.rod.strains(frames)
+        names = ["pressure"] if len(chain.table.groups) == 1 else chain.table.pressure_names
+        found: Row = {
+            f"{name}_kPa": 1e3 * float(p)
+            for name, p in zip(names, self.acting.pressures, strict=True)
+        }
+        found |= bending(chain, frames, before)
+        found |= _vector("tip", self.tip(frames), "mm")
+        whole = chain.modules * chain.table.pitch * self.law.air(strains).mean(axis=0)
+        whole[0] -= chain.table.lost_air(self.acting.pressures)
+        volumes = [n.replace("pressure", "cavity_volume") for n in names]
+        found |= {f"{n}_mm3": float(v) for n, v in zip(volumes, whole, strict=True)}
+        held, cells = -self.loads.forces.sum(axis=0) - self.front_weight, []
+        pressed = rod.pressed(frames, self.loads)
         for (name, obstacle), forces in zip(chain.spec.obstacles.items(), pressed, strict=True):
-            found |= plane.vector(f"contact_force_{name}", forces.sum())
-            held -= forces.sum()
-            cells += [forces.sum()] if obstacle.load_cell else []
+            found |= _vector(f"contact_force_{name}", forces.sum(axis=0), "N")
+            held = held - forces.sum(axis=0)
+            cells += [forces.sum(axis=0)] if obstacle.load_cell else []
         if cells:
-            found["blocked_force_N"] = float(abs(sum(cells)))
-        found |= plane.vector("reaction", held)
-        steepest = np.abs(np.diff(curvature)).max(initial=0.0) * chain.pieces / chain.modules
-        most = np.abs(curvature).max()
+            found["blocked_force_N"] = float(np.linalg.norm(np.sum(cells, axis=0)))
+        found |= _vector("reaction", held, "N")
+        curved = strains[:, :3]
+        steps = np.linalg.norm(np.diff(curved, axis=0), axis=1)
+        steepest = steps.max(initial=0.0) * chain.pieces / chain.modules
+        most = np.linalg.norm(curved, axis=1).max()
         found["curvature_change_percent"] = float(100 * steepest / most) if most > STRAIGHT else 0.0
         return found
 
 
+def bending(chain: Chain, frames: Frames, before: Row) -> Row:
+    """The angle of the tip, unwrapped, and where the actuator may bend in any plane the axis about
+    which it turned; as ``softact.measures.bending``."""
+    layout, axis = chain.layout, chain.axis
+    tip = frames.turns[-1] @ axis
+    if layout.bending_axis is not None:
+        about = np.asarray(layout.bending_axis, dtype=float)
+    else:
+        about = np.cross(axis, tip)
+        size = np.linalg.norm(about)
+        about = about / size if size > TINY else np.cross(axis, np.roll(axis, 1))
+        seen = np.array([float(before.get(f"bending_axis_{c}", 0.0)) for c in "xyz"])
+        if float(before.get("bending_angle_deg", 0.0)) > BENT and seen @ about < 0:
+            about = -about
+    angle = float(np.degrees(np.arctan2(tip @ np.cross(about, axis), tip @ axis)))
+    last = float(before.get("bending_angle_deg", 0.0))
+    found: Row = {"bending_angle_deg": angle + 360 * round((last - angle) / 360)}
+    if layout.bending_axis is None:
+        found |= {f"bending_axis_{c}": float(v) for c, v in zip("xyz", about, strict=True)}
+    return found
+
+
+def _vector(name: str, vector: Array, unit: str) -> Row:
+    return {f"{name}_{c}_{unit}": float(v) for c, v in zip("xyz", vector, strict=True)}
+
+
 def run(chain: Chain, increments: int) -> RodRun:
     """Carry a rod through the steps of its spec, each in so many increments."""
-    strains = np.concatenate([np.zeros(chain.pieces), np.ones(chain.pieces)])
-    before, found = Driven(), RodRun([], [], [], "")
-    for step, pressures in zip(chain.spec.steps, pressures_of(chain.spec), strict=True):
-        after = chain.driven(step, max(pressures.values(), default=0.0), before)
-        for number in range(1 if found.rows else 0, increments + 1):
-            part = number / increments
+    frames, before, row = None, chain.at_rest(), {}
+    found = RodRun([], [], [], "")
+    for number, step in enumerate(chain.spec.steps):
+        after = chain.acting(number, before)
+        for increment in range(1 if found.rows else 0, increments + 1):
+            part = increment / increments
             standing = Standing(chain, before.towards(after, part))
+            if frames is None:
+                frames = standing.rod.straight()
             try:
-                strains = standing.rod.settle(strains, standing.loads)
-                chain.table.check(standing.law, strains.reshape(2, -1))
+                frames = standing.rod.settle(frames, standing.loads)
+                strains = standing.rod.strains(frames)
+                chain.table.check(standing.law.of_modules(strains), standing.acting.pressures)
             except (ArithmeticError, ValueError) as error:
                 return replace(found, stopped=f"step '{step.name}' stops at {part:.0%}: {error}")
-            place: Row = {"step": step.name, "increment": float(number), "step_fraction": part}
-            found.rows.append(place | standing.row(strains))
-            found.lines.append(standing.line(strains))
-            found.curvatures.append(strains[: chain.pieces].copy())
+            place: Row = {"step": step.name, "increment": float(increment), "step_fraction": part}
+            row = standing.row(frames, row)
+            found.rows.append(place | row)
+            found.lines.append(standing.line(frames))
+            found.strains.append(strains)
         before = after
     return found

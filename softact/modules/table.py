@@ -1,113 +1,74 @@
-"""A planar module walked over curvature, axial force and pressure: what a rod asks of it."""
+"""A module walked over its strains and pressures: what a rod asks of it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import product
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, QhullError
 
 from softact.errors import NoEquilibriumError, SpecError
 from softact.geometry.base import make_mesh
-from softact.loads.load_step import LoadStep
-from softact.measures.cross_section import CrossSection
-from softact.mesh.layout import COMPONENTS, Layout
-from softact.model import Model
+from softact.mesh.layout import Layout, free_components
+from softact.modules.driven import Driven
 from softact.modules.ends import Ends, FreeModule, ends_of
-from softact.modules.response import AtPressure, Response, errors, fit
+from softact.modules.energy import Energy, Samples, errors, fit, weighted
+from softact.modules.lumps import Lumps
+from softact.modules.walker import Held, Walker
 from softact.run.from_spec import build_model
-from softact.solve.progress import Attempt, Trying
-from softact.solve.stepping import Stepper
 from softact.spec import Spec
-from softact.system.term import State
 
 Array = NDArray[np.float64]
 SAGS = 1.2  # times how far the dead loads bend a linear rod
 BEYOND = 0.5  # of the largest free curvature: how far the table goes past straight and past free
+FAR = 1.5  # times that: from here on a way has several states
 PULLED = 0.5  # of the force that keeps the length of a straight module
+SHEARED = 0.25  # of that force: across the axis
 HELD_OUT = 5  # each such state is not in the fit whose error is told
-DEGREES = (3, 4, 5, 6)
-GRAVITY = "gravity"
+DEGREES = (3, 4, 5, 6, 7, 8)
+USUAL = 0.5  # of the largest: secondary strains of states that nobody sheared or twisted
+HARDLY = 0.02  # rad of a module, or of its length: strains below it are secondary
+ROOM = 0.05  # of the range: how far outside of what was walked a state may be
+FLAT = 1e-9  # of the largest range: the same in all states
+COMPONENTS = (*(f"curvature_{c}" for c in "xyz"), *(f"stretch_{c}" for c in "xyz"))
 
 
 @dataclass(frozen=True)
 class Grid:
-    """How many pressures above zero, curvatures at each, and axial forces at each."""
+    """pressures: how many above zero, where one group of cavities is driven. bends: states each
+    way from one that nothing holds, where that is far."""
 
     pressures: int = 4
-    curvatures: int = 5
-    forces: int = 2
+    bends: int = 2
 
 
 @dataclass(frozen=True)
 class Dead:
     """Weight and payload for which a table has room. moment: of them about the clamp of the
-    straight actuator, N mm. sags: from its stiffness against bending, N mm², to the least and the
-    largest curvature, 1/mm, that they alone give it."""
+    straight actuator, N mm. sags: from the stiffness (6, 6) of the undeformed module to the least
+    and the largest strains (6,) that they alone give it."""
 
     moment: float
-    sags: Callable[[float], tuple[float, float]]
-
-
-@dataclass(frozen=True)
-class Plane:
-    """In which a module bends: the axis, and across it the way in which a positive curvature turns
-    the axis; about: index of the component. Unit vectors (3,)."""
-
-    axis: Array
-    across: Array
-    about: int
-    sign: float
-
-    @classmethod
-    def of(cls, layout: Layout) -> Plane:
-        """Raises SpecError where the module may bend in another plane, too."""
-        planes = set(layout.symmetry.values())
-        if len(planes) != 1:
-            raise SpecError(
-                "a table of a module is that of a plane one: the geometry needs one plane of "
-                f"symmetry along its axis, and has {len(planes) or 'none'}"
-            )
-        about = planes.pop()
-        bending = np.eye(3)[about]
-        if layout.bending_axis is not None:
-            bending = np.asarray(layout.bending_axis, dtype=float)
-        axis = np.asarray(layout.axis, dtype=float)
-        return cls(axis, np.cross(bending, axis), about, float(bending[about]))
-
-    def flat(self, places: Array) -> NDArray[np.complex128]:
-        """Places (..., 3) as complex numbers: along the axis, and across it."""
-        return np.asarray(places @ self.axis + 1j * (places @ self.across))
-
-    def space(self, places: NDArray[np.complex128]) -> Array:
-        """Places (n,) in the plane as those in space, (n, 3)."""
-        return np.outer(places.real, self.axis) + np.outer(places.imag, self.across)
-
-    def vector(self, name: str, force: complex) -> dict[str, float]:
-        """A force in the plane as columns of a table, N."""
-        (vector,) = self.space(np.array([force]))
-        return {f"{name}_{c}_N": float(v) for c, v in zip("xyz", vector, strict=True)}
+    sags: Callable[[Array], tuple[Array, Array]]
 
 
 @dataclass(frozen=True)
 class Walked:
     """What was found on the way.
 
-    states (n, 3): curvature 1/mm, stretch, pressure MPa; the first is at rest. conjugates (3, n):
-    moment N mm, force N, air by length mm². levels: pressures at which all curvatures were walked.
-    free: curvature of the free module there, and free_air: its air by length. lost: how many states
-    of the grid had no equilibrium. iterations: of Newton's method, in all.
+    samples: the first is at rest. centres (c, k + m): strains and pressures of the module that
+    nothing holds, the first at rest. lost: how many states had no equilibrium. iterations: of
+    Newton's method, in all.
     """
 
-    states: Array
-    conjugates: Array
-    levels: Array
-    free: Array
-    free_air: Array
+    samples: Samples
+    centres: Array
     lost: int
     iterations: int
 
@@ -116,238 +77,297 @@ class Walked:
 class Table:
     """The energy of a module and what a rod of such modules needs besides.
 
-    errors: of moment, force and air at states that were held out, a part of each largest. moment:
-    of dead loads, N mm, for which there is room. pressures: of the cavities where the largest is 1.
-    origin: the middle of the left face. outline: (m,) corners of the convex hull of a module, from
-    there. Places are complex (``Plane.flat``), mm.
+    free: (k,) which of ``COMPONENTS`` symmetry leaves; the energy's variables are these and the
+    pressures of groups. errors: of its first derivatives at states that were held out, a part of
+    each largest. pitch: mm. origin (3,): the middle of the left face. moment: of dead loads, N mm,
+    for which there is room. groups: of cavities that go together, their shares. lumps: of the whole
+    actuator.
     """
 
-    response: Response
+    energy: Energy
+    free: NDArray[np.int64]
     errors: Array
     degree: int
     pitch: float
-    outline: NDArray[np.complex128]
-    origin: complex
+    origin: Array
     walked: Walked
     moment: float
-    pressures: dict[str, float]
-    ends: Ends
+    groups: tuple[Mapping[str, float], ...]
+    lumps: Lumps
+    ends: Ends = field(default_factory=Ends)
 
-    def idle(self, pressure: float) -> float:
-        """Modules that do not bend under a pressure, MPa."""
-        return float(np.interp(pressure, self.ends.pressures, self.ends.idle))
+    @property
+    def k(self) -> int:
+        """How many strains are free."""
+        return len(self.free)
 
-    def free(self, pressure: float) -> float:
-        """Curvature of the free module at a pressure, MPa."""
-        return float(np.interp(pressure, self.walked.levels, self.walked.free))
+    @property
+    def pressure_names(self) -> tuple[str, ...]:
+        """Of the groups of cavities, as columns without a unit."""
+        return self.energy.names[self.k :]
 
-    def reach(self, pressure: float) -> tuple[float, float]:
-        """Least and largest curvature, 1/mm, that was walked near a pressure, MPa."""
-        curvature, _, walked = self.walked.states.T
-        levels = self.walked.levels
-        found = [curvature[np.abs(walked - level) < 1e-9] for level in levels]
-        ends = [(near.min(initial=0.0), near.max(initial=0.0)) for near in found]
-        low, high = (np.interp(pressure, levels, end) for end in np.array(ends).T)
-        return float(low), float(high)
+    @property
+    def low(self) -> Array:
+        """Of the pressures (m,), MPa."""
+        return self.energy.low[self.k :]
 
-    def check(self, law: AtPressure, strains: Array) -> None:
-        """Raise ValueError where a rod's curvatures and stretches (2, n) leave what was walked."""
-        states = law.states(*strains)
-        low, high = self.reach(law.pressure)
-        for value in (states[:, 0].min(), states[:, 0].max()):
-            if not low <= value <= high:
+    @property
+    def high(self) -> Array:
+        """Of the pressures (m,), MPa."""
+        return self.energy.high[self.k :]
+
+    def idle(self, pressures: Array) -> float:
+        """Modules that do not bend under pressures (m,), MPa."""
+        if len(self.ends.pressures) < 2:
+            return 0.0
+        return float(_between(self.ends.pressures, self.ends.idle, pressures[0]))
+
+    def lost_air(self, pressures: Array) -> float:
+        """What the two ends have less than so many modules, mm³."""
+        return float(_between(self.ends.pressures, self.ends.air, pressures[0]))
+
+    def free_strain(self, pressures: Array) -> Array:
+        """Of the module that nothing holds (k,), where one group of cavities is driven."""
+        centres = self.walked.centres[np.argsort(self.walked.centres[:, -1])]
+        columns = centres[:, : self.k].T
+        return np.array([np.interp(pressures[0], centres[:, -1], c) for c in columns])
+
+    def check(self, strains: Array, pressures: Array) -> None:
+        """Raise ValueError where strains (n, k) of modules leave what was walked."""
+        energy, k = self.energy, self.k
+        places = np.hstack([strains, np.tile(pressures, (len(strains), 1))])
+        for i, name in enumerate(energy.names):
+            span = ROOM * (energy.high[i] - energy.low[i])
+            least, most = places[:, i].min(), places[:, i].max()
+            if least < energy.low[i] - span or most > energy.high[i] + span:
                 raise ValueError(
-                    f"a curvature of {1e3 * value:.4g} per m is outside of the table: "
-                    f"{1e3 * low:.4g} to {1e3 * high:.4g} per m at {1e3 * law.pressure:.4g} kPa"
+                    f"{_said(name, least)} to {_said(name, most)} is outside of the table: "
+                    f"{_said(name, energy.low[i])} to {_said(name, energy.high[i])}"
                 )
-        self.response.check(states)
+        bends = [i for i in range(k) if energy.names[i].startswith("curvature")]
+        chosen = [*bends, *range(k, len(energy.names))]
+        over = _outside(self.walked.samples.places[:, chosen], places[:, chosen])
+        if over.max(initial=0.0) > ROOM:
+            worst = places[over.argmax()]
+            said = ", ".join(f"{_said(energy.names[i], worst[i])}" for i in chosen)
+            raise ValueError(f"a module at {said} is outside of the states of the table")
 
 
-class Walker:
-    """Takes one module from state to state: pressure, curvature and axial force are given.
-
-    states: curvature, stretch and pressure of all that it accepted since the last ``clear``;
-    conjugates: moment, axial force, and air by length.
-    """
-
-    def __init__(self, spec: Spec, model: Model):
-        self.model, self.plane = model, Plane.of(model.mesh.layout)
-        assert model.repeat is not None  # it is a module
-        self.repeat = model.repeat
-        self.pressures = largest_pressures(spec)
-        self.iterations = 0
-        self.clear()
-        settings = replace(spec.solver.settings, initial_increment=1.0, max_increment=1.0)
-        self._stepper = Stepper(model, settings, self._accept, on_iteration=self._count)
-
-    def compliance(self) -> float:
-        """Curvature by moment of the undeformed module, 1/(N mm²)."""
-        self._stepper.walk.set_supports(())  # or nothing is held in the planes of symmetry
-        section = CrossSection(self.model, self.model.initial_state())
-        about = int(np.flatnonzero(np.flatnonzero(section.free) == self.plane.about)[0])
-        return float(np.linalg.inv(section.stiffness())[about, about])
-
-    def clear(self) -> None:
-        """Forget the states so far."""
-        self.states: list[tuple[float, float, float]] = []
-        self.conjugates: list[tuple[float, float, float]] = []
-
-    def _count(self, trying: Trying) -> None:
-        self.iterations += 1
-
-    def _accept(self, state: State, attempt: Attempt, number: int) -> None:
-        if attempt.fraction == 0.0:
-            return
-        section, plane = CrossSection(self.model, state), self.plane
-        bent, moment = (plane.sign * six[plane.about] for six in (section.strain, section.load))
-        stretch, axial = (float(six[3:] @ plane.axis) for six in (section.strain, section.load))
-        name = max(self.pressures, key=self.pressures.__getitem__)
-        self.states.append((bent, stretch, float(state["pressure"][name])))
-        self.conjugates.append((moment, axial, self.air(state)))
-
-    def air(self, state: State) -> float:
-        """Of the whole module by its length, mm², the cavities by their share of the pressure."""
-        full = max(self.pressures.values())
-        whole = sum(
-            value / full * self.model.cavity_volume(state, cavity)
-            for cavity, value in self.pressures.items()
-        )
-        return self.model.mesh.layout.copies * whole / self.repeat.length
-
-    def to(
-        self,
-        part: float,
-        curvature: float | None = None,
-        force: float = 0.0,
-        clamped: bool = False,
-        increments: int = 1,
-    ) -> bool:
-        """Whether there is an equilibrium at this part of the full pressures, with this curvature
-        (None: that of no moment) and axial force; clamped: of the undeformed length instead."""
-        repeat, plane = self.repeat, self.plane
-        hold, wrench = {}, np.zeros(6)
-        if curvature is not None:
-            turn = curvature * repeat.length
-            hold[COMPONENTS[plane.about]] = plane.sign * turn
-            # No shear: the force goes along the chord of the arc, and its work by length is ν.
-            way = np.cos(turn / 2) * plane.axis + np.sin(turn / 2) * plane.across
-            wrench[3:] = force * way / np.sinc(turn / (2 * np.pi))
-        if clamped:
-            hold |= {f"shift_{c}": v for c, v in zip("xyz", repeat.pitch, strict=True)}
-        repeat.faces = replace(repeat.faces, hold=hold)
-        step = LoadStep(
-            "walk",
-            (),
-            1 / increments,
-            pressure={name: part * value for name, value in self.pressures.items()},
-            wrench=(wrench / self.model.mesh.layout.copies).tolist(),
-        )
-        return not self._stepper.run([step], ()).stopped
+def _between(at: Array, values: Array, here: float) -> float:
+    order = np.argsort(at)
+    return float(np.interp(here, at[order], values[order]))
 
 
-def largest_pressures(spec: Spec) -> dict[str, float]:
-    """Of the cavities of a spec over its steps, MPa, without those that stay at zero. Raises
-    SpecError where there are none, where they are no multiples of each other, or below zero."""
-    found: dict[str, float] = {}
-    for values in pressures_of(spec):
-        if values and max(values.values()) > max(found.values(), default=0.0):
-            found = values
-    if not found:
-        raise SpecError("a table of a module is walked over its pressure; no step has one")
-    for values in pressures_of(spec):
-        parts = [values.get(name, 0.0) / found[name] for name in found]
-        if max(parts) - min(parts) > 1e-9 or set(values) - set(found) or min(parts) < 0:
-            raise SpecError(
-                "a table of a module is walked over one pressure above zero: those of several "
-                "cavities are to be multiples of each other in all steps"
+def _said(name: str, value: float) -> str:
+    """A variable's name, value and unit as a user writes them."""
+    if name.startswith("curvature"):
+        return f"{name.replace('_', ' about ')} of {1e3 * value:.4g} per m"
+    if name.startswith("stretch"):
+        return f"{name.replace('_', ' along ')} of {value:.4g}"
+    return f"{name.replace('_', ' ')} of {1e3 * value:.4g} kPa"
+
+
+def _outside(known: Array, places: Array) -> Array:
+    """How far places (n, d) are outside of the convex hull of known ones, by their range."""
+    low, span = known.min(axis=0), np.ptp(known, axis=0)
+    kept = span > FLAT * span.max()
+    scaled, asked = ((p - low)[:, kept] / span[kept] for p in (known, places))
+    if scaled.shape[1] == 1:
+        return np.asarray(np.maximum(-asked, asked - 1).max(axis=1))
+    try:
+        sides = ConvexHull(scaled).equations
+    except QhullError:
+        return np.zeros(len(places))
+    return np.asarray((asked @ sides[:, :-1].T + sides[:, -1]).max(axis=1))
+
+
+# --- where a module is walked -------------------------------------------------------------------
+
+
+class Design:
+    """The states that a table asks for, one after the other, each from a neighbour."""
+
+    def __init__(self, walker: Walker, loads: Driven, grid: Grid, axis: int):
+        self.walker, self.loads, self.grid = walker, loads, grid
+        free = walker.free.tolist()
+        self.bends = [free.index(i) for i in range(3) if i != axis and i in free]
+        self.along = free.index(3 + axis)
+        self.secondary = [i for i in range(len(free)) if i not in (*self.bends, self.along)]
+        self.lost = 0
+
+    def pressures(self) -> Array:
+        """Where the module is let go (p, m), MPa: a row of them for one group of cavities, for
+        more the corners of what they reach, the middles of its axes, and its middle."""
+        low, high = self.loads.low, self.loads.high
+        if len(low) == 1:
+            return np.linspace(low, high, self.grid.pressures + 1)
+        corners = np.array(list(product(*zip(low, high, strict=True))))
+        halves = np.diag((low + high) / 2)
+        return np.unique(np.vstack([corners, halves, (low + high) / 2]), axis=0)
+
+    def centres(self, rest: Held) -> list[Held]:
+        """The module let go at all pressures, the first at rest. Raises NoEquilibriumError."""
+        found, left = [rest], list(self.pressures())
+        scale = self.loads.high - self.loads.low
+        while left:
+            gaps = np.array(
+                [[np.linalg.norm((p - h.pressures) / scale) for h in found] for p in left]
             )
-    return found
+            row, column = np.unravel_index(gaps.argmin(), gaps.shape)
+            goal = left.pop(int(row))
+            if gaps.min() > 0:
+                found.append(self.walker.released(found[int(column)], goal))
+        return found
+
+    def around(
+        self, centre: Held, sags: tuple[Array, Array], beyond: float, pull: float, last: bool
+    ) -> Iterator[Held]:
+        """States about one that nothing holds: bent to and fro, stretched, and at the last
+        pressures and at rest also sheared and twisted."""
+        low, high = sags
+        states = [centre]
+        for i in self.bends:
+            here = centre.strain[i]
+            ends = min(here, 0.0) + low[i] - beyond, max(here, 0.0) + high[i] + beyond
+            for end in ends:
+                steps = self.grid.bends if abs(end - here) > FAR * beyond else 1
+                goals = np.linspace(here, end, steps + 1)[1:]
+                states += self._along(centre, [({i: goal}, {}) for goal in goals])
+        if len(self.bends) == 2:
+            one, two = self.bends
+            for signs in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
+                bent = {
+                    i: centre.strain[i] + s * beyond / np.sqrt(2)
+                    for i, s in zip((one, two), signs, strict=True)
+                }
+                states += self._along(centre, [(bent, {})])
+        yield from states
+        for number, state in enumerate(states):
+            held = {i: state.strain[i] for i in self.bends}
+            ways = (1, -1) if state is centre else (1 - 2 * (number % 2),)
+            for way in ways:
+                yield from self._along(state, [(held, {self.along: way * pull})])
+        for i in self.secondary if last else ():
+            twists = self.walker.free[i] < 3
+            for way in (1, -1):
+                if twists:
+                    goal = ({i: centre.strain[i] + way * beyond}, {})
+                else:
+                    goal = ({}, {i: way * SHEARED * pull / PULLED})
+                yield from self._along(centre, [goal])
+
+    def _along(
+        self, start: Held, goals: list[tuple[dict[int, float], dict[int, float]]]
+    ) -> list[Held]:
+        """States from one to the next, as far as there are any; each goal is the strains that are
+        given and the loads that others shall have, the rest being let go."""
+        found: list[Held] = []
+        for given, pulls in goals:
+            try:
+                strain = _relaxed(start, given, pulls)
+                start = self.walker.to(start, strain, start.pressures)
+            except NoEquilibriumError:
+                self.lost += len(goals) - len(found)
+                break
+            found.append(start)
+        return found
 
 
-def pressures_of(spec: Spec) -> Iterator[dict[str, float]]:
-    """The pressures at the end of each step, MPa, without those of zero."""
-    now: dict[str, float] = {}
-    for step in spec.steps:
-        given = step.loads.get("pressure")
-        if given is not None:
-            cavities = spec.layout().cavities
-            named = given if isinstance(given, dict) else dict.fromkeys(cavities, given)
-            now = {name: float(v) for name, v in (now | named).items() if v}
-        yield now
+def _relaxed(held: Held, given: Mapping[int, float], pulls: Mapping[int, float]) -> Array:
+    """Strains (k,) near a state, of which some are given and the others have loads (0 unless
+    said), by its compliance."""
+    compliance, k = held.compliance, len(held.strain)
+    fixed = sorted(given)
+    change = np.array([pulls.get(i, 0.0) for i in range(k)]) - held.load
+    change[fixed] = 0.0
+    if fixed:
+        lacking = np.array([given[i] - held.strain[i] for i in fixed])
+        lacking -= (compliance @ change)[fixed]
+        change[fixed] = np.linalg.solve(compliance[np.ix_(fixed, fixed)], lacking)
+    return np.asarray(held.strain + compliance @ change)
 
 
 def walk(
-    walker: Walker, grid: Grid, sags: tuple[float, float], tell: Callable[[str], None]
-) -> Walked:
-    """Visit a grid of states, each from its neighbour. Raises NoEquilibriumError where the free or
-    the clamped module does not reach the full pressure."""
-    parts = np.linspace(0, 1, grid.pressures + 1)
-    rest = walker.air(walker.model.initial_state())
-    if not walker.to(1.0, increments=grid.pressures):
-        raise NoEquilibriumError("the free module does not reach the full pressure")
-    reached, bent = np.array([(p, k) for k, _, p in walker.states]).T
-    full = reached[-1]
-    free = np.interp(parts, np.append(0, reached / full), np.append(0, bent))
-    air = np.array([conjugates[2] for conjugates in walker.conjugates])
-    free_air = np.interp(parts, np.append(0, reached / full), np.append(rest, air))
-    beyond = BEYOND * max(abs(free))
-    around = SAGS * sags[0] - beyond, SAGS * sags[1] + beyond
-    if not walker.to(1.0, 0.0, clamped=True):
-        raise NoEquilibriumError("the clamped module does not reach the full pressure")
-    force = PULLED * abs(walker.conjugates[-1][1])
-    walker.clear()
-    lost, sweeps = 0, list(_sweeps(parts, free, around, force, grid))
-    for number, (part, first, last, pull) in enumerate(sweeps, 1):
-        found = len(walker.states)
-        if walker.to(part, first, pull):
-            walker.to(part, last, pull, increments=grid.curvatures - 1)
-        lost += max(0, grid.curvatures - len(walker.states) + found)
-        tell(f"table: {number} of {len(sweeps)} sweeps, {len(walker.states)} states, {lost} lost")
-    states = np.array([(0.0, 1.0, 0.0), *walker.states])
-    conjugates = np.array([(0.0, 0.0, rest), *walker.conjugates]).T
-    work = walker.iterations
-    return Walked(states, conjugates, parts * full, free, free_air, lost, work)
+    walker: Walker,
+    loads: Driven,
+    dead: Dead,
+    grid: Grid,
+    axis: int,
+    tell: Callable[[str], None],
+) -> tuple[Walked, Held, list[bool]]:
+    """Visit all states; also the module at rest, and which variables are secondary. Raises
+    NoEquilibriumError where the free module does not reach the full pressures."""
+    design = Design(walker, loads, grid, axis)
+    rest = walker.begin()
+    try:
+        centres = design.centres(rest)
+    except NoEquilibriumError:
+        raise NoEquilibriumError("the free module does not reach the full pressure") from None
+    k, pitch = len(walker.free), walker.repeat.length
+    stiffness = np.zeros((6, 6))
+    stiffness[np.ix_(walker.free, walker.free)] = rest.second[:k, :k]
+    low, high = (SAGS * sag[walker.free] for sag in dead.sags(stiffness))
+    bent = max(np.linalg.norm(c.strain[design.bends]) for c in centres)
+    slack = max((np.ptp([low[i], high[i]]) for i in design.bends), default=0.0)
+    beyond = BEYOND * max(bent, slack, HARDLY / pitch)
+    blocked = [c.second[:k, :k] @ (rest.strain - c.strain) for c in centres]
+    pull = PULLED * max(abs(load[design.along]) for load in blocked)
+    samples = [rest]
+    for number, centre in enumerate(centres, 1):
+        ends = number == 1 or np.allclose(centre.pressures, loads.high)
+        around = design.around(centre, (low, high), beyond, pull, ends)
+        samples += [state for state in around if state is not rest]
+        tell(
+            f"table: {number} of {len(centres)} pressures, {len(samples)} states, "
+            f"{design.lost} lost"
+        )
+    found = Samples(
+        np.array([state.place for state in samples]),
+        np.array([state.first for state in samples]),
+        np.array([state.second for state in samples]),
+    )
+    let_go = np.array([c.place for c in centres])
+    size = np.where(walker.free < 3, pitch, 1.0)
+    moved = np.abs(let_go[:, :k] - walker.rest).max(axis=0) * size
+    secondary = [i in design.secondary and bool(moved[i] < HARDLY) for i in range(k)]
+    walked = Walked(found, let_go, design.lost, walker.iterations)
+    return walked, rest, [*secondary, *[False] * len(loads.groups)]
 
 
-def _sweeps(
-    parts: Array, free: Array, around: tuple[float, float], force: float, grid: Grid
-) -> Iterator[tuple[float, float, float, float]]:
-    """Part of the pressure, first and last curvature, and force: each begins near the last one's
-    end."""
-    up, pulls = True, np.linspace(-force, force, grid.forces)
-    for part, bent in list(zip(parts, free, strict=True))[::-1]:
-        for pull in pulls:
-            low, high = min(bent, 0.0) + around[0], max(bent, 0.0) + around[1]
-            first, last = (low, high) if up else (high, low)
-            yield float(part), float(first), float(last), float(pull)
-            up = not up
-        pulls = pulls[::-1]
-
-
-def best_fit(walked: Walked) -> tuple[Response, Array, int]:
+def best_fit(
+    walked: Walked, names: tuple[str, ...], secondary: list[bool]
+) -> tuple[Energy, Array, int]:
     """The energy whose degree has the least error at states held out of its fit, then fitted to all
     of them; that error, and the degree. Raises SpecError where there are too few states."""
-    number = np.arange(len(walked.states))
-    out = number % HELD_OUT == HELD_OUT // 2
-    within = walked.states.min(axis=0), walked.states.max(axis=0)
+    samples = walked.samples
+    number = np.arange(len(samples.places))
+    within = samples.places.min(axis=0), samples.places.max(axis=0)
+    primary = ~np.array(secondary)
+    # The few that are sheared or twisted on purpose are all needed.
+    moved = np.abs(samples.places - samples.places[0])[:, ~primary]
+    usual = (moved <= USUAL * moved.max(axis=0)).all(axis=1)
+    out = (number % HELD_OUT == HELD_OUT // 2) & usual
     tried = []
     for degree in DEGREES:
         try:
-            part = fit(walked.states[~out], walked.conjugates[:, ~out], degree, within)
+            part = fit(samples.part(~out), names, degree, secondary, within)
         except ValueError:
             break
-        off = errors(part, walked.states[out], walked.conjugates[:, out])
-        tried.append((off.max(), degree, off))
+        held = samples.part(out)
+        off = errors(part, held)
+        tried.append((weighted(part, held)[primary].max(), degree, off))
     if not tried:
         raise SpecError(f"the module found only {len(number)} states, too few for a table")
     _, degree, off = min(tried, key=lambda one: one[0])
-    return fit(walked.states, walked.conjugates, degree), off, degree
+    return fit(samples, names, degree, secondary, within), off, degree
 
 
 def table(
     spec: Spec,
+    loads: Driven,
     grid: Grid,
     dead: Dead,
+    lumps: Lumps,
     tell: Callable[[str], None],
     short: Spec | None = None,
 ) -> Table:
@@ -357,34 +377,70 @@ def table(
         mesh = Path(scratch) / "module.msh"
         make_mesh(spec.geometry, mesh, curved=spec.solver.curved)
         model = build_model(MPI.COMM_SELF, spec, mesh)
-    walker = Walker(spec, model)
-    repeat, plane = walker.repeat, walker.plane
-    origin = plane.flat(repeat.centre)
-    bending = 1 / walker.compliance()
-    walked = walk(walker, grid, dead.sags(bending), tell)
-    response, off, degree = best_fit(walked)
-    ends, full = Ends(), max(walker.pressures.values())
-    if short is not None:
+    walker, layout = Walker(model, loads.groups), spec.layout()
+    walked, rest, secondary = walk(walker, loads, dead, grid, axis_of(layout), tell)
+    pressures = ["pressure"] if len(loads.groups) == 1 else [f"pressure_{n}" for n in loads.names]
+    names = (*(COMPONENTS[i] for i in walker.free), *pressures)
+    energy, off, degree = best_fit(walked, names, secondary)
+    ends = Ends()
+    bends = Bending.of(layout)
+    if short is not None and bends is not None and len(loads.groups) == 1:
         tell("table: a short actuator, for its ends")
-        free = FreeModule(repeat.length, bending, walked.levels, walked.free, walked.free_air)
-        ends = ends_of(short, free, plane.across)
+        ends = ends_of(short, loads, bends.free_module(walker, walked, rest), bends.across)
     return Table(
-        response,
+        energy,
+        walker.free,
         off,
         degree,
-        repeat.length,
-        hull(plane.flat(model.nodes.places)) - origin,
-        complex(origin),
+        walker.repeat.length,
+        walker.repeat.centre,
         walked,
         dead.moment,
-        {name: value / full for name, value in walker.pressures.items()},
+        loads.groups,
+        lumps,
         ends,
     )
 
 
-def hull(points: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """Corners of the convex hull of places in a plane."""
-    from scipy.spatial import ConvexHull
+def axis_of(layout: Layout) -> int:
+    """Along which coordinate an actuator lies. Raises SpecError."""
+    axis = np.abs(layout.axis)
+    if axis.max() < 1 - FLAT:
+        raise SpecError("a table of a module is of an actuator along x, y or z")
+    return int(axis.argmax())
 
-    flat = np.column_stack([points.real, points.imag])
-    return np.asarray(points[ConvexHull(flat).vertices])
+
+@dataclass(frozen=True)
+class Bending:
+    """In which plane a module bends that has one plane of symmetry along its axis: about a
+    component, with a sign; across (3,): the way in which a positive curvature turns the axis."""
+
+    about: int
+    sign: float
+    across: Array
+
+    @classmethod
+    def of(cls, layout: Layout) -> Bending | None:
+        """None where it bends in more planes than one, or in none."""
+        turns = np.flatnonzero(free_components(layout.symmetry)[0])
+        if len(turns) != 1:
+            return None
+        about = int(turns[0])
+        bending = np.eye(3)[about]
+        if layout.bending_axis is not None:
+            bending = np.asarray(layout.bending_axis, dtype=float)
+        return cls(about, float(bending[about]), np.cross(bending, np.asarray(layout.axis, float)))
+
+    def free_module(self, walker: Walker, walked: Walked, rest: Held) -> FreeModule:
+        """What the ends of an actuator are compared with, of one group of cavities."""
+        centres = walked.centres[np.argsort(walked.centres[:, -1])]
+        places = walked.samples.places
+        at = [int(np.abs(places - centre).sum(axis=1).argmin()) for centre in centres]
+        i = int(np.flatnonzero(walker.free == self.about)[0])
+        return FreeModule(
+            walker.repeat.length,
+            float(1 / rest.compliance[i, i]),
+            centres[:, -1],
+            self.sign * centres[:, i],
+            -walked.samples.first[at, -1],
+        )

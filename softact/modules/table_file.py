@@ -4,47 +4,54 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from softact.errors import SpecError
 from softact.files.text import json_text, replacing, write_atomic
+from softact.modules.driven import Driven, driven
 from softact.modules.ends import Ends, short_spec
+from softact.modules.energy import Energy, Samples
+from softact.modules.lumps import Lumps, lumps
 from softact.modules.module_spec import module_specs
-from softact.modules.response import Response
 from softact.modules.rod_run import dead
-from softact.modules.table import Grid, Table, Walked, largest_pressures, table
+from softact.modules.table import Grid, Table, Walked, table
 from softact.spec import Spec
 
-FORMAT = 1
+Array = NDArray[np.float64]
+FORMAT = 2
 JSON, HDF5 = "table.json", "table.h5"
 FILES = (JSON, HDF5)
-ENOUGH = 1 - 1e-9
+ENOUGH = 1e-9  # of the range of pressures
 SAMPLE = 1e-3  # MPa: the pressure of the specs whose hash tells tables apart
 UNITS = {
-    "response.low": "1/mm, 1, MPa",
-    "response.high": "1/mm, 1, MPa",
-    "response.constants": "mJ/mm",
-    "errors": "of moment, force and air at states held out, a part of each largest",
+    "energy.low": "1/mm, 1, MPa",
+    "energy.high": "1/mm, 1, MPa",
+    "energy.constants": "mJ/mm",
+    "errors": "of moments, forces and air at states held out, a part of each largest",
     "pitch": "mm",
-    "outline": "mm, along and across",
-    "origin": "mm, along and across",
-    "walked.states": "curvature 1/mm, stretch, pressure MPa",
-    "walked.conjugates": "moment N mm, force N, air by length mm^2",
-    "walked.levels": "MPa",
-    "walked.free": "1/mm",
+    "origin": "mm",
+    "walked.samples.places": "curvatures 1/mm, stretches, pressures MPa",
+    "walked.samples.first": "moments N mm, forces N, minus air by length mm^2",
+    "walked.samples.second": "their derivatives by curvatures, stretches and pressures",
+    "walked.centres": "as walked.samples.places, where nothing holds the module",
+    "moment": "N mm",
+    "lumps.masses": "tonne",
+    "lumps.centres": "mm",
+    "lumps.spreads": "tonne mm^2",
+    "lumps.tip": "mm",
+    "lumps.outline": "mm",
+    "lumps.tip_outline": "mm",
     "ends.stiff": "modules",
     "ends.pressures": "MPa",
     "ends.idle": "modules",
     "ends.air": "mm^3",
-    "walked.free_air": "mm^2",
-    "moment": "N mm",
 }
-COMPLEX = ("outline", "origin")
 
 
 def key(specs: Iterable[Spec], grid: Grid) -> str:
@@ -56,12 +63,14 @@ def key(specs: Iterable[Spec], grid: Grid) -> str:
 def _plain(value: Any) -> Any:
     if isinstance(value, dict):
         return {name: _plain(inner) for name, inner in value.items()}
-    if isinstance(value, complex):
-        return [value.real, value.imag]
-    if isinstance(value, np.ndarray):
-        pairs = np.stack([value.real, value.imag], axis=-1) if np.iscomplexobj(value) else value
-        return pairs.tolist()
-    return value
+    if isinstance(value, list | tuple):
+        return [_plain(inner) for inner in value]
+    return value.tolist() if isinstance(value, np.ndarray) else value
+
+
+def _arrays(data: dict[str, Any], *but: str) -> dict[str, Any]:
+    """Lists of numbers as arrays."""
+    return {name: v if name in but else np.asarray(v) for name, v in data.items()}
 
 
 def _leaves(data: dict[str, Any], before: str = "") -> list[tuple[str, Any]]:
@@ -81,12 +90,14 @@ class MadeTable:
     table: Table
     made_from: str
 
-    def serves(self, made_from: str, pressure: float, moment: float) -> bool:
-        """Whether it is of the same module, up to a pressure (MPa) and with room for a moment of
-        dead loads (N mm)."""
-        reaches = self.table.walked.levels[-1], self.table.moment
-        enough = all(r >= w * ENOUGH for r, w in zip(reaches, (pressure, moment), strict=True))
-        return self.made_from == made_from and enough
+    def serves(self, made_from: str, loads: Driven, moment: float) -> bool:
+        """Whether it is of the same module, for all pressures of loads and with room for a moment
+        of dead loads (N mm)."""
+        known = self.table
+        if self.made_from != made_from or known.moment < moment * (1 - ENOUGH):
+            return False
+        slack = ENOUGH * (known.high - known.low)
+        return bool(np.all(loads.low >= known.low - slack) & np.all(loads.high <= known.high + slack))
 
     def write(self, json_file: Path, hdf5_file: Path) -> None:
         """Write both files."""
@@ -96,6 +107,7 @@ class MadeTable:
         # Imported here: reading a table shall not wait for it.
         import h5py
 
+        data["groups"] = json.dumps(data["groups"])
         with replacing(hdf5_file) as partial, h5py.File(partial, "w") as file:
             file.attrs.update(heads)
             for name, value in _leaves(data):
@@ -112,17 +124,16 @@ def read(path: Path) -> MadeTable:
         if data.pop("format") != FORMAT:
             raise SpecError(f"{path}: is a table of another softact; make it anew")
         made_from, _ = data.pop("made_from"), data.pop("units")
-        for name in COMPLEX:
-            data[name] = np.asarray(data[name]) @ [1, 1j]
-        response = {name: np.asarray(value) for name, value in data.pop("response").items()}
+        energy = _arrays(data.pop("energy"), "names")
+        energy["names"] = tuple(energy["names"])
         walked = data.pop("walked")
-        for name in ("states", "conjugates", "levels", "free", "free_air"):
-            walked[name] = np.asarray(walked[name])
-        data["errors"] = np.asarray(data["errors"])
-        ends = data.pop("ends")
-        arrays = {name: np.asarray(ends[name]) for name in ("pressures", "idle", "air")}
-        data["ends"] = Ends(ends["stiff"], **arrays)
-        found = Table(response=Response(**response), walked=Walked(**walked), **data)
+        walked["samples"] = Samples(**_arrays(walked["samples"]))
+        walked["centres"] = np.asarray(walked["centres"])
+        data["ends"] = Ends(**_arrays(data["ends"], "stiff"))
+        data["lumps"] = Lumps(**_arrays(data["lumps"]))
+        data["groups"] = tuple(data["groups"])
+        arrays = {name: np.asarray(data.pop(name)) for name in ("free", "errors", "origin")}
+        found = Table(energy=Energy(**energy), walked=Walked(**walked), **arrays, **data)
         return MadeTable(found, made_from)
     except OSError as error:
         raise SpecError(f"{path}: cannot be read: {error.strerror}") from None
@@ -139,22 +150,22 @@ def made_or_read(
     given: the user named the file: another module's is then refused. Raises SpecError.
     """
     grid = grid or Grid()
-    pressures, loads = largest_pressures(spec), dead(spec)
-    full = max(pressures.values())
-    shares = {name: value / full for name, value in pressures.items()}
-    made_from = key(_specs(spec, {name: SAMPLE * part for name, part in shares.items()}), grid)
+    loads, weights = driven(spec), dead(spec)
+    made_from = key([spec_without_loads(spec), *_specs(spec, loads, SAMPLE)], grid)
     found = _known(known, given)
-    if found and found.serves(made_from, full, loads.moment):
+    if found and found.serves(made_from, loads, weights.moment):
         tell(f"table: that of {known}")
         return found
     if given:
+        most = max(np.abs(loads.low).max(), loads.high.max())
         raise SpecError(
-            f"{known}: is the table of another module, or of less than {1e3 * full:g} kPa or "
-            f"{loads.moment:.3g} N mm of weight and payload; geometry, materials, layers and "
+            f"{known}: is the table of another module, or of less than {1e3 * most:g} kPa or "
+            f"{weights.moment:.3g} N mm of weight and payload; geometry, materials, layers and "
             "solver are to be the same"
         )
-    free, *short = _specs(spec, pressures)
-    return MadeTable(table(free, grid, loads, tell, *short), made_from)
+    free, *short = _specs(spec, loads, 1.0)
+    made = table(free, loads, grid, weights, lumps(spec), tell, *short)
+    return MadeTable(made, made_from)
 
 
 def _known(path: Path, given: bool) -> MadeTable | None:
@@ -167,10 +178,18 @@ def _known(path: Path, given: bool) -> MadeTable | None:
         return None
 
 
-def _specs(spec: Spec, pressures: Mapping[str, float]) -> list[Spec]:
-    """Of the module, and of a short actuator where there is one, under pressures, MPa."""
-    driven = {name: f"{value!r} MPa" for name, value in pressures.items()}
-    steps = [{"name": "walk", "pressure": driven}]
-    bare = spec.with_({"steps": steps, "obstacles": {}})
+def spec_without_loads(spec: Spec) -> Spec:
+    """The actuator alone."""
+    step = {"name": "walk", "gravity": [0, 0, -1]}
+    return spec.with_({"steps": [step], "obstacles": {}, "name": "table", "description": ""})
+
+
+def _specs(spec: Spec, loads: Driven, scale: float) -> list[Spec]:
+    """Of the module, and of a short actuator where there is one, under the shares of the groups
+    times a pressure, MPa."""
+    driving = {
+        name: f"{scale * share!r} MPa" for group in loads.groups for name, share in group.items()
+    }
+    bare = spec.with_({"steps": [{"name": "walk", "pressure": driving}], "obstacles": {}})
     short = short_spec(bare)
     return [module_specs(bare, {}).runs["free"], *([short] if short else [])]
