@@ -20,6 +20,8 @@ from softact.geometry.prisms import Entities, Prism, Prisms, Shapes, lacking
 from softact.geometry.walls import Wall
 from softact.units import Length
 
+SHORT = 6  # radii of a chamber whose middle knows nothing of the ends
+
 
 class FiberReinforced(Chain):
     """A half-round tube along x, round above and flat below, with closed ends.
@@ -44,6 +46,10 @@ class FiberReinforced(Chain):
     def pitches(self) -> float:
         """A module is a slice as long as an element."""
         return (self.length - 2 * self.end) / self.mesh_size
+
+    def short(self) -> dict[str, Any]:
+        steps = np.ceil(SHORT * self.radius / self.mesh_size)
+        return {"length": f"{2 * self.end + steps * self.mesh_size!r} mm"}
 
     @property
     def _span(self) -> float:

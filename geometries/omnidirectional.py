@@ -20,6 +20,8 @@ from softact.geometry.prisms import Prism, Prisms, Shapes, lacking
 from softact.geometry.walls import Wall
 from softact.units import Length
 
+SHORT = 3  # modules of an arm whose middle one knows nothing of the ends
+
 
 class Omnidirectional(Corrugated):
     """A corrugated cylinder whose cavities lie around the axis, divided by inner walls.
@@ -75,6 +77,9 @@ class Omnidirectional(Corrugated):
     @property
     def pitches(self) -> float:
         return self.modules
+
+    def short(self) -> dict[str, Any]:
+        return {"modules": SHORT}
 
     def faults(self) -> Iterator[tuple[str, str]]:
         yield from super().faults()

@@ -20,6 +20,8 @@ from softact.geometry.prisms import Entities, Prism, Prisms, Shapes, Skin, lacki
 from softact.geometry.walls import Wall
 from softact.units import Length
 
+SHORT = 3  # modules of a shell whose middle one knows nothing of the ends
+
 
 class ShellReinforced(Chain):
     """A round tube of soft material with closed ends, in a thin shell with slits across its axis.
@@ -69,6 +71,13 @@ class ShellReinforced(Chain):
     @property
     def pitches(self) -> float:
         return (self.length - 2 * self.end) / (self._rows * (self._ring + self.slit))
+
+    def short(self) -> dict[str, Any]:
+        if not self.cuts:
+            return {}
+        cuts = SHORT * self._rows
+        length = 2 * self.end + (self.length - 2 * self.end) * cuts / self.cuts
+        return {"cuts": cuts, "length": f"{length!r} mm"}
 
     @property
     def _span(self) -> float:

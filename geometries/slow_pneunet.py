@@ -7,7 +7,7 @@ the linear kind has the same wall below as above. Run by itself it writes a mesh
 
 from collections.abc import Iterator
 from types import ModuleType
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -19,6 +19,8 @@ from softact.geometry.fillets import Rounded, beside, too_large
 from softact.geometry.steps import steps
 from softact.geometry.walls import Wall
 from softact.units import Length
+
+SHORT = 4  # chambers of a finger whose middle ones know nothing of the ends
 
 FILM, FLOOR = 0.5, 7.0  # mm, where nothing is given
 
@@ -80,6 +82,9 @@ class SlowPneunet(Filleted, Chain):
     @property
     def pitches(self) -> float:
         return self.chambers
+
+    def short(self) -> dict[str, Any]:
+        return {"chambers": SHORT}
 
     def faults(self) -> Iterator[tuple[str, str]]:
         yield from super().faults()

@@ -34,7 +34,8 @@ class Driven:
 
 def driven(spec: Spec) -> Driven:
     """By the steps of a spec. Raises SpecError where no step has a pressure."""
-    rows, now = [], {}
+    rows: list[dict[str, float]] = []
+    now: dict[str, float] = {}
     for step in spec.steps:
         given = step.loads.get("pressure")
         if given is not None:

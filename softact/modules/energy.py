@@ -1,8 +1,8 @@
 """What a module answers, as one energy by length over its strains and pressures.
 
-A polynomial, fitted by least squares to its first and its second derivatives at once: moment, force
-and air, their stiffness, and what the pressure changes of them. So the stiffness is symmetric, and no
-cycle of loads and pressures makes work from nothing.
+A polynomial, fitted by least squares to its first and its second derivatives at once: moment,
+force and air, their stiffness, and what the pressure changes of them. So the stiffness is
+symmetric, and no cycle of loads and pressures makes work from nothing.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class Energy:
         place[0, k:] = (pressures - (self.low + self.high)[k:] / 2) / self.half[k:]
         weights = _monomials(place[:, k:], self.powers[:, k:])[0]
         kept, at = np.unique(self.powers[:, :k], axis=0, return_inverse=True)
-        constants = np.bincount(at.ravel(), weights * self.constants, len(kept))
+        constants = np.bincount(at.ravel(), weights * self.constants, len(kept)).astype(float)
         return Energy(self.names[:k], self.low[:k], self.high[:k], kept, constants)
 
 

@@ -48,8 +48,9 @@ def lumps(spec: Spec) -> Lumps:
     along = (centres - np.asarray(layout.origin)) @ axis
     count = max(1, round(BY_MODULE * spec.geometry.pitches))
     at = np.clip((along / layout.length * count).astype(int), 0, count - 1)
-    whole = np.bincount(at, masses, count)
-    middles = np.stack([np.bincount(at, masses * c, count) for c in centres.T], axis=1)
+    whole = np.bincount(at, masses, count).astype(float)
+    middles = np.zeros((count, 3))
+    np.add.at(middles, at, masses[:, None] * centres)
     middles /= np.maximum(whole, np.finfo(float).tiny)[:, None]
     arms = centres - middles[at]
     moments = spreads + masses[:, None, None] * arms[:, :, None] * arms[:, None]
@@ -108,7 +109,7 @@ def _areas(corners: Array) -> Array:
 
 def _outline(points: Array, layout: Layout) -> Array:
     """The points (q, 3) beside the axis that reach furthest in some directions across it; in those
-    of the plane alone, where the actuator bends in one. Their places along the axis do not count."""
+    of the plane alone, where the actuator bends in one. Their places along the axis count not."""
     axis = np.asarray(layout.axis, dtype=float)
     planes = set(layout.symmetry.values())
     across = [np.eye(3)[i] for i in range(3) if abs(axis[i]) < 0.5]

@@ -1,9 +1,9 @@
 """A rod in space of equal pieces, each bent and stretched alike all along, under dead loads and
 against obstacles without friction.
 
-Between the pieces stand frames, the first of them clamped. A piece's strains are the screw from one
-frame to the next by its length: exact for any turn, and without locking, as a piece that is bent and
-stretched evenly is one of its own shapes (Sonneville, Cardona and Brüls, CMAME 268, 2014).
+Between the pieces stand frames, the first of them clamped. A piece's strains are the screw from
+one frame to the next by its length: exact for any turn, and without locking, as a piece that is
+bent and stretched evenly is one of its own shapes (Sonneville, Cardona and Brüls, CMAME 268, 2014).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cholesky_banded, cho_solve_banded
+from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from softact.modules.screws import Between, crosses, exponential, logarithm
 
@@ -23,7 +23,7 @@ STIFFNESSES = (1.0, 10.0, 100.0, 1000.0)  # N/mm, of an obstacle: the last one c
 STILL = 1e-10  # rad, or of a piece's length: a Newton step below it is none
 LARGEST = 0.2  # rad of a piece, or of its length, in one iteration
 MOST = 80  # iterations
-#: Signed distances (m,) of places (m, 3), their unit gradients (m, 3), second derivatives (m, 3, 3).
+#: Signed distances (m,) of places (m, 3), their gradients (m, 3), second derivatives (m, 3, 3).
 Distance = Callable[[Array], tuple[Array, Array, Array]]
 
 
@@ -59,7 +59,7 @@ class Linear:
 
 @dataclass(frozen=True)
 class Frames:
-    """How a rod stands: turns (n + 1, 3, 3) and places (n + 1, 3), mm, from the clamp to the tip."""
+    """How a rod stands: turns (n + 1, 3, 3), places (n + 1, 3) mm, from the clamp to the tip."""
 
     turns: Array
     places: Array
@@ -67,9 +67,7 @@ class Frames:
     def moved(self, screws: Array) -> Frames:
         """Each frame moved by a screw (n + 1, 6) in its own axes."""
         turns, shifts = exponential(screws)
-        return Frames(
-            self.turns @ turns, self.places + np.einsum("nij,nj->ni", self.turns, shifts)
-        )
+        return Frames(self.turns @ turns, self.places + np.einsum("nij,nj->ni", self.turns, shifts))
 
 
 @dataclass(frozen=True)
@@ -274,8 +272,8 @@ class Rod:
         first frame stays."""
         free = np.flatnonzero(self.free)
         k, n = len(free), self.pieces
-        pick = np.ix_(range(n), free, free)
-        middle, next_ones = diagonal[1:][pick], beside[1:][np.ix_(range(n - 1), free, free)]
+        pick = np.ix_(np.arange(n), free, free)
+        middle, next_ones = diagonal[1:][pick], beside[1:][np.ix_(np.arange(n - 1), free, free)]
         band = np.zeros((2 * k, n * k))
         for i in range(k):
             for j in range(i + 1):
@@ -285,15 +283,14 @@ class Rod:
                 band[k + i - j, j : (n - 1) * k : k] = next_ones[:, j, i]
         right = -residual[1:][:, free].ravel()
         out = np.zeros_like(residual)
-        shift = 0.0
-        largest = np.abs(band[0]).max()
+        shift, largest = 0.0, np.abs(band[0]).max()
         while True:
             try:
-                factors = cholesky_banded(band + shift * (np.arange(2 * k) == 0)[:, None], lower=True)
+                factors = cholesky_banded(np.vstack([band[:1] + shift, band[1:]]), lower=True)
                 break
             except np.linalg.LinAlgError:
                 shift = max(1e-6 * largest, 4 * shift)
-                if shift > 1e3 * largest:
+                if not shift < 1e3 * largest:
                     raise ArithmeticError("the rod's stiffness is not a number") from None
         out[1:, free] = cho_solve_banded((factors, True), right).reshape(n, k)
         return out

@@ -63,7 +63,7 @@ def law(table: Table) -> str:
     """What the law was made from, and its errors."""
     walked = table.walked
     ends = "What the two ends take from the bending is not known here. "
-    if len(table.ends.pressures) > 1:
+    if table.ends.known:
         idle = table.ends.idle
         ends = (
             f"By a short actuator the two ends are as {table.ends.stiff:.2f} modules that do not "

@@ -181,7 +181,7 @@ class Standing:
         table, pressures = chain.table, acting.pressures
         bending = chain.modules - table.ends.stiff
         more = np.zeros(table.k)
-        if idle := table.idle(pressures):
+        if idle := table.ends.idle_at(pressures):
             bends = np.array([COMPONENTS[i].startswith("curvature") for i in table.free])
             more = bends * table.free_strain(pressures) * (idle - table.ends.stiff) / bending
         self.law = Section(table, pressures, more)
@@ -217,8 +217,10 @@ class Standing:
         at = np.clip(np.round(along / rod.length).astype(int), 0, rod.pieces)
         arms = places - np.outer(at * rod.length, chain.axis)
         clamped = at == 0
-        return Points(at, arms), np.where(clamped, 0.0, lumps.masses), float(
-            lumps.masses[clamped].sum()
+        return (
+            Points(at, arms),
+            np.where(clamped, 0.0, lumps.masses),
+            float(lumps.masses[clamped].sum()),
         )
 
     def _touching(self) -> Points:
@@ -264,7 +266,7 @@ class Standing:
         found |= bending(chain, frames, before)
         found |= _vector("tip", self.tip(frames), "mm")
         whole = chain.modules * chain.table.pitch * self.law.air(strains).mean(axis=0)
-        whole[0] -= chain.table.lost_air(self.acting.pressures)
+        whole -= chain.table.ends.air_at(self.acting.pressures)
         volumes = [n.replace("pressure", "cavity_volume") for n in names]
         found |= {f"{n}_mm3": float(v) for n, v in zip(volumes, whole, strict=True)}
         held, cells = -self.loads.forces.sum(axis=0) - self.front_weight, []
@@ -312,7 +314,8 @@ def _vector(name: str, vector: Array, unit: str) -> Row:
 
 def run(chain: Chain, increments: int) -> RodRun:
     """Carry a rod through the steps of its spec, each in so many increments."""
-    frames, before, row = None, chain.at_rest(), {}
+    frames, before = None, chain.at_rest()
+    row: Row = {}
     found = RodRun([], [], [], "")
     for number, step in enumerate(chain.spec.steps):
         after = chain.acting(number, before)

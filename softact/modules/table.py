@@ -15,7 +15,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from softact.errors import NoEquilibriumError, SpecError
 from softact.geometry.base import make_mesh
-from softact.mesh.layout import Layout, free_components
+from softact.mesh.layout import Layout
 from softact.modules.driven import Driven
 from softact.modules.ends import Ends, FreeModule, ends_of
 from softact.modules.energy import Energy, Samples, errors, fit, weighted
@@ -35,6 +35,7 @@ DEGREES = (3, 4, 5, 6, 7, 8)
 USUAL = 0.5  # of the largest: secondary strains of states that nobody sheared or twisted
 HARDLY = 0.02  # rad of a module, or of its length: strains below it are secondary
 ROOM = 0.05  # of the range: how far outside of what was walked a state may be
+FREE_STEPS = 4  # of Newton's method: 1e-8 from the nearest state
 FLAT = 1e-9  # of the largest range: the same in all states
 COMPONENTS = (*(f"curvature_{c}" for c in "xyz"), *(f"stretch_{c}" for c in "xyz"))
 
@@ -116,21 +117,17 @@ class Table:
         """Of the pressures (m,), MPa."""
         return self.energy.high[self.k :]
 
-    def idle(self, pressures: Array) -> float:
-        """Modules that do not bend under pressures (m,), MPa."""
-        if len(self.ends.pressures) < 2:
-            return 0.0
-        return float(_between(self.ends.pressures, self.ends.idle, pressures[0]))
-
-    def lost_air(self, pressures: Array) -> float:
-        """What the two ends have less than so many modules, mm³."""
-        return float(_between(self.ends.pressures, self.ends.air, pressures[0]))
-
     def free_strain(self, pressures: Array) -> Array:
-        """Of the module that nothing holds (k,), where one group of cavities is driven."""
-        centres = self.walked.centres[np.argsort(self.walked.centres[:, -1])]
-        columns = centres[:, : self.k].T
-        return np.array([np.interp(pressures[0], centres[:, -1], c) for c in columns])
+        """Of the module that nothing holds (k,), by the energy: Newton's method from the nearest
+        state that was walked."""
+        centres, k = self.walked.centres, self.k
+        span = np.maximum(self.high - self.low, np.finfo(float).tiny)
+        nearest = np.linalg.norm((centres[:, k:] - pressures) / span, axis=1).argmin()
+        strain, energy = centres[nearest, :k].copy(), self.energy.at(pressures)
+        for _ in range(FREE_STEPS):
+            first, second = energy.both(strain[None])
+            strain -= np.linalg.solve(second[0], first[0])
+        return np.asarray(strain)
 
     def check(self, strains: Array, pressures: Array) -> None:
         """Raise ValueError where strains (n, k) of modules leave what was walked."""
@@ -151,11 +148,6 @@ class Table:
             worst = places[over.argmax()]
             said = ", ".join(f"{_said(energy.names[i], worst[i])}" for i in chosen)
             raise ValueError(f"a module at {said} is outside of the states of the table")
-
-
-def _between(at: Array, values: Array, here: float) -> float:
-    order = np.argsort(at)
-    return float(np.interp(here, at[order], values[order]))
 
 
 def _said(name: str, value: float) -> str:
@@ -250,11 +242,9 @@ class Design:
         for i in self.secondary if last else ():
             twists = self.walker.free[i] < 3
             for way in (1, -1):
-                if twists:
-                    goal = ({i: centre.strain[i] + way * beyond}, {})
-                else:
-                    goal = ({}, {i: way * SHEARED * pull / PULLED})
-                yield from self._along(centre, [goal])
+                given = {i: centre.strain[i] + way * beyond} if twists else {}
+                pulls = {} if twists else {i: way * SHEARED * pull / PULLED}
+                yield from self._along(centre, [(given, pulls)])
 
     def _along(
         self, start: Held, goals: list[tuple[dict[int, float], dict[int, float]]]
@@ -309,7 +299,7 @@ def walk(
     low, high = (SAGS * sag[walker.free] for sag in dead.sags(stiffness))
     bent = max(np.linalg.norm(c.strain[design.bends]) for c in centres)
     slack = max((np.ptp([low[i], high[i]]) for i in design.bends), default=0.0)
-    beyond = BEYOND * max(bent, slack, HARDLY / pitch)
+    beyond = float(BEYOND * max(bent, slack, HARDLY / pitch))
     blocked = [c.second[:k, :k] @ (rest.strain - c.strain) for c in centres]
     pull = PULLED * max(abs(load[design.along]) for load in blocked)
     samples = [rest]
@@ -382,11 +372,10 @@ def table(
     pressures = ["pressure"] if len(loads.groups) == 1 else [f"pressure_{n}" for n in loads.names]
     names = (*(COMPONENTS[i] for i in walker.free), *pressures)
     energy, off, degree = best_fit(walked, names, secondary)
-    ends = Ends()
-    bends = Bending.of(layout)
-    if short is not None and bends is not None and len(loads.groups) == 1:
+    ends, bends = Ends(), [i for i in range(3) if i in walker.free and not layout.axis[i]]
+    if short is not None and bends:
         tell("table: a short actuator, for its ends")
-        ends = ends_of(short, loads, bends.free_module(walker, walked, rest), bends.across)
+        ends = ends_of(short, loads, free_module(walker, layout, walked, rest))
     return Table(
         energy,
         walker.free,
@@ -410,37 +399,32 @@ def axis_of(layout: Layout) -> int:
     return int(axis.argmax())
 
 
-@dataclass(frozen=True)
-class Bending:
-    """In which plane a module bends that has one plane of symmetry along its axis: about a
-    component, with a sign; across (3,): the way in which a positive curvature turns the axis."""
-
-    about: int
-    sign: float
-    across: Array
-
-    @classmethod
-    def of(cls, layout: Layout) -> Bending | None:
-        """None where it bends in more planes than one, or in none."""
-        turns = np.flatnonzero(free_components(layout.symmetry)[0])
-        if len(turns) != 1:
-            return None
-        about = int(turns[0])
-        bending = np.eye(3)[about]
-        if layout.bending_axis is not None:
-            bending = np.asarray(layout.bending_axis, dtype=float)
-        return cls(about, float(bending[about]), np.cross(bending, np.asarray(layout.axis, float)))
-
-    def free_module(self, walker: Walker, walked: Walked, rest: Held) -> FreeModule:
-        """What the ends of an actuator are compared with, of one group of cavities."""
-        centres = walked.centres[np.argsort(walked.centres[:, -1])]
-        places = walked.samples.places
-        at = [int(np.abs(places - centre).sum(axis=1).argmin()) for centre in centres]
-        i = int(np.flatnonzero(walker.free == self.about)[0])
-        return FreeModule(
-            walker.repeat.length,
-            float(1 / rest.compliance[i, i]),
-            centres[:, -1],
-            self.sign * centres[:, i],
-            -walked.samples.first[at, -1],
-        )
+def free_module(walker: Walker, layout: Layout, walked: Walked, rest: Held) -> FreeModule:
+    """What the ends of an actuator are compared with: each group of cavities driven alone."""
+    axis = np.asarray(layout.axis, dtype=float)
+    at = next(i for i, c in enumerate(walker.free) if c < 3 and not axis[c])
+    places, k = walked.samples.places, len(walker.free)
+    pressures, curvatures, air = [], [], []
+    for group in range(len(walker.groups)):
+        others = np.delete(walked.centres[:, k:], group, axis=1)
+        alone = walked.centres[(others == 0).all(axis=1)]
+        # From rest on, and one way alone.
+        way = np.sign(alone[np.abs(alone[:, k + group]).argmax(), k + group])
+        alone = alone[alone[:, k + group] * way >= 0]
+        alone = alone[np.argsort(np.abs(alone[:, k + group]))]
+        known = [int(np.abs(places - centre).sum(axis=1).argmin()) for centre in alone]
+        turns = np.zeros((len(alone), 3))
+        bends = [i for i, c in enumerate(walker.free) if c < 3]
+        turns[:, walker.free[bends]] = alone[:, bends]
+        pressures.append(alone[:, k + group])
+        curvatures.append(turns)
+        air.append(-walked.samples.first[known, k + group])
+    return FreeModule(
+        walker.repeat.length,
+        float(1 / rest.compliance[at, at]),
+        np.eye(3)[walker.free[at]],
+        axis,
+        np.array(pressures),
+        np.array(curvatures),
+        np.array(air),
+    )

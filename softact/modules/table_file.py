@@ -97,7 +97,9 @@ class MadeTable:
         if self.made_from != made_from or known.moment < moment * (1 - ENOUGH):
             return False
         slack = ENOUGH * (known.high - known.low)
-        return bool(np.all(loads.low >= known.low - slack) & np.all(loads.high <= known.high + slack))
+        return bool(
+            np.all(loads.low >= known.low - slack) & np.all(loads.high <= known.high + slack)
+        )
 
     def write(self, json_file: Path, hdf5_file: Path) -> None:
         """Write both files."""
@@ -132,8 +134,8 @@ def read(path: Path) -> MadeTable:
         data["ends"] = Ends(**_arrays(data["ends"], "stiff"))
         data["lumps"] = Lumps(**_arrays(data["lumps"]))
         data["groups"] = tuple(data["groups"])
-        arrays = {name: np.asarray(data.pop(name)) for name in ("free", "errors", "origin")}
-        found = Table(energy=Energy(**energy), walked=Walked(**walked), **arrays, **data)
+        data |= {name: np.asarray(data[name]) for name in ("free", "errors", "origin")}
+        found = Table(energy=Energy(**energy), walked=Walked(**walked), **data)
         return MadeTable(found, made_from)
     except OSError as error:
         raise SpecError(f"{path}: cannot be read: {error.strerror}") from None

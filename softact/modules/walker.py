@@ -1,8 +1,8 @@
 """A module held at strains of its cross-section and pressures: what it answers there.
 
 The strains are those of ``softact.measures.cross_section``; moment, force and air come with their
-derivatives, which the factors of the last tangent give. They also say where the unknowns of the next
-state are, so that Newton's method has little left to do.
+derivatives, which the factors of the last tangent give. They also say where the unknowns of the
+next state are, so that Newton's method has little left to do.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ class Held:
 
     unknowns: (local,). strain, load: (k,) the strains that symmetry leaves, rad/mm and 1, and the
     moment in N mm and force in N that hold them. pressures: (m,) MPa; air: (m,) volume by length,
-    mm². second: (k + m, k + m) second derivatives of the energy by length, by strains and pressures,
-    whose first are (load, −air). rates: (local, k + m) of the unknowns.
+    mm². second: (k + m, k + m) second derivatives of the energy by length, by strains and
+    pressures, whose first are (load, −air). rates: (local, k + m) of the unknowns.
     """
 
     unknowns: Array
@@ -137,7 +137,7 @@ class Presser:
         before = self.pressures_of(state)
         change = pressures - before
         try:
-            guess = state.x + change @ columns[len(self._dofs) :]
+            guess = np.asarray(state.x + change @ columns[len(self._dofs) :], dtype=float)
             return self.settle(guess, state.x, None, pressures)
         except ArithmeticError:
             if not halvings:
@@ -158,8 +158,8 @@ class Presser:
         by the last factors."""
         model = self.model
         share = force / model.surfaces.area(surface) / model.mesh.layout.copies
-        right = share @ model.unit_forces(surface) * (self._fixed == 0)
-        return np.asarray(self._newton.factor.solve_all(right[None])[0])
+        right = (share @ model.unit_forces(surface)) * (self._fixed == 0)
+        return np.asarray(self._newton.factor.solve_all(right[None])[0], dtype=float)
 
     def _answers(self, state: State, origin: Origin | None) -> Array:
         """Newton's change, and what unit loads of the prescribed unknowns and unit pressures move:
@@ -178,7 +178,7 @@ class Presser:
         factor = self._newton.factor
         factor.follow_layout()
         factor.again()
-        return factor.solve_all(np.array(rights) * (model.assembler.fixed == 0))
+        return np.asarray(factor.solve_all(np.array(rights) * (model.assembler.fixed == 0)), float)
 
     def gradient(self, x: Array, group: Mapping[str, float]) -> Array:
         """Of the meshed air of a group of cavities by the unknowns (local,), mm²."""
@@ -190,7 +190,7 @@ class Presser:
     def air(self, state: State) -> Array:
         """Of the groups (m,), mm³ of the whole."""
         copies = self.model.mesh.layout.copies
-        return copies * np.array(
+        return float(copies) * np.array(
             [
                 sum(share * self.model.cavity_volume(state, name) for name, share in group.items())
                 for group in self.groups
