@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -9,6 +11,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
+from scipy.interpolate import RBFInterpolator
 
 from softact.errors import NoEquilibriumError
 from softact.geometry.base import make_mesh
@@ -23,6 +26,7 @@ from softact.spec import Spec
 from softact.system.term import State
 
 Array = NDArray[np.float64]
+LEAST = 0.05  # of the largest curvature: below it a module hardly bends
 TURNED = 1e-4  # rad of the tip by the force that shows how stiff the ends are
 
 
@@ -43,14 +47,14 @@ def short_spec(spec: Spec) -> Spec | None:
 class Ends:
     """What the two ends of an actuator take from so many equal modules.
 
-    stiff: modules that do not bend under a force. For each of m groups of cavities that is driven
-    alone: pressures (m, q), MPa, and there idle (m, q) modules that do not bend under it, and air
-    (m, q) mm³ less. Nothing where that is not known.
+    stiff: modules that do not bend under a force. At pressures (c, m) of m groups of cavities, MPa:
+    idle (c,) modules that do not bend under them, and air (c, m) mm³ less. Nothing where that is
+    not known.
     """
 
     stiff: float = 0.0
     pressures: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    idle: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    idle: Array = field(default_factory=lambda: np.zeros(0))
     air: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
@@ -58,26 +62,20 @@ class Ends:
         """Whether a short actuator said it."""
         return self.pressures.size > 0
 
-    def idle_at(self, pressures: Array) -> float:
-        """Modules that do not bend under pressures (m,), MPa: of several groups by their shares."""
-        return (
-            float(self._shares(pressures) @ self._at(self.idle, pressures)) if self.known else 0.0
-        )
+    def at(self, pressures: Array) -> tuple[float, Array]:
+        """Modules that do not bend under pressures (m,), MPa, and how much less air there is (m,),
+        mm³: between the known pressures, and never beyond what was found there."""
+        if not self.known:
+            return 0.0, np.zeros(len(pressures))
+        idle, *air = self._between(pressures[None])[0]
+        return float(np.clip(idle, self.idle.min(), self.idle.max())), np.array(air)
 
-    def air_at(self, pressures: Array) -> Array:
-        """How much less air the groups have (m,), mm³."""
-        return self._at(self.air, pressures) if self.known else np.zeros(len(pressures))
-
-    def _shares(self, pressures: Array) -> Array:
-        size = np.abs(pressures)
-        return size / size.sum() if size.sum() > 0 else np.full(len(size), 1 / len(size))
-
-    def _at(self, table: Array, pressures: Array) -> Array:
-        found = []
-        for known, values, pressure in zip(self.pressures, table, pressures, strict=True):
-            order = np.argsort(known)
-            found.append(float(np.interp(pressure, known[order], values[order])))
-        return np.array(found)
+    @functools.cached_property
+    def _between(self) -> Callable[[Array], Array]:
+        span = np.ptp(self.pressures, axis=0)
+        values = np.column_stack([self.idle, self.air])
+        inner = RBFInterpolator(self.pressures / span, values, kernel="linear", degree=0)
+        return lambda pressures: inner(pressures / span)
 
 
 @dataclass(frozen=True)
@@ -85,8 +83,8 @@ class FreeModule:
     """A module that nothing holds, and how it bends by a moment.
 
     pitch: mm. bending: stiffness, N mm², of the undeformed one, about a unit vector about (3,);
-    axis (3,). For each group that is driven alone (m, q): pressures MPa, curvatures (m, q, 3) 1/mm,
-    air of that group by length (m, q), mm²; the first at rest.
+    axis (3,). At pressures (c, m) MPa of groups of cavities, the first at rest: curvatures (c, 3)
+    1/mm, air by length (c, m), mm².
     """
 
     pitch: float
@@ -116,24 +114,28 @@ def ends_of(spec: Spec, loads: Driven, module: FreeModule) -> Ends:
         rest = presser.settle(np.zeros(model.unknowns.local), None, None, nothing)
         pushed = presser.moved_by(model.mesh.layout.tip, push * np.cross(module.about, module.axis))
         turned = float(_turned(model, presser.state(pushed, nothing)) @ module.about)
-        idle, air = np.zeros((2, *module.pressures.shape))
-        full = pitches * module.pitch
-        for group, pressures in enumerate(module.pressures):
-            air[group, 0] = full * module.air[group, 0] - presser.air(rest[0])[group]
-            here = rest
-            for number, pressure in enumerate(pressures[1:], 1):
-                here = presser.inflated(*here, pressure * (np.arange(len(nothing)) == group))
-                free = module.curvatures[group, number]
-                bent = _turned(model, here[0]) @ free / (free @ free)
-                idle[group, number] = pitches - bent / module.pitch
-                volume = presser.air(here[0])[group]
-                air[group, number] = full * module.air[group, number] - volume
-            idle[group, 0] = idle[group, 1]  # at rest as soon after
+        found = [rest]
+        for pressures in module.pressures[1:]:
+            known = module.pressures[: len(found)]
+            nearest = int(np.linalg.norm(known - pressures, axis=1).argmin())
+            found.append(presser.inflated(*found[nearest], pressures))
+        turns = np.array([_turned(model, state) for state, _ in found])
+        volumes = np.array([presser.air(state) for state, _ in found])
     except ArithmeticError as error:
         raise NoEquilibriumError(
             f"the short actuator that shows what the ends take has no state: {error}"
         ) from None
+    free = module.curvatures
+    size = (free**2).sum(axis=1)
+    bent = np.sqrt(size) > LEAST * np.sqrt(size.max())  # elsewhere nothing shows what is idle
+    ratio = (turns * free).sum(axis=1) / np.where(bent, size, 1.0) / module.pitch
+    idle = pitches - np.where(bent, ratio, 0.0)
+    shown = np.flatnonzero(bent)
+    for number in np.flatnonzero(~bent) if len(shown) else ():
+        gaps = np.linalg.norm(module.pressures[shown] - module.pressures[number], axis=1)
+        idle[number] = idle[shown[gaps.argmin()]]
     bends = 2 * turned * module.bending / (push * length)
+    air = pitches * module.pitch * module.air - volumes
     return Ends(float(pitches - bends / module.pitch), module.pressures, idle, air)
 
 

@@ -9,6 +9,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from numpy.typing import NDArray
 
+from softact.estimate.weight import mass
 from softact.geometry.base import make_mesh
 from softact.mesh.layout import Layout
 from softact.mesh.msh_file import Tetrahedra, read_msh
@@ -44,6 +45,8 @@ def lumps(spec: Spec) -> Lumps:
         make_mesh(spec.geometry, path)
         mesh = read_msh(path, layout)
     masses, centres, spreads = _pieces(spec, mesh)
+    round_ones = mass(spec) / masses.sum()  # the mesh here has straight edges
+    masses, spreads = round_ones * masses, round_ones * spreads
     axis = np.asarray(layout.axis, dtype=float)
     along = (centres - np.asarray(layout.origin)) @ axis
     count = max(1, round(BY_MODULE * spec.geometry.pitches))

@@ -181,7 +181,8 @@ class Standing:
         table, pressures = chain.table, acting.pressures
         bending = chain.modules - table.ends.stiff
         more = np.zeros(table.k)
-        if idle := table.ends.idle_at(pressures):
+        idle, self.lost_air = table.ends.at(pressures)
+        if table.ends.known:
             bends = np.array([COMPONENTS[i].startswith("curvature") for i in table.free])
             more = bends * table.free_strain(pressures) * (idle - table.ends.stiff) / bending
         self.law = Section(table, pressures, more)
@@ -266,7 +267,7 @@ class Standing:
         found |= bending(chain, frames, before)
         found |= _vector("tip", self.tip(frames), "mm")
         whole = chain.modules * chain.table.pitch * self.law.air(strains).mean(axis=0)
-        whole -= chain.table.ends.air_at(self.acting.pressures)
+        whole -= self.lost_air
         volumes = [n.replace("pressure", "cavity_volume") for n in names]
         found |= {f"{n}_mm3": float(v) for n, v in zip(volumes, whole, strict=True)}
         held, cells = -self.loads.forces.sum(axis=0) - self.front_weight, []

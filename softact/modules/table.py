@@ -400,31 +400,20 @@ def axis_of(layout: Layout) -> int:
 
 
 def free_module(walker: Walker, layout: Layout, walked: Walked, rest: Held) -> FreeModule:
-    """What the ends of an actuator are compared with: each group of cavities driven alone."""
+    """What the ends of an actuator are compared with."""
     axis = np.asarray(layout.axis, dtype=float)
     at = next(i for i, c in enumerate(walker.free) if c < 3 and not axis[c])
     places, k = walked.samples.places, len(walker.free)
-    pressures, curvatures, air = [], [], []
-    for group in range(len(walker.groups)):
-        others = np.delete(walked.centres[:, k:], group, axis=1)
-        alone = walked.centres[(others == 0).all(axis=1)]
-        # From rest on, and one way alone.
-        way = np.sign(alone[np.abs(alone[:, k + group]).argmax(), k + group])
-        alone = alone[alone[:, k + group] * way >= 0]
-        alone = alone[np.argsort(np.abs(alone[:, k + group]))]
-        known = [int(np.abs(places - centre).sum(axis=1).argmin()) for centre in alone]
-        turns = np.zeros((len(alone), 3))
-        bends = [i for i, c in enumerate(walker.free) if c < 3]
-        turns[:, walker.free[bends]] = alone[:, bends]
-        pressures.append(alone[:, k + group])
-        curvatures.append(turns)
-        air.append(-walked.samples.first[known, k + group])
+    known = [int(np.abs(places - centre).sum(axis=1).argmin()) for centre in walked.centres]
+    bends = [i for i, c in enumerate(walker.free) if c < 3]
+    turns = np.zeros((len(known), 3))
+    turns[:, walker.free[bends]] = walked.centres[:, bends]
     return FreeModule(
         walker.repeat.length,
         float(1 / rest.compliance[at, at]),
         np.eye(3)[walker.free[at]],
         axis,
-        np.array(pressures),
-        np.array(curvatures),
-        np.array(air),
+        walked.centres[:, k:],
+        turns,
+        -walked.samples.first[known, k:],
     )

@@ -12,13 +12,15 @@ from click.testing import CliRunner
 from softact.cli.main import softact
 from softact.errors import SpecError
 from softact.modules import rod_run, table_file
+from softact.modules import table as table_rooms
+from softact.modules.driven import driven
 from softact.modules.rod_run import Chain
-from softact.modules.table import Grid, Table, largest_pressures
+from softact.modules.table import Grid
 from softact.results.folder import read
 from softact.run.start import run
 from softact.spec import Spec
 
-GRID = Grid(3, 4, 2)
+GRID = Grid(3, 1)
 SPEC = {
     "name": "small",
     "geometry": {
@@ -62,19 +64,28 @@ def table(folder):
 
 
 def test_states_that_are_not_in_the_fit(table):
-    assert len(table.walked.states) >= 32 and table.walked.lost == 0
-    assert table.errors.max() < 1e-2
+    assert len(table.walked.samples.places) >= 25 and table.walked.lost == 0
+    assert table.energy.names == ("curvature_y", "stretch_x", "stretch_z", "pressure")
+    assert table.errors[[0, 1, 3]].max() < 1e-2
 
 
 def test_both_files_hold_the_same(table, folder):
     plain = json.loads((folder / table_file.JSON).read_text())
+    samples = table.walked.samples
     with h5py.File(folder / table_file.HDF5) as file:
-        assert file["response/constants"][:] == pytest.approx(plain["response"]["constants"])
-        assert file["walked/conjugates"].shape == table.walked.conjugates.shape
+        assert file["energy/constants"][:] == pytest.approx(plain["energy"]["constants"])
+        assert file["walked/samples/first"].shape == samples.first.shape
         assert file["pitch"].attrs["unit"] == "mm"
-    found = table.response.conjugates(table.walked.states)
-    scale = np.abs(table.walked.conjugates).max(axis=1)
-    assert (np.abs(found - table.walked.conjugates).max(axis=1) / scale).max() < 1e-2
+    found, scale = table.energy.first(samples.places), np.abs(samples.first).max(axis=0)
+    assert (np.abs(found - samples.first).max(axis=0) / scale)[[0, 1, 3]].max() < 1e-2
+
+
+def test_what_the_ends_take_from_three_modules(table):
+    """Half a module each time, which the clamp and the tip's wall hold."""
+    assert 0.3 < table.ends.stiff < 1.0
+    idle, air = table.ends.at(np.array([6e-3]))
+    assert table.ends.idle.min() <= idle <= table.ends.idle.max()
+    assert 0.3 < idle < 1.0 and 0 < air[0] < 500
 
 
 def test_less_load_takes_the_same_table_and_more_does_not(spec, folder):
@@ -129,7 +140,7 @@ def test_it_stands_on_a_plate(spec, table):
     assert last["tip_z_mm"] > -0.1 + spec.geometry.base / 2  # the tip did not go through
 
 
-def test_what_a_rod_is_not_asked(spec):
+def test_what_a_rod_is_not_asked(spec, table):
     changes = {
         "contact": [{"self": "outer"}],
         "obstacles": {
@@ -141,10 +152,28 @@ def test_what_a_rod_is_not_asked(spec):
     assert "contact: a rod does not meet itself" in str(error.value)
     assert "obstacles.ball.friction: a rod slides" in str(error.value)
     with pytest.raises(SpecError, match=r"walked over its pressure; no step has one"):
-        largest_pressures(spec.with_({"steps": SPEC["steps"][:1]}))
-    falling = [*SPEC["steps"], {"name": "suck", "pressure": "-3 kPa"}]
-    with pytest.raises(SpecError, match=r"one pressure above zero"):
-        largest_pressures(spec.with_({"steps": falling}))
+        driven(spec.with_({"steps": SPEC["steps"][:1]}))
+    across = spec.with_({"steps.weight.gravity": [0, 1, 0]})
+    with pytest.raises(
+        SpecError, match=r"steps\.weight\.gravity: pulls out of the actuator's plane"
+    ):
+        rod_run.Chain(across, table).acting(0, rod_run.Chain(across, table).at_rest())
+
+
+def test_which_cavities_go_together():
+    arm = {"type": "omnidirectional", "modules": 3, "symmetry": False}
+    steps = [
+        {"name": "a", "pressure": {"cavity_1": "10 kPa", "cavity_2": "5 kPa"}},
+        {
+            "name": "b",
+            "pressure": {"cavity_1": "20 kPa", "cavity_2": "10 kPa", "cavity_3": "-4 kPa"},
+        },
+    ]
+    data = {"name": "arm", "geometry": arm, "materials": {"body": "ecoflex-00-30"}, "steps": steps}
+    found = driven(Spec.model_validate(data))
+    assert found.groups == ({"cavity_1": 1.0, "cavity_2": 0.5}, {"cavity_3": 1.0})
+    assert found.low == pytest.approx([0.0, -0.004]) and found.high == pytest.approx([0.02, 0.0])
+    assert found.ends == pytest.approx(np.array([[0.01, 0.0], [0.02, -0.004]]))
 
 
 @pytest.fixture
@@ -174,7 +203,7 @@ def test_the_command(command, tmp_path):
 
 
 def test_the_command_says_where_a_rod_stops(command, tmp_path, monkeypatch):
-    monkeypatch.setattr(Table, "reach", lambda self, pressure: (-1e-6, 1e-6))
+    monkeypatch.setattr(table_rooms, "ROOM", -0.4)
     stopped = command("9 kPa")
     assert stopped.exit_code == 4
     assert "is outside of the table" in stopped.output
