@@ -95,8 +95,10 @@ def _monomials(scaled: Array, powers: NDArray[np.int64]) -> Array:
     """Of places (m, n) in the range −1 to 1, (m, terms)."""
     out = np.ones((len(scaled), len(powers)))
     for axis, column in enumerate(powers.T):
-        table = scaled[:, axis, None] ** np.arange(column.max(initial=0) + 1)
-        out *= table[:, column]
+        table = np.ones((column.max(initial=0) + 1, len(scaled)))
+        for power in range(1, len(table)):
+            table[power] = table[power - 1] * scaled[:, axis]
+        out *= table[column].T
     return out
 
 

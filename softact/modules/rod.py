@@ -1,5 +1,5 @@
 """A rod in space of equal pieces, each bent and stretched alike all along, under dead loads and
-against obstacles without friction.
+against obstacles, with friction or without.
 
 Between the pieces stand frames, the first of them clamped. A piece's strains are the screw from
 one frame to the next by its length: exact for any turn, and without locking, as a piece that is
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
+from softact.modules.grip import Grip
 from softact.modules.screws import Between, crosses, exponential, logarithm
 
 Array = NDArray[np.float64]
@@ -23,6 +24,8 @@ STIFFNESSES = (1.0, 10.0, 100.0, 1000.0)  # N/mm, of an obstacle: the last one c
 STILL = 1e-10  # rad, or of a piece's length: a Newton step below it is none
 LARGEST = 0.2  # rad of a piece, or of its length, in one iteration
 MOST = 80  # iterations
+GRIPS = 40  # rounds of friction with the pressing forces of the last one
+SETTLED = 1e-4  # of the largest pressing force, or N: its change in the last round
 #: Signed distances (m,) of places (m, 3), their gradients (m, 3), second derivatives (m, 3, 3).
 Distance = Callable[[Array], tuple[Array, Array, Array]]
 
@@ -34,8 +37,11 @@ class Law(Protocol):
     def energy(self, strains: Array) -> Array:
         """Of each of n pieces, from (n, 6), (n,)."""
 
+    def conjugates(self, strains: Array) -> Array:
+        """Moment and force (n, 6)."""
+
     def derivatives(self, strains: Array) -> tuple[Array, Array]:
-        """Moment and force (n, 6), and their derivatives (n, 6, 6)."""
+        """The same, and their derivatives (n, 6, 6)."""
 
 
 @dataclass(frozen=True)
@@ -50,11 +56,13 @@ class Linear:
         strained = strains - self.natural
         return np.asarray(np.einsum("ni,ij,nj->n", strained, self.stiffness, strained) / 2)
 
+    def conjugates(self, strains: Array) -> Array:
+        """As in Law."""
+        return np.asarray((strains - self.natural) @ self.stiffness)
+
     def derivatives(self, strains: Array) -> tuple[Array, Array]:
         """As in Law."""
-        n = len(strains)
-        conjugates = (strains - self.natural) @ self.stiffness
-        return conjugates, np.broadcast_to(self.stiffness, (n, 6, 6))
+        return self.conjugates(strains), np.broadcast_to(self.stiffness, (len(strains), 6, 6))
 
 
 @dataclass(frozen=True)
@@ -101,12 +109,14 @@ class Points:
 
 @dataclass(frozen=True)
 class Loads:
-    """Dead forces (m, 3), N, on points; obstacles, which other points may not enter."""
+    """Dead forces (m, 3), N, on points; obstacles, which other points may not enter; grips: how
+    they hold these by friction, one for each obstacle or none at all."""
 
     points: Points
     forces: Array
     touching: Points = field(default_factory=Points.none)
     obstacles: Sequence[Distance] = ()
+    grips: Sequence[Grip] = ()
 
     def part(self, part: float) -> Loads:
         """The same, of the forces a part."""
@@ -157,6 +167,8 @@ class Rod:
         for distance in loads.obstacles:
             gaps = distance(loads.touching.places(frames))[0]
             stored += stiffness / 2 * (np.minimum(gaps, 0) ** 2).sum()
+        for grip in loads.grips:
+            stored += grip.energy(loads.touching.places(frames))
         return float(stored - done)
 
     def balance(
@@ -183,6 +195,9 @@ class Rod:
                 -pressed[:, None] * normals,
                 springs - pressed[:, None, None] * second,
             )
+        for grip in loads.grips:
+            slopes, second = grip.derivatives(loads.touching.places(frames))
+            _push(residual, diagonal, frames, loads.touching, slopes, second)
         return residual, diagonal, beside
 
     def inner(self, frames: Frames) -> tuple[Array, Array, Array]:
@@ -205,14 +220,47 @@ class Rod:
         beside = (across + np.swapaxes(back, 1, 2)) / 2
         return residual, diagonal, beside
 
-    def pressed(self, frames: Frames, loads: Loads) -> list[Array]:
-        """Forces (m, 3) of each obstacle on the touching points, N."""
+    def unbalanced(self, frames: Frames, loads: Loads) -> Array:
+        """The out-of-balance wrench of ``balance`` alone."""
+        screws = self.length * self.strains(frames)
+        wrench, between = self.law.conjugates(screws / self.length), Between(screws)
+        residual = np.zeros((self.pieces + 1, 6))
+        residual[:-1] += np.einsum("nji,nj->ni", between.at_start, wrench)
+        residual[1:] += np.einsum("nji,nj->ni", between.at_end, wrench)
+        _pull(residual, frames, loads.points, -loads.forces)
         places = loads.touching.places(frames)
-        found = []
         for distance in loads.obstacles:
             gaps, normals, _ = distance(places)
+            pressed = STIFFNESSES[-1] * np.maximum(-gaps, 0)
+            _pull(residual, frames, loads.touching, -pressed[:, None] * normals)
+        for grip in loads.grips:
+            _pull(residual, frames, loads.touching, grip.derivatives(places)[0])
+        return residual
+
+    def pressed(self, frames: Frames, loads: Loads) -> list[Array]:
+        """Forces (m, 3) of each obstacle on the touching points, N, friction among them."""
+        places = loads.touching.places(frames)
+        found = []
+        for number, distance in enumerate(loads.obstacles):
+            gaps, normals, _ = distance(places)
             found.append(STIFFNESSES[-1] * np.maximum(-gaps, 0)[:, None] * normals)
+            if loads.grips:
+                found[-1] = found[-1] - loads.grips[number].derivatives(places)[0]
         return found
+
+    def held(self, frames: Frames, loads: Loads) -> Loads:
+        """The loads with grips that press as the obstacles do here."""
+        places, grips = loads.touching.places(frames), []
+        for distance, grip in zip(loads.obstacles, loads.grips, strict=True):
+            gaps, normals, _ = distance(places)
+            grips.append(grip.pressed(normals, STIFFNESSES[-1] * np.maximum(-gaps, 0)))
+        return replace(loads, grips=grips)
+
+    def followed(self, frames: Frames, loads: Loads) -> list[Grip]:
+        """The grips after an equilibrium."""
+        places = loads.touching.places(frames)
+        pairs = zip(loads.obstacles, loads.grips, strict=True)
+        return [grip.followed(places, distance(places)[0] < 0) for distance, grip in pairs]
 
     # --- equilibrium ----------------------------------------------------------------------------
 
@@ -224,10 +272,20 @@ class Rod:
         return start
 
     def settle(self, frames: Frames, loads: Loads) -> Frames:
-        """The least energy near frames. Raises ArithmeticError where there is none."""
+        """The least energy near frames, and with friction one that holds itself. Raises
+        ArithmeticError where there is none."""
         for stiffness in STIFFNESSES if loads.obstacles else STIFFNESSES[-1:]:
             frames = self._newton(frames, loads, stiffness)
-        return frames
+        if not loads.grips:
+            return frames
+        for _ in range(GRIPS):
+            before = np.concatenate([grip.pressing for grip in loads.grips])
+            loads = self.held(frames, loads)
+            frames = self._newton(frames, loads, STIFFNESSES[-1])
+            after = np.concatenate([grip.pressing for grip in loads.grips])
+            if np.abs(after - before).max() <= SETTLED * max(float(after.max()), SETTLED):
+                return frames
+        raise ArithmeticError("friction and pressing forces do not settle")
 
     def _newton(self, frames: Frames, loads: Loads, stiffness: float) -> Frames:
         for _ in range(MOST):
@@ -319,11 +377,8 @@ def _push(
 ) -> None:
     """Add what an energy of the points' places gives to frames: slopes (m, 3) are its derivatives
     by the places, second (m, 3, 3) its second ones."""
-    turns = frames.turns[points.at]
-    local = np.einsum("nji,nj->ni", turns, slopes)
-    wrenches = np.concatenate([np.cross(points.arms, local), local], axis=1)
-    np.add.at(residual, points.at, wrenches)
-    arms = crosses(points.arms)
+    local = _pull(residual, frames, points, slopes)
+    turns, arms = frames.turns[points.at], crosses(points.arms)
     blocks = np.zeros((len(points.at), 6, 6))
     # Along exp η a place moves by R (u + θ × s), and to second order by R θ × (u + θ × s) / 2.
     force = crosses(local)
@@ -335,3 +390,12 @@ def _push(
         lever = np.concatenate([-arms, np.broadcast_to(np.eye(3), arms.shape)], axis=2)
         blocks += np.swapaxes(lever, 1, 2) @ inside @ lever
     np.add.at(diagonal, points.at, blocks)
+
+
+def _pull(residual: Array, frames: Frames, points: Points, slopes: Array) -> Array:
+    """Add the first derivatives alone; returns the slopes in the frames' axes (m, 3)."""
+    local = np.einsum("nji,nj->ni", frames.turns[points.at], slopes)
+    n = len(residual)
+    wrenches = np.concatenate([(crosses(points.arms) @ local[..., None])[..., 0], local], axis=1)
+    residual += np.stack([np.bincount(points.at, w, n) for w in wrenches.T], axis=1)
+    return local

@@ -8,7 +8,8 @@ import numpy as np
 from markupsafe import Markup
 
 from softact.files.text import csv_text, write_atomic
-from softact.modules.rod_run import RodRun, Row
+from softact.modules.chain import Row
+from softact.modules.rod_run import RodRun
 from softact.modules.table import Table
 from softact.report import base, labels
 from softact.report.base import Plot, Section

@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 #: 1e-11 for turns of up to 1 rad.
 EVEN = (1 / 12, -1 / 720, 1 / 30240, -1 / 1209600, 1 / 47900160, -691 / 1307674368000)
 SMALL = 1e-4  # rad
-TERMS = 3  # of EVEN in the tangent: 1e-6 at 0.5 rad
+TERMS = 2  # of EVEN in the tangent: 1e-6 at 0.5 rad
 
 
 def crosses(vectors: Array) -> Array:
@@ -100,15 +100,14 @@ class Between:
     def second(self, wrenches: Array) -> tuple[Array, Array]:
         """Derivatives (n, 6, 6) of at_startᵀ f and at_endᵀ f by the screws, with f held."""
         back = np.swapaxes(self._bracket, -1, -2)
-        half = pulled(wrenches) / 2
         powers = [wrenches[..., None]]
         for _ in range(2 * TERMS - 1):
             powers.append(back @ powers[-1])
-        even = np.zeros_like(half)
-        for k, factor in enumerate(EVEN[:TERMS], 1):
-            # The derivative of backᵐ f: each of its factors in turn.
-            part = pulled(powers[0][..., 0])
-            for m in range(1, 2 * k):
-                part = pulled(powers[m][..., 0]) + back @ part
-            even = even + factor * part
+        first, *rest = pulled(np.array(powers)[..., 0])
+        half, part, even = first / 2, first, np.zeros_like(first)
+        # The derivative of backᵐ f: each of its factors in turn.
+        for m, next_one in enumerate(rest, 2):
+            part = next_one + back @ part
+            if m % 2 == 0:
+                even = even + EVEN[m // 2 - 1] * part
         return half - even, half + even

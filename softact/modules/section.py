@@ -20,8 +20,12 @@ class Section:
 
     def __init__(self, table: Table, pressures: Array, more: Array):
         self.table, self.pressures, self.more = table, pressures, more
-        self._energy: Energy = table.energy.at(pressures)
+        self._energy: Energy = table.energy
         self._pick = np.ix_(table.free, table.free)
+
+    def _places(self, strains: Array) -> Array:
+        own = self.of_modules(strains)
+        return np.hstack([own, np.broadcast_to(self.pressures, (len(own), len(self.pressures)))])
 
     def of_modules(self, strains: Array) -> Array:
         """Strains (n, k) of the modules, from those of the rod (n, 6)."""
@@ -29,20 +33,25 @@ class Section:
 
     def energy(self, strains: Array) -> Array:
         """Of each of n pieces, mJ/mm, from (n, 6)."""
-        return self._energy.value(self.of_modules(strains))
+        return self._energy.value(self._places(strains))
+
+    def conjugates(self, strains: Array) -> Array:
+        """Moment and force (n, 6)."""
+        wrench = np.zeros((len(strains), 6))
+        wrench[:, self.table.free] = self._energy.first(self._places(strains))[:, : self.table.k]
+        return wrench
 
     def derivatives(self, strains: Array) -> tuple[Array, Array]:
         """Moment and force (n, 6), and their derivatives (n, 6, 6), zero where symmetry holds the
         strain."""
-        first, second = self._energy.both(self.of_modules(strains))
+        first, second = self._energy.both(self._places(strains))
+        k = self.table.k
         wrench = np.zeros((len(strains), 6))
-        wrench[:, self.table.free] = first
+        wrench[:, self.table.free] = first[:, :k]
         stiffness = np.zeros((len(strains), 6, 6))
-        stiffness[:, self._pick[0], self._pick[1]] = second
+        stiffness[:, self._pick[0], self._pick[1]] = second[:, :k, :k]
         return wrench, stiffness
 
     def air(self, strains: Array) -> Array:
         """By length, mm², of each group (n, m)."""
-        own = self.of_modules(strains)
-        places = np.hstack([own, np.tile(self.pressures, (len(own), 1))])
-        return np.asarray(-self.table.energy.first(places)[:, self.table.k :])
+        return np.asarray(-self._energy.first(self._places(strains))[:, self.table.k :])

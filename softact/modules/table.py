@@ -123,11 +123,11 @@ class Table:
         centres, k = self.walked.centres, self.k
         span = np.maximum(self.high - self.low, np.finfo(float).tiny)
         nearest = np.linalg.norm((centres[:, k:] - pressures) / span, axis=1).argmin()
-        strain, energy = centres[nearest, :k].copy(), self.energy.at(pressures)
+        place = np.concatenate([centres[nearest, :k], pressures])
         for _ in range(FREE_STEPS):
-            first, second = energy.both(strain[None])
-            strain -= np.linalg.solve(second[0], first[0])
-        return np.asarray(strain)
+            first, second = self.energy.both(place[None])
+            place[:k] -= np.linalg.solve(second[0, :k, :k], first[0, :k])
+        return np.asarray(place[:k])
 
     def check(self, strains: Array, pressures: Array) -> None:
         """Raise ValueError where strains (n, k) of modules leave what was walked."""

@@ -81,6 +81,9 @@ class AtPressure:
     def energy(self, strains):
         return self.own.value(strains[:, self.free])
 
+    def conjugates(self, strains):
+        return self.derivatives(strains)[0]
+
     def derivatives(self, strains):
         first, second = np.zeros((len(strains), 6)), np.zeros((len(strains), 6, 6))
         first[:, self.free], inner = self.own.both(strains[:, self.free])

@@ -1,0 +1,260 @@
+"""An actuator as a chain of modules: how it stands as a rod, and what is measured of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softact.errors import SpecError
+from softact.mesh.layout import free_components
+from softact.modules.driven import driven
+from softact.modules.grip import Grip
+from softact.modules.rod import Distance, Frames, Loads, Points, Rod
+from softact.modules.rod_motion import inertias
+from softact.modules.section import Section
+from softact.modules.table import COMPONENTS, Table
+from softact.spec import Spec, Step
+
+Array = NDArray[np.float64]
+PIECES = 2  # by module
+NEAR = 1e-6  # mm/s² or N across the plane: none
+STRAIGHT = 1e-6  # 1/mm
+TINY = 1e-300
+BENT = 1.0  # degrees: below it the plane of bending is not known
+
+Row = dict[str, float | str]
+
+
+@dataclass(frozen=True)
+class Acting:
+    """What acts at the end of a step. gravity (3,): mm/s², payload (3,): N; pressures (m,): MPa of
+    the table's groups of cavities."""
+
+    gravity: Array
+    payload: Array
+    pressures: Array
+
+    def towards(self, other: Acting, part: float) -> Acting:
+        """On the way to another one."""
+        pairs = zip(vars(self).values(), vars(other).values(), strict=True)
+        return Acting(*((1 - part) * a + part * b for a, b in pairs))
+
+
+def payloads(step: Step) -> list[Any]:
+    """Of a step, those that it has."""
+    value = step.loads.get("payload")
+    return list(value) if isinstance(value, list | tuple) else [value] if value else []
+
+
+class Chain:
+    """A spec's actuator, which passes ``check``, as a rod of the modules of a table."""
+
+    def __init__(self, spec: Spec, table: Table):
+        self.spec, self.table = spec, table
+        self.layout = spec.layout()
+        self.axis = np.asarray(self.layout.axis, dtype=float)
+        self.free = free_components(self.layout.symmetry).ravel()
+        self.modules = spec.geometry.pitches
+        self.pieces = max(1, round(PIECES * self.modules))
+        beside = table.origin - (table.origin @ self.axis) * self.axis
+        along = (np.asarray(self.layout.origin) @ self.axis) * self.axis
+        self.base = along + beside
+        self.pressures = self._pressures()
+        bending = self.modules - table.ends.stiff
+        self.length = bending * table.pitch / self.pieces
+        self.spare = (self.layout.length - self.pieces * self.length) / 2
+        self.start = self.base + self.spare * self.axis
+        self.tip_arm = table.lumps.tip - self.start - self.pieces * self.length * self.axis
+        self.carried, self.masses, self.clamped = self._weights()
+        self.touching = self._touching()
+        self.inertia = inertias(
+            self.carried.at,
+            table.lumps.masses,
+            self.carried.arms,
+            table.lumps.spreads,
+            self.pieces + 1,
+        )
+
+    def _weights(self) -> tuple[Points, Array, float]:
+        """Which frame carries which lump of the undeformed actuator, the masses that hang there,
+        and that which the clamp holds, tonne."""
+        lumps = self.table.lumps
+        places = lumps.centres - self.start
+        at = np.clip(np.round(places @ self.axis / self.length).astype(int), 0, self.pieces)
+        arms = places - np.outer(at * self.length, self.axis)
+        clamped = at == 0
+        hanging = np.where(clamped, 0.0, lumps.masses)
+        return Points(at, arms), hanging, float(lumps.masses[clamped].sum())
+
+    def _touching(self) -> Points:
+        """What may touch obstacles: the outline of the modules, and that of the tip."""
+        lumps, beside = self.table.lumps, self.start - self.start @ self.axis * self.axis
+        last = self.tip_arm @ self.axis * self.axis
+        sides = [Points.ends(self.pieces, arm) for arm in lumps.outline - beside]
+        edges = lumps.tip_outline - beside + last
+        return Points.joined(*sides, Points(np.full(len(edges), self.pieces), edges))
+
+    def _pressures(self) -> Array:
+        """At the end of each step, of the table's groups (steps, m)."""
+        mine = driven(self.spec)
+        ends = {
+            name: share * column
+            for group, column in zip(mine.groups, mine.ends.T, strict=True)
+            for name, share in group.items()
+        }
+        return np.array(
+            [self.of_groups({n: c[i] for n, c in ends.items()}) for i in range(len(mine.ends))]
+        )
+
+    def of_groups(self, pressures: Mapping[str, float]) -> Array:
+        """Pressures (m,) of the table's groups from those of cavities, MPa."""
+        found = []
+        for group in self.table.groups:
+            name = max(group, key=group.__getitem__)
+            found.append(float(pressures.get(name, 0.0)) / group[name])
+        return np.array(found)
+
+    def acting(self, number: int, before: Acting) -> Acting:
+        """What acts at the end of a step. Raises SpecError."""
+        step = self.spec.steps[number]
+        gravity, payload = before.gravity, before.payload
+        if (given := step.loads.get("gravity")) is not None:
+            gravity = self._in_plane(given, f"steps.{step.name}.gravity")
+        if loads := payloads(step):
+            forces = [self._in_plane(p.force, f"steps.{step.name}.payload") for p in loads]
+            payload = np.sum(forces, axis=0)
+        return Acting(gravity, payload, self.pressures[number])
+
+    def at_rest(self) -> Acting:
+        """Without any load."""
+        return Acting(np.zeros(3), np.zeros(3), np.zeros(len(self.table.groups)))
+
+    def _in_plane(self, vector: Any, where: str) -> Array:
+        given = np.asarray(vector, dtype=float)
+        if np.abs(given[~self.free[3:]]).max(initial=0.0) > NEAR:
+            raise SpecError(
+                f"{where}: pulls out of the actuator's plane of symmetry, where its rod bends; "
+                "geometry.symmetry: false takes it"
+            )
+        return given * self.free[3:]
+
+
+class Standing:
+    """A chain under what acts: the rod and its loads. grips: of its obstacles,
+    where one has friction."""
+
+    def __init__(self, chain: Chain, acting: Acting, grips: Sequence[Grip] = ()):
+        self.chain, self.acting, self.grips = chain, acting, grips
+        table, pressures = chain.table, acting.pressures
+        bending = chain.modules - table.ends.stiff
+        more = np.zeros(table.k)
+        idle, self.lost_air = table.ends.at(pressures)
+        if table.ends.known:
+            bends = np.array([COMPONENTS[i].startswith("curvature") for i in table.free])
+            more = bends * table.free_strain(pressures) * (idle - table.ends.stiff) / bending
+        self.law = Section(table, pressures, more)
+        self.rod = Rod(self.law, chain.pieces, chain.length, chain.axis, chain.free)
+        self.loads = self._loads(acting)
+
+    def _loads(self, acting: Acting) -> Loads:
+        chain = self.chain
+        points = Points.joined(chain.carried, Points(np.array([chain.pieces]), chain.tip_arm[None]))
+        forces = np.vstack([np.outer(chain.masses, acting.gravity), acting.payload])
+        obstacles = [self._distance(o.shape()) for o in chain.spec.obstacles.values()]
+        return Loads(points, forces * chain.free[3:], chain.touching, obstacles, self.grips)
+
+    def settled(self, frames: Frames) -> tuple[Frames, Loads]:
+        """The equilibrium near frames, and the loads there. Raises ArithmeticError."""
+        found = self.rod.settle(frames, self.loads)
+        return found, self.rod.held(found, self.loads) if self.grips else self.loads
+
+    def first_grips(self, frames: Frames) -> list[Grip]:
+        """Of the obstacles of the spec before anything touches; none where none has friction."""
+        obstacles = self.chain.spec.obstacles.values()
+        if not any(obstacle.friction for obstacle in obstacles):
+            return []
+        places = self.chain.touching.places(frames)
+        return [Grip.none(float(obstacle.friction), places) for obstacle in obstacles]
+
+    def _distance(self, shape: Any) -> Distance:
+        free = self.chain.free[3:].astype(float)
+
+        def distance(places: Array) -> tuple[Array, Array, Array]:
+            gaps, normals, second = shape.distance(places + self.chain.start)
+            return gaps, normals * free, second * np.outer(free, free)
+
+        return distance
+
+    def _carried(self, frames: Frames, arm: Array) -> Array:
+        """A place that the last frame carries (3,)."""
+        points = Points(np.array([self.chain.pieces]), np.asarray(arm)[None])
+        return np.asarray(self.chain.start + points.places(frames)[0])
+
+    def tip(self, frames: Frames) -> Array:
+        """The middle of the tip's face, (3,)."""
+        return self._carried(frames, self.chain.tip_arm)
+
+    def line(self, frames: Frames) -> Array:
+        """From the clamp to the tip, (pieces + 3, 3)."""
+        end = self._carried(frames, self.chain.spare * self.chain.axis)
+        return np.vstack([self.chain.base, self.chain.start + frames.places, end])
+
+    def row(self, frames: Frames, loads: Loads, before: Row) -> Row:
+        """The measures of a state under loads; before: those of the last one."""
+        chain, rod, strains = self.chain, self.rod, self.rod.strains(frames)
+        names = ["pressure"] if len(chain.table.groups) == 1 else chain.table.pressure_names
+        found: Row = {
+            f"{name}_kPa": 1e3 * float(p)
+            for name, p in zip(names, self.acting.pressures, strict=True)
+        }
+        found |= bending(chain, frames, before)
+        found |= _vector("tip", self.tip(frames), "mm")
+        whole = chain.modules * chain.table.pitch * self.law.air(strains).mean(axis=0)
+        whole -= self.lost_air
+        volumes = [n.replace("pressure", "cavity_volume") for n in names]
+        found |= {f"{n}_mm3": float(v) for n, v in zip(volumes, whole, strict=True)}
+        held, cells = -loads.forces.sum(axis=0) - chain.clamped * self.acting.gravity, []
+        pressed = rod.pressed(frames, loads)
+        for (name, obstacle), forces in zip(chain.spec.obstacles.items(), pressed, strict=True):
+            found |= _vector(f"contact_force_{name}", forces.sum(axis=0), "N")
+            held = held - forces.sum(axis=0)
+            cells += [forces.sum(axis=0)] if obstacle.load_cell else []
+        if cells:
+            found["blocked_force_N"] = float(np.linalg.norm(np.sum(cells, axis=0)))
+        found |= _vector("reaction", held, "N")
+        curved = strains[:, :3]
+        steps = np.linalg.norm(np.diff(curved, axis=0), axis=1)
+        steepest = steps.max(initial=0.0) * chain.pieces / chain.modules
+        most = np.linalg.norm(curved, axis=1).max()
+        found["curvature_change_percent"] = float(100 * steepest / most) if most > STRAIGHT else 0.0
+        return found
+
+
+def bending(chain: Chain, frames: Frames, before: Row) -> Row:
+    """The angle of the tip, unwrapped, and where the actuator may bend in any plane the axis about
+    which it turned; as ``softact.measures.bending``."""
+    layout, axis = chain.layout, chain.axis
+    tip = frames.turns[-1] @ axis
+    if layout.bending_axis is not None:
+        about = np.asarray(layout.bending_axis, dtype=float)
+    else:
+        about = np.cross(axis, tip)
+        size = np.linalg.norm(about)
+        about = about / size if size > TINY else np.cross(axis, np.roll(axis, 1))
+        seen = np.array([float(before.get(f"bending_axis_{c}", 0.0)) for c in "xyz"])
+        if float(before.get("bending_angle_deg", 0.0)) > BENT and seen @ about < 0:
+            about = -about
+    angle = float(np.degrees(np.arctan2(tip @ np.cross(about, axis), tip @ axis)))
+    last = float(before.get("bending_angle_deg", 0.0))
+    found: Row = {"bending_angle_deg": angle + 360 * round((last - angle) / 360)}
+    if layout.bending_axis is None:
+        found |= {f"bending_axis_{c}": float(v) for c, v in zip("xyz", about, strict=True)}
+    return found
+
+
+def _vector(name: str, vector: Array, unit: str) -> Row:
+    return {f"{name}_{c}_{unit}": float(v) for c, v in zip("xyz", vector, strict=True)}
