@@ -1,9 +1,11 @@
 """A module's steps beside those of the whole finger: ``python -m benchmarks.module``.
 
 The finger of ``pneunet8.yaml`` with chambers of three steps along x, so that both have the same
-mesh (the period is even), and its module go to 20 kPa, in turn, in one process. Timed is the
-processor time of the load steps alone, without meshing, set-up and measures, so the machine may be
-busy. Prints the median of each and their ratio.
+mesh (the period is even), and its module go to 20 kPa, in turn, in one process: the module by the
+same load steps (module), and as a table walks it (walker), in as many states as the finger's run
+has, each with the stiffness of its cross-section. Timed is the processor time of the states alone,
+without meshing, set-up and measures, so the machine may be busy. Prints the median of each, the
+ratios, and how far the walker's angle is from that of the load steps.
 """
 
 from __future__ import annotations
@@ -14,10 +16,12 @@ import time
 from pathlib import Path
 
 import click
+import numpy as np
 from mpi4py import MPI
 
 from softact.geometry.base import make_mesh
-from softact.model import Model
+from softact.modules.driven import driven
+from softact.modules.walker import Held, Walker
 from softact.run.from_spec import build_model, load_steps, supports_of
 from softact.solve.stepping import Stepper
 from softact.spec import Spec, load
@@ -25,8 +29,8 @@ from softact.spec import Spec, load
 SPEC = Path(__file__).with_name("pneunet8.yaml")
 
 
-def steps(spec: Spec, mesh: Path) -> tuple[float, Model]:
-    """Seconds of this process in the steps of a spec, and the model. Raises RuntimeError."""
+def steps(spec: Spec, mesh: Path) -> tuple[float, Stepper]:
+    """Seconds of this process in the steps of a spec, and the stepper. Raises RuntimeError."""
     model = build_model(MPI.COMM_SELF, spec, mesh)
     stepper = Stepper(model, spec.solver.settings, lambda state, attempt, number: None)
     supports, all_steps = supports_of(spec.supports or ()), load_steps(spec, model)
@@ -35,7 +39,18 @@ def steps(spec: Spec, mesh: Path) -> tuple[float, Model]:
     took = time.process_time() - started
     if progress.stopped:
         raise RuntimeError(progress.stopped)
-    return took, model
+    return took, stepper
+
+
+def walked(spec: Spec, mesh: Path, states: int) -> tuple[float, Held]:
+    """The same of a module's walker in so many equal steps of the pressure, and its last state."""
+    loads = driven(spec)
+    walker = Walker(build_model(MPI.COMM_SELF, spec, mesh), loads.groups)
+    started = time.process_time()
+    held = walker.begin()
+    for part in range(1, states + 1):
+        held = walker.released(held, loads.high * part / states)
+    return time.process_time() - started, held
 
 
 @click.command()
@@ -46,21 +61,32 @@ def main(chambers: int, rounds: int) -> None:
     whole = load(SPEC, (f"geometry.chambers={chambers}", "geometry.cavity_mesh_size=2 mm"))
     changes = {"supports": [], "geometry.module_alone": True}
     specs = {"finger": whole, "module": whole.with_(changes)}
-    times: dict[str, list[float]] = {name: [] for name in specs}
+    times: dict[str, list[float]] = {name: [] for name in (*specs, "walker")}
     with tempfile.TemporaryDirectory(prefix="softact-") as scratch:
+        meshes = {name: Path(scratch) / f"{name}.msh" for name in specs}
         for name, spec in specs.items():
-            make_mesh(spec.geometry, Path(scratch) / f"{name}.msh")
+            make_mesh(spec.geometry, meshes[name])
         for number in range(rounds):
+            found = {}
             for name, spec in specs.items():
-                took, model = steps(spec, Path(scratch) / f"{name}.msh")
+                took, found[name] = steps(spec, meshes[name])
                 times[name].append(took)
-                click.echo(
-                    f"round {number + 1} {name}: {model.unknowns.owned} unknowns, {took:.2f} s"
-                )
+                unknowns = found[name].model.unknowns.owned
+                click.echo(f"round {number + 1} {name}: {unknowns} unknowns, {took:.2f} s")
+            states = sum(a.converged for a in found["finger"].progress.attempts) - 1
+            took, held = walked(specs["module"], meshes["module"], states)
+            times["walker"].append(took)
+            click.echo(f"round {number + 1} walker: {states} states, {took:.2f} s")
+    repeat = found["module"].model.repeat
+    assert repeat is not None
+    turn = np.linalg.norm(repeat.motion(found["module"].state.x)[0])
+    click.echo(f"angle {np.degrees(turn):.5f} degrees by the steps")
+    click.echo(f"walker off by {held.strain[0] * repeat.length / turn - 1:.1e}")
     medians = {name: statistics.median(values) for name, values in times.items()}
     for name, value in medians.items():
         click.echo(f"median {name} {value:.2f} s")
-    click.echo(f"ratio finger_vs_module {medians['finger'] / medians['module']:.1f}")
+    for name in ("module", "walker"):
+        click.echo(f"ratio finger_vs_{name} {medians['finger'] / medians[name]:.1f}")
 
 
 if __name__ == "__main__":

@@ -190,17 +190,15 @@ def fit(
     return replace(basis, constants=constants / size)
 
 
-def errors(energy: Energy, samples: Samples) -> Array:
-    """Largest deviation (n,) of each first derivative, as a part of its largest value."""
+def errors(energy: Energy, samples: Samples, largest: Array) -> Array:
+    """Largest deviation (n,) of each first derivative, as a part of a largest value (n,)."""
     off = np.abs(energy.first(samples.places) - samples.first).max(axis=0)
-    largest = np.abs(samples.first).max(axis=0)
     return np.asarray(off / np.where(largest > 0, largest, 1.0))
 
 
-def weighted(energy: Energy, samples: Samples) -> Array:
+def weighted(energy: Energy, samples: Samples, largest: Array) -> Array:
     """The same (n,), of each state as much as it counts in a fit."""
     strains = sum(not name.startswith("pressure") for name in energy.names)
     off = np.abs(energy.first(samples.places) - samples.first)
-    largest = np.abs(samples.first).max(axis=0)
-    counted = off * samples.weights(strains)[:, None]
-    return np.asarray(counted.max(axis=0) / np.where(largest > 0, largest, 1.0))
+    counted = (off * samples.weights(strains)[:, None]).max(axis=0)
+    return np.asarray(counted / np.where(largest > 0, largest, 1.0))

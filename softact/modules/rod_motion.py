@@ -74,6 +74,13 @@ class RodMotion:
 
     def after(self, motion: Motion, loads: Loads, time: float) -> Motion:
         """The motion a time later, s, with the loads there. Raises ArithmeticError."""
+        try:
+            return self._increment(motion, loads, time, often=False)
+        except ArithmeticError:
+            return self._increment(motion, loads, time, often=True)
+
+    def _increment(self, motion: Motion, loads: Loads, time: float, often: bool) -> Motion:
+        """often: with a stiffness of its own at each iteration."""
         d, free = self.dynamics, self.rod.free
         beta, gamma = d.beta, d.gamma
         held = (d.alpha_f * motion.acceleration - d.alpha_m * motion.held) / (1 - d.alpha_m)
@@ -90,7 +97,7 @@ class RodMotion:
         scale = np.repeat([1.0, self.rod.length], 3)
         frames = motion.frames.moved(move)
         stiffness: tuple[Array, Array] | None = None
-        size, last, slow = np.inf, np.inf, False
+        size, last, slow = np.inf, np.inf, often
         for _ in range(MOST):
             # One stiffness does for an increment, as long as it goes on well.
             slow = slow or size > SLOW * last

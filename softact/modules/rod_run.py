@@ -9,21 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softact.errors import SpecError
-from softact.estimate.weight import last_loads, mass
 from softact.fields import Fault
 from softact.loads.timing import Timing
-from softact.mesh.layout import free_components
 from softact.modules.chain import Acting, Chain, Row, Standing, payloads
 from softact.modules.driven import driven
 from softact.modules.grip import Grip
-from softact.modules.rod import Frames, Linear, Loads, Points, Rod
+from softact.modules.rod import Frames, Loads
 from softact.modules.rod_motion import Motion, RodMotion, error_in_time
-from softact.modules.table import Dead, axis_of
+from softact.modules.table import axis_of
 from softact.spec import Spec
 
 Array = NDArray[np.float64]
 LOADED = {"gravity", "pressure", "payload"}
-SAMPLES = 32  # pieces of the linear rod that says how far weight bends
 FIRST = 1e-3  # of a step's duration: the first increment with inertia
 SHORTEST = 1e-7  # of it: below that a rod does not go on
 TINY = 1e-12
@@ -67,27 +64,6 @@ def check(spec: Spec) -> None:
         raise SpecError(*(f"{'.'.join(map(str, place))}: {text}" for place, text in found))
     driven(spec)
     axis_of(spec.layout())
-
-
-def dead(spec: Spec) -> Dead:
-    """Weight and payload of a spec at the end of its steps, on the actuator without pressure."""
-    gravity, force = last_loads(spec)
-    layout, weight = spec.geometry.layout(), mass(spec)
-    axis, length = np.asarray(layout.axis, dtype=float), layout.length
-    free = free_components(layout.symmetry).ravel()
-    points = Points.ends(SAMPLES)
-    forces = np.tile(weight * gravity / SAMPLES, (SAMPLES, 1))
-    forces[-1] += force
-    natural = np.concatenate([np.zeros(3), axis])
-
-    def sags(stiffness: Array) -> tuple[Array, Array]:
-        rod = Rod(Linear(stiffness, natural), SAMPLES, length / SAMPLES, axis, free)
-        bent = rod.strains(rod.equilibrium(rod.straight(), Loads(points, forces * free[3:])))
-        changes = np.vstack([np.zeros(6), bent - natural])
-        return changes.min(axis=0), changes.max(axis=0)
-
-    moment = float(weight * np.linalg.norm(gravity) / 2 + np.linalg.norm(force)) * length
-    return Dead(moment, sags)
 
 
 def _refused(spec: Spec) -> Iterator[tuple[str, str]]:

@@ -16,6 +16,7 @@ from scipy.spatial import ConvexHull, QhullError
 from softact.errors import NoEquilibriumError, SpecError
 from softact.geometry.base import make_mesh
 from softact.mesh.layout import Layout
+from softact.modules.dead import Dead
 from softact.modules.driven import Driven
 from softact.modules.ends import Ends, FreeModule, ends_of
 from softact.modules.energy import Energy, Samples, errors, fit, weighted
@@ -45,18 +46,8 @@ class Grid:
     """pressures: how many above zero, where one group of cavities is driven. bends: states each
     way from one that nothing holds, where that is far."""
 
-    pressures: int = 4
-    bends: int = 2
-
-
-@dataclass(frozen=True)
-class Dead:
-    """Weight and payload for which a table has room. moment: of them about the clamp of the
-    straight actuator, N mm. sags: from the stiffness (6, 6) of the undeformed module to the least
-    and the largest strains (6,) that they alone give it."""
-
-    moment: float
-    sags: Callable[[Array], tuple[Array, Array]]
+    pressures: int = 3
+    bends: int = 1
 
 
 @dataclass(frozen=True)
@@ -80,9 +71,9 @@ class Table:
 
     free: (k,) which of ``COMPONENTS`` symmetry leaves; the energy's variables are these and the
     pressures of groups. errors: of its first derivatives at states that were held out, a part of
-    each largest. pitch: mm. origin (3,): the middle of the left face. moment: of dead loads, N mm,
-    for which there is room. groups: of cavities that go together, their shares. lumps: of the whole
-    actuator.
+    each largest. pitch: mm. origin (3,): the middle of the left face. room (c,): moments of dead
+    loads about the clamp, N mm, that were thought of at each of ``walked.centres``. groups: of
+    cavities that go together, their shares. lumps: of the whole actuator.
     """
 
     energy: Energy
@@ -92,7 +83,7 @@ class Table:
     pitch: float
     origin: Array
     walked: Walked
-    moment: float
+    room: Array
     groups: tuple[Mapping[str, float], ...]
     lumps: Lumps
     ends: Ends = field(default_factory=Ends)
@@ -296,16 +287,18 @@ def walk(
     k, pitch = len(walker.free), walker.repeat.length
     stiffness = np.zeros((6, 6))
     stiffness[np.ix_(walker.free, walker.free)] = rest.second[:k, :k]
-    low, high = (SAGS * sag[walker.free] for sag in dead.sags(stiffness))
-    bent = max(np.linalg.norm(c.strain[design.bends]) for c in centres)
-    slack = max((np.ptp([low[i], high[i]]) for i in design.bends), default=0.0)
-    beyond = float(BEYOND * max(bent, slack, HARDLY / pitch))
+    sags = []
+    for met in dead.near(np.array([c.pressures for c in centres])):
+        low, high = dead.sags(stiffness, met)
+        sags.append((SAGS * low[walker.free], SAGS * high[walker.free]))
+    bent = max(float(np.linalg.norm(c.strain[design.bends])) for c in centres)
+    beyond = BEYOND * max(bent, HARDLY / pitch)
     blocked = [c.second[:k, :k] @ (rest.strain - c.strain) for c in centres]
     pull = PULLED * max(abs(load[design.along]) for load in blocked)
     samples = [rest]
     for number, centre in enumerate(centres, 1):
         ends = number == 1 or np.allclose(centre.pressures, loads.high)
-        around = design.around(centre, (low, high), beyond, pull, ends)
+        around = design.around(centre, sags[number - 1], beyond, pull, ends)
         samples += [state for state in around if state is not rest]
         tell(
             f"table: {number} of {len(centres)} pressures, {len(samples)} states, "
@@ -337,15 +330,15 @@ def best_fit(
     moved = np.abs(samples.places - samples.places[0])[:, ~primary]
     usual = (moved <= USUAL * moved.max(axis=0)).all(axis=1)
     out = (number % HELD_OUT == HELD_OUT // 2) & usual
-    tried = []
+    tried, largest = [], np.abs(samples.first).max(axis=0)
     for degree in DEGREES:
         try:
             part = fit(samples.part(~out), names, degree, secondary, within)
         except ValueError:
             break
         held = samples.part(out)
-        off = errors(part, held)
-        tried.append((weighted(part, held)[primary].max(), degree, off))
+        off = errors(part, held, largest)
+        tried.append((weighted(part, held, largest)[primary].max(), degree, off))
     if not tried:
         raise SpecError(f"the module found only {len(number)} states, too few for a table")
     _, degree, off = min(tried, key=lambda one: one[0])
@@ -384,7 +377,7 @@ def table(
         walker.repeat.length,
         walker.repeat.centre,
         walked,
-        dead.moment,
+        dead.room(walked.centres[:, len(walker.free) :]),
         loads.groups,
         lumps,
         ends,

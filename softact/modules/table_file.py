@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 from softact.errors import SpecError
 from softact.files.text import json_text, replacing, write_atomic
+from softact.modules.dead import Dead
 from softact.modules.driven import Driven, driven
 from softact.modules.ends import Ends, short_spec
 from softact.modules.energy import Energy, Samples
 from softact.modules.lumps import Lumps, lumps
 from softact.modules.module_spec import module_specs
-from softact.modules.rod_run import dead
 from softact.modules.table import Grid, Table, Walked, table
 from softact.spec import Spec
 
@@ -40,7 +40,7 @@ UNITS = {
     "walked.samples.first": "moments N mm, forces N, minus air by length mm^2",
     "walked.samples.second": "their derivatives by curvatures, stretches and pressures",
     "walked.centres": "as walked.samples.places, where nothing holds the module",
-    "moment": "N mm",
+    "room": "N mm",
     "lumps.masses": "tonne",
     "lumps.centres": "mm",
     "lumps.spreads": "tonne mm^2",
@@ -90,11 +90,14 @@ class MadeTable:
     table: Table
     made_from: str
 
-    def serves(self, made_from: str, loads: Driven, moment: float) -> bool:
-        """Whether it is of the same module, for all pressures of loads and with room for a moment
-        of dead loads (N mm)."""
+    def serves(self, made_from: str, loads: Driven, dead: Dead) -> bool:
+        """Whether it is of the same module, for all pressures of loads and with room for all dead
+        loads on the way."""
         known = self.table
-        if self.made_from != made_from or known.moment < moment * (1 - ENOUGH):
+        if self.made_from != made_from:
+            return False
+        room = dead.room(known.walked.centres[:, known.k :])
+        if np.any(room * (1 - ENOUGH) > known.room):
             return False
         slack = ENOUGH * (known.high - known.low)
         return bool(
@@ -134,7 +137,7 @@ def read(path: Path) -> MadeTable:
         data["ends"] = Ends(**_arrays(data["ends"], "stiff"))
         data["lumps"] = Lumps(**_arrays(data["lumps"]))
         data["groups"] = tuple(data["groups"])
-        data |= {name: np.asarray(data[name]) for name in ("free", "errors", "origin")}
+        data |= {name: np.asarray(data[name]) for name in ("free", "errors", "origin", "room")}
         found = Table(energy=Energy(**energy), walked=Walked(**walked), **data)
         return MadeTable(found, made_from)
     except OSError as error:
@@ -152,21 +155,22 @@ def made_or_read(
     given: the user named the file: another module's is then refused. Raises SpecError.
     """
     grid = grid or Grid()
-    loads, weights = driven(spec), dead(spec)
+    loads = driven(spec)
+    dead = Dead.of(spec, loads)
     made_from = key([spec_without_loads(spec), *_specs(spec, loads, SAMPLE)], grid)
     found = _known(known, given)
-    if found and found.serves(made_from, loads, weights.moment):
+    if found and found.serves(made_from, loads, dead):
         tell(f"table: that of {known}")
         return found
     if given:
         most = max(np.abs(loads.low).max(), loads.high.max())
         raise SpecError(
             f"{known}: is the table of another module, or of less than {1e3 * most:g} kPa or "
-            f"{weights.moment:.3g} N mm of weight and payload; geometry, materials, layers and "
+            f"{dead.moments.max():.3g} N mm of weight and payload; geometry, materials, layers and "
             "solver are to be the same"
         )
     free, *short = _specs(spec, loads, 1.0)
-    made = table(free, loads, grid, weights, lumps(spec), tell, *short)
+    made = table(free, loads, grid, dead, lumps(spec), tell, *short)
     return MadeTable(made, made_from)
 
 

@@ -22,8 +22,11 @@ from softact.system.rotation import RotationVector
 from softact.system.term import Origin, State
 
 Array = NDArray[np.float64]
-STILL = 1e-4  # of the pitch: a Newton step below it is the last one
-MOST = 8  # iterations of one state
+STILL = 1e-5  # of the pitch: a step below it is the last one
+NEAR = 3e-3  # of the pitch: factors of a state that is nearer do for its stiffness
+SLOWER = 0.4  # of the last step: after a larger one there are new factors
+FAR = 1.0  # pitch: no step is longer
+MOST = 24  # iterations of one state
 HALVINGS = 6  # of the way to a state that is not found in one go
 
 
@@ -65,8 +68,8 @@ class Held:
 class Presser:
     """Brings a model to equilibrium under pressures of groups of cavities, by few iterations.
 
-    groups: of cavities whose pressures go together: name -> share of the group's. iterations: of
-    Newton's method so far.
+    groups: of cavities whose pressures go together: name -> share of the group's. iterations: with
+    new factors, so far.
     """
 
     def __init__(
@@ -78,6 +81,7 @@ class Presser:
         self._newton.set_supports(supports, model.initial_state())
         self._dofs = np.empty(0, dtype=int)  # unknowns that a state may prescribe
         self._size = model.diagonal
+        self._columns: Array | None = None  # by the last factors
         self._keep_fixed()
 
     def _keep_fixed(self) -> None:
@@ -109,24 +113,39 @@ class Presser:
         if goal is not None:
             state.x[self._dofs] = goal
         self.model.follow(state.x)
+        begun = state.x.copy()
         origin = None if before is None else Origin((before,), linearised=True)
-        last = np.inf
+        last, gone, fresh, others = np.inf, np.inf, self._columns is None, True
         for _ in range(MOST):
-            self.iterations += 1
-            change, *rest = self._answers(state, origin)
-            columns = np.array(rest)
+            if fresh:
+                change = self._factorised(state, origin)
+                gone, others = 0.0, False
+            else:
+                change = self._solved(-self._force(state)[None])[0]
+            columns = self._columns
+            assert columns is not None
             if goal is not None:
                 corner = columns[:k][:, self._dofs]
                 lacking = goal - state.x[self._dofs] - change[self._dofs]
                 change = change + np.linalg.solve(corner.T, lacking) @ columns[:k]
-            origin = Origin((state.x.copy(),), linearised=True)
-            state.x = self.model.follow(state.x + change)
             moved = np.abs(change[self.model.displacement_dofs]).max() / self._size
-            if not np.isfinite(moved) or moved > max(10 * last, 1.0):
-                raise ArithmeticError("Newton's method went astray")
+            if not moved <= max(SLOWER * last, FAR * fresh):
+                # Those of another state lead astray: anew from the guess.
+                if fresh:
+                    raise ArithmeticError("Newton's method went astray")
+                if others:
+                    state.x = begun.copy()
+                last, fresh = np.inf, True
+                continue
+            origin = Origin((state.x.copy(),), linearised=True) if fresh else origin
+            state.x = self.model.follow(state.x + change)
+            gone, last = gone + moved, moved
             if moved < STILL:
-                return state, columns
-            last = moved
+                if gone > NEAR:
+                    self._factorised(state, origin)
+                assert self._columns is not None
+                return state, self._columns
+            fresh = False
         raise ArithmeticError(f"no equilibrium within {MOST} iterations")
 
     def inflated(
@@ -161,24 +180,35 @@ class Presser:
         right = (share @ model.unit_forces(surface)) * (self._fixed == 0)
         return np.asarray(self._newton.factor.solve_all(right[None])[0], dtype=float)
 
-    def _answers(self, state: State, origin: Origin | None) -> Array:
-        """Newton's change, and what unit loads of the prescribed unknowns and unit pressures move:
-        (1 + k + m, local)."""
-        model = self.model
-        model.assembler.fixed[:] = self._fixed
+    def _force(self, state: State) -> Array:
+        """Out of balance (local,), zero at what is held. Raises ArithmeticError."""
         with np.errstate(all="ignore"):
-            force, _ = model.force(state)
+            force, _ = self.model.force(state)
         if not np.isfinite(force).all():
             raise ArithmeticError("an element turned inside out")
-        model.tangent(state, origin)
-        rights = [-force, *np.zeros((len(self._dofs), len(force)))]
+        return np.asarray(force * (self._fixed == 0))
+
+    def _factorised(self, state: State, origin: Origin | None) -> Array:
+        """Newton's change (local,) by factors of the tangent at a state; they are kept, and what
+        they say that unit loads of the prescribed unknowns and unit pressures move, too."""
+        model = self.model
+        model.assembler.fixed[:] = self._fixed
+        rights = [-self._force(state), *np.zeros((len(self._dofs), len(state.x)))]
         for row, dof in enumerate(self._dofs, 1):
             rights[row][dof] = 1.0
         rights += [self.gradient(state.x, group) for group in self.groups]
+        self.iterations += 1
         factor = self._newton.factor
+        self._columns = None
+        model.tangent(state, origin)
         factor.follow_layout()
         factor.again()
-        return np.asarray(factor.solve_all(np.array(rights) * (model.assembler.fixed == 0)), float)
+        change, *columns = self._solved(np.array(rights) * (self._fixed == 0))
+        self._columns = np.array(columns)
+        return np.asarray(change)
+
+    def _solved(self, rights: Array) -> Array:
+        return np.asarray(self._newton.factor.solve_all(rights), dtype=float)
 
     def gradient(self, x: Array, group: Mapping[str, float]) -> Array:
         """Of the meshed air of a group of cavities by the unknowns (local,), mm²."""

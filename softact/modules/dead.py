@@ -1,0 +1,102 @@
+"""Weight and payload on the way through a spec's steps: how far they alone bend a module."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softact.bodies.carried_mass import carried_at
+from softact.estimate.weight import mass
+from softact.loads.several import entries
+from softact.mesh.layout import free_components
+from softact.modules.driven import Driven
+from softact.modules.rod import Linear, Loads, Points, Rod
+from softact.spec import Spec
+
+Array = NDArray[np.float64]
+PARTS = 8  # of a step
+PIECES = 12  # of the linear rod that says how far weight bends
+STEPS = 4  # of its load
+CENTRES = 2  # so many of a table's pressures make room for a load
+
+
+@dataclass(frozen=True)
+class Dead:
+    """pressures (s, m), MPa, on the way, and there gravity (s, 3), mm/s², and force (s, 3), N, on
+    the tip of an actuator: its mass, tonne, length, mm, axis (3,), and which turns and shifts
+    symmetry leaves it (6,)."""
+
+    pressures: Array
+    gravity: Array
+    force: Array
+    mass: float
+    length: float
+    axis: Array
+    free: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, spec: Spec, loads: Driven) -> Dead:
+        """Of a spec, whose pressures are ``loads``."""
+        layout = spec.geometry.layout()
+        weight, tip = np.zeros(3), layout.tip
+        payload, pressure = np.zeros(3), np.zeros(len(loads.groups))
+        hung = carried_at(spec.masses, tip, tip)
+        found = []
+        for step, after in zip(spec.steps, loads.ends, strict=True):
+            before = pressure, weight, payload
+            if step.gravity is not None:
+                weight = np.asarray(step.gravity, float)
+            forces = [p.force for p in entries(step.payload) if p.surface in (None, tip)]
+            payload = np.sum(forces, axis=0, dtype=float) if forces else payload
+            pressure = after
+            for part in np.arange(PARTS + 1) / PARTS:
+                ends = zip(before, (pressure, weight, payload), strict=True)
+                found.append([(1 - part) * a + part * b for a, b in ends])
+        pressures, gravity, force = (np.array(column) for column in zip(*found, strict=True))
+        return cls(
+            pressures,
+            gravity,
+            force + hung * gravity,
+            mass(spec),
+            layout.length,
+            np.asarray(layout.axis, dtype=float),
+            free_components(layout.symmetry).ravel(),
+        )
+
+    @property
+    def moments(self) -> Array:
+        """About the clamp of the straight actuator (s,), N mm."""
+        weight = self.mass * np.linalg.norm(self.gravity, axis=1) / 2
+        return np.asarray((weight + np.linalg.norm(self.force, axis=1)) * self.length)
+
+    def near(self, centres: Array) -> list[NDArray[np.int64]]:
+        """For each of a table's pressures (c, m), which loads are met near it."""
+        span = np.ptp(centres, axis=0)
+        gaps = np.linalg.norm((self.pressures[:, None] - centres) / span, axis=2)
+        nearest = np.argsort(gaps, axis=1)[:, :CENTRES]
+        return [np.flatnonzero((nearest == c).any(axis=1)) for c in range(len(centres))]
+
+    def room(self, centres: Array) -> Array:
+        """The largest moment near each of a table's pressures (c,), N mm."""
+        moments = self.moments
+        return np.array([moments[met].max(initial=0.0) for met in self.near(centres)])
+
+    def sags(self, stiffness: Array, met: NDArray[np.int64]) -> tuple[Array, Array]:
+        """The least and the largest change of the strains (6,) of a linear rod of a stiffness
+        (6, 6) that some of the loads alone bend."""
+        natural = np.concatenate([np.zeros(3), self.axis])
+        rod = Rod(Linear(stiffness, natural), PIECES, self.length / PIECES, self.axis, self.free)
+        changes = [np.zeros((1, 6))]
+        for weight, force in np.unique(
+            np.stack([self.mass * self.gravity[met], self.force[met]], axis=1), axis=0
+        ):
+            forces = np.tile(weight / PIECES, (PIECES, 1))
+            forces[-1] += force
+            loads = Loads(Points.ends(PIECES), forces * self.free[3:])
+            if np.any(loads.forces):
+                bent = rod.strains(rod.equilibrium(rod.straight(), loads, STEPS))
+                changes.append(bent - natural)
+        found = np.vstack(changes)
+        return found.min(axis=0), found.max(axis=0)
