@@ -27,9 +27,10 @@ def run_all(
     slopes: Sequence[str] = (),
     end_only: bool = False,
     near: Path | None = None,
+    blocked: Sequence[str] | None = None,
 ) -> Iterator[Answer]:
     """Compute all jobs, ``count`` at a time; yields each answer when it comes. slopes, end_only,
-    near: see ``compute``.
+    near, blocked: see ``compute``.
 
     A run that another sweep computes at the moment is waited for, the others first. Raises
     CannotWriteError where the disk is full; the runs under way then end with this process, and so
@@ -49,6 +50,7 @@ def run_all(
                 return
             try:
                 how: dict[str, Any] = {"slopes": slopes, "end_only": end_only, "near": near}
+                how["blocked"] = blocked
                 answers.put(compute(jobs[key](), key, cache, wait=False, **how))
             except BusyError:
                 waiting.append(key)
