@@ -16,6 +16,7 @@ from softact.files.text import why_unwritable
 from softact.results import chain
 from softact.results.folder import Results, read
 from softact.run.start import Progress, SolverCrashError, run
+from softact.run.staying import Staying
 from softact.spec import Spec
 from softact.spec.one_module import blocked_modules
 from softact.sweep import record, shape
@@ -77,6 +78,7 @@ def compute(
     end_only: bool = False,
     near: Path | None = None,
     blocked: Sequence[str] | None = None,
+    staying: Staying | None = None,
 ) -> Answer:
     """Solve ``spec`` unless its run is in the cache; keep the run there.
 
@@ -87,6 +89,7 @@ def compute(
     states before the last may be missing; such a one may start from another's folder, ``near``.
     blocked: None, or the spec is of a free module and the record that of so many as the actuator
     has, with what is exerted where these kinds of run block it (``one_module.blocked_modules``).
+    staying: see ``run``.
     Raises CannotWriteError where the disk is full
     or read-only: there is no sense in going on. Whatever else goes wrong is told in the answer.
     """
@@ -98,7 +101,7 @@ def compute(
             return of_record(found, cached=True)
         try:
             with cache.workspace(key) as folder:
-                found = _solve(spec, key, folder, cache, progress, given, near)
+                found = _solve(spec, key, folder, cache, progress, given, near, staying)
                 return of_record(found, cached=False)
         except CannotWriteError:
             raise
@@ -119,10 +122,11 @@ def _solve(
     progress: Progress | None,
     given: dict[str, Any],
     near: Path | None,
+    staying: Staying | None,
 ) -> Record:
     started = time.perf_counter()
     results = folder / "results"
-    how = {key: given[key] for key in ("processes", "threads")}
+    how = {key: given[key] for key in ("processes", "threads")} | {"staying": staying}
     slopes = given["slopes"] or None
     alone = spec.model_copy(update={"tolerances": {}})  # no derivatives but those asked for
     try:
@@ -133,7 +137,7 @@ def _solve(
         finished = read(results)
         shape.store(finished)
         if given["blocked"] is not None:
-            finished = _of_chain(spec, finished, folder, given["blocked"], how)
+            finished = _of_chain(alone, finished, folder, given["blocked"], how)
     except CannotWriteError as error:
         raise cache.cannot_write(error) from None
     except SolverCrashError:

@@ -6,10 +6,12 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
 
+from softact.run.staying import Staying
 from softact.spec import Spec
 from softact.sweep.cache import BusyError, Cache
 from softact.sweep.compute import Answer, compute
@@ -43,22 +45,30 @@ def run_all(
     turns = threading.Semaphore(count)
 
     def work() -> None:
-        while turns.acquire() and not stop.is_set():
-            try:
-                key = waiting.popleft()
-            except IndexError:
-                return
-            try:
-                how: dict[str, Any] = {"slopes": slopes, "end_only": end_only, "near": near}
-                how["blocked"] = blocked
-                answers.put(compute(jobs[key](), key, cache, wait=False, **how))
-            except BusyError:
-                waiting.append(key)
-                time.sleep(_WAIT_S)
-                turns.release()
-            except BaseException as error:
-                answers.put(error)
-                return
+        # Modules are small: for each of them a process would take as long to start as to solve.
+        with nullcontext() if blocked is None else Staying() as staying:
+            while turns.acquire() and not stop.is_set():
+                if not work_on(staying):
+                    return
+
+    def work_on(staying: Staying | None) -> bool:
+        """Compute the next run; whether there may be another one."""
+        try:
+            key = waiting.popleft()
+        except IndexError:
+            return False
+        try:
+            how: dict[str, Any] = {"slopes": slopes, "end_only": end_only, "near": near}
+            how |= {"blocked": blocked, "staying": staying}
+            answers.put(compute(jobs[key](), key, cache, wait=False, **how))
+        except BusyError:
+            waiting.append(key)
+            time.sleep(_WAIT_S)
+            turns.release()
+        except BaseException as error:
+            answers.put(error)
+            return False
+        return True
 
     for _ in range(min(count, len(jobs))):
         threading.Thread(target=work, daemon=True).start()
