@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 from softact.errors import SpecError
@@ -12,12 +13,18 @@ from softact.nearest import nearest
 from softact.spec.models import Spec
 
 
-def free_module(spec: Spec, hold: Mapping[str, str], weight: bool = True) -> Spec:
+def free_module(
+    spec: Spec,
+    hold: Mapping[str, str],
+    weight: bool = True,
+    more: Mapping[str, object] = MappingProxyType({}),
+) -> Spec:
     """The spec of an actuator's module that nothing holds but ``hold``; a clamp is the end of a
     chain, and no module has one.
 
     hold: component such as ``turn_y`` -> quantity as text. weight: False leaves that of the spec
-    out. Raises SpecError with one line for each fault.
+    out. more: what else differs, dotted path -> value. Raises SpecError with one line for each
+    fault.
     """
     alone = spec.layout().repeats is not None
     geometry = spec.geometry if alone else spec.geometry.module()
@@ -37,7 +44,7 @@ def free_module(spec: Spec, hold: Mapping[str, str], weight: bool = True) -> Spe
             raise SpecError(f"--hold {name}: {nearest(name, COMPONENTS)}")
         kind, component = name.split("_")
         changes[f"module.{kind}.{component}"] = value
-    return spec.with_(changes)
+    return spec.with_({**changes, **more})
 
 
 def blocked_modules(free: Spec) -> dict[str, Spec]:

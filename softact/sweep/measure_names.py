@@ -13,6 +13,7 @@ from softact.nearest import nearest
 from softact.results import chain
 from softact.spec import Spec
 from softact.sweep.module_point import SLOW
+from softact.sweep.spec import KINDS
 
 
 def measure_fault(measure: str, spec: Spec, blocked: Sequence[str] | None) -> str:
@@ -25,6 +26,9 @@ def measure_fault(measure: str, spec: Spec, blocked: Sequence[str] | None) -> st
     if measure.startswith(f"{SLOW}_"):
         why = f"a study leaves it out unless 'measures' in the base names {SLOW}"
         return "" if SLOW in spec.measures else why
+    for word, kind in KINDS.items():
+        if measure in _exerted(spec, [kind]) and kind not in blocked:
+            return f"takes a run of a blocked module: write 'blocked: [{word}]' beside 'model'"
     own = known_columns(spec)
     known = [*chain.whole(dict.fromkeys(own, np.zeros(0)), 1.0), *_exerted(spec, blocked)]
     known = [name for name in known if name not in _held(spec)]
