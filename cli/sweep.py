@@ -127,6 +127,8 @@ def sweep(
         click.echo(note, err=True)
     for verdict in seen:
         click.echo(f"trend: {verdict.text}")
+    if study.objectives:
+        click.echo(f"{len(opened.front())} points that none beats: column unbeaten of sweep.csv")
     for line in lines(opened.confirmed, opened.compared):
         click.echo(f"modules beside whole actuators: {line}")
     _sum_up(opened, rows, directory, time.monotonic() - started)

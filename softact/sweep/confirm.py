@@ -18,7 +18,7 @@ from softact.results import chain
 from softact.spec import spec_at
 from softact.sweep.cache import Cache
 from softact.sweep.compute import Answer, of_record
-from softact.sweep.front import best
+from softact.sweep.front import best, unbeaten
 from softact.sweep.parts import Objective, Part
 from softact.sweep.points import DesignPoint
 from softact.sweep.record import Record
@@ -70,12 +70,24 @@ def choose(
 ) -> list[Candidate]:
     """``count`` of the best, each run once: see ``front.best``."""
     runs = {c.module.key: c for c in reversed(some)}
-    values = {key: [o.value(c.module) for o in objectives] for key, c in runs.items()}
-    there = [key for key in reversed(values) if None not in values[key]]
-    if not there:
-        return []
-    matrix = np.array([values[key] for key in there], float) * [o.sign for o in objectives]
-    return [runs[there[number]] for number in best(matrix, count)]
+    there, values = _judged([*reversed(runs.values())], objectives)
+    return [there[number] for number in best(values, count)]
+
+
+def front(some: Sequence[Candidate], objectives: Sequence[Objective]) -> list[Candidate]:
+    """Those that none beats."""
+    there, values = _judged(some, objectives)
+    return [there[number] for number in unbeaten(values)]
+
+
+def _judged(
+    some: Sequence[Candidate], objectives: Sequence[Objective]
+) -> tuple[list[Candidate], np.ndarray]:
+    """Those that have all objectives, and these (n, m), more being better in each."""
+    values = [(c, [o.value(c.module) for o in objectives]) for c in some]
+    there = [(c, found) for c, found in values if None not in found]
+    matrix = np.array([found for _, found in there], float).reshape(len(there), len(objectives))
+    return [c for c, _ in there], matrix * [o.sign for o in objectives]
 
 
 def confirm(

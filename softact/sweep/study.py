@@ -13,7 +13,7 @@ from softact.files import document
 from softact.results.folder import COMPLETE
 from softact.sweep.cache import Cache
 from softact.sweep.compute import INVALID, Answer, of_record
-from softact.sweep.confirm import Candidate, Confirmed, choose, compared, confirm
+from softact.sweep.confirm import Candidate, Confirmed, choose, compared, confirm, front
 from softact.sweep.local import Jobs, run_all
 from softact.sweep.parts import Part
 from softact.sweep.points import DesignPoint, Plan
@@ -92,13 +92,21 @@ class Study:
 
     def confirm(self, runner: Runner, tell: Callable[[DesignPoint, Answer], None]) -> None:
         """Compute the best points as whole actuators, as many as the sweep says."""
-        sweep, there = self.sweep, []
+        chosen = choose(self._complete, self.sweep.objectives, self.sweep.confirm)
+        self.confirmed = confirm(chosen, self.base, self.cache, runner, tell)
+
+    def front(self) -> set[int]:
+        """Numbers of the points that none beats in the sweep's objectives."""
+        return {each.number for each in front(self._complete, self.sweep.objectives)}
+
+    @property
+    def _complete(self) -> list[Candidate]:
+        there = []
         for number, point in enumerate(self.points):
             answer = self.answer(point)
             if answer is not None and answer.record is not None and answer.status == COMPLETE:
                 there.append(Candidate(number, point, answer.record))
-        chosen = choose(there, sweep.objectives, sweep.confirm)
-        self.confirmed = confirm(chosen, self.base, self.cache, runner, tell)
+        return there
 
     @property
     def compared(self) -> list[Part]:
