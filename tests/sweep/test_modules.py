@@ -231,7 +231,7 @@ base:
   geometry: {type: tube}
   materials: {body: elastosil-m4601}
   supports: [{surface: outer, fix: [x, y, z]}]
-  steps: [{name: press, surface_pressure: {inner: 1 kPa}}]
+  steps: [{name: press, surface_pressure: {bore: 1 kPa}}]
 axes: [{path: geometry.mesh_size, values: [3 mm, 4 mm]}]
 """)
     sweep, base = read(tmp_path / "study.yaml", Sweep)
