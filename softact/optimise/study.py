@@ -21,6 +21,7 @@ from softact.sweep.axes import Axis, written
 from softact.sweep.cache import Cache
 from softact.sweep.compute import FAILED, INVALID, Answer, of_record
 from softact.sweep.confirm import Candidate, Confirmed, choose, compared, confirm
+from softact.sweep.crew import Crew
 from softact.sweep.front import unbeaten
 from softact.sweep.local import run_all
 from softact.sweep.parts import Objective, Part
@@ -151,11 +152,11 @@ class Trials:
 
         Raises CannotWriteError where the disk is full.
         """
-        with store.writing(self.file):
+        with store.writing(self.file), Crew(jobs, self.wanted.kinds is not None) as crew:
             while (left := self.wanted.trials - len(self.done)) > 0:
                 asked = self._ask(min(jobs, left))
                 points = {trial.number: (trial, self._suggest(trial)) for trial in asked}
-                for number, answer in self._answers(points, jobs):
+                for number, answer in self._answers(points, jobs, crew):
                     self._tell(points[number][0], answer)
                     tell(self.study.trials[number], answer)
 
@@ -216,7 +217,10 @@ class Trials:
         return {title: _suggested(trial, axis) for title, axis in self.axes.items()}
 
     def _answers(
-        self, points: Mapping[int, tuple[Trial, Coordinates]], jobs: int
+        self,
+        points: Mapping[int, tuple[Trial, Coordinates]],
+        jobs: int,
+        crew: Crew | None = None,
     ) -> Iterator[tuple[int, Answer]]:
         """(trial's number, answer) of each; trials of one and the same point share a run."""
         keys: dict[str, list[int]] = {}
@@ -234,7 +238,7 @@ class Trials:
             else:
                 yield from ((n, of_record(found, cached=True)) for n in keys.pop(key))
         near = self._near(points) if specs else None
-        how = self.slopes, self.end_only, near, self.wanted.kinds
+        how = self.slopes, self.end_only, near, self.wanted.kinds, crew
         for answer in run_all(specs, self.cache, jobs, *how):
             yield from ((number, answer) for number in keys[answer.key])
 

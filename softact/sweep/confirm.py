@@ -154,13 +154,14 @@ def _cell(value: float | None) -> float | str:
 
 
 def lines(found: Sequence[Confirmed], parts: Sequence[Part]) -> list[str]:
-    """The largest and smallest deviation of each measure, in words."""
+    """The smallest and the largest deviation of each measure, in words."""
     said = []
     for part in parts:
         some = [d for each in found if (d := deviation(*each.pair(part))) is not None]
         if some:
-            span = f"{min(some):+.2g} to {max(some):+.2g} %"
-            said.append(f"{part.title}: {span} of {len(some)} whole actuators")
+            low, high = (f"{end:+.2g}" for end in (min(some), max(some)))
+            span = low if low == high else f"{low} to {high}"
+            said.append(f"{part.title} {span} %")
     return said
 
 

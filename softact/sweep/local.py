@@ -15,6 +15,7 @@ from softact.run.staying import Staying
 from softact.spec import Spec
 from softact.sweep.cache import BusyError, Cache
 from softact.sweep.compute import Answer, compute
+from softact.sweep.crew import Crew
 
 _WAIT_S = 0.2  # before a run that somebody else computes is looked at again
 
@@ -30,9 +31,10 @@ def run_all(
     end_only: bool = False,
     near: Path | None = None,
     blocked: Sequence[str] | None = None,
+    crew: Crew | None = None,
 ) -> Iterator[Answer]:
     """Compute all jobs, ``count`` at a time; yields each answer when it comes. slopes, end_only,
-    near, blocked: see ``compute``.
+    near, blocked: see ``compute``. crew: ``count`` threads at least that there are already.
 
     A run that another sweep computes at the moment is waited for, the others first. Raises
     CannotWriteError where the disk is full; the runs under way then end with this process, and so
@@ -44,12 +46,10 @@ def run_all(
     stop = threading.Event()
     turns = threading.Semaphore(count)
 
-    def work() -> None:
-        # Modules are small: for each of them a process would take as long to start as to solve.
-        with nullcontext() if blocked is None else Staying() as staying:
-            while turns.acquire() and not stop.is_set():
-                if not work_on(staying):
-                    return
+    def work(staying: Staying | None) -> None:
+        while turns.acquire() and not stop.is_set():
+            if not work_on(staying):
+                return
 
     def work_on(staying: Staying | None) -> bool:
         """Compute the next run; whether there may be another one."""
@@ -70,15 +70,17 @@ def run_all(
             return False
         return True
 
-    for _ in range(min(count, len(jobs))):
-        threading.Thread(target=work, daemon=True).start()
-    try:
-        for _ in range(len(jobs)):
-            yield _next(answers)
-            turns.release()
-    finally:
-        stop.set()
-        turns.release(count)
+    threads = min(count, len(jobs))
+    with nullcontext(crew) if crew else Crew(threads, blocked is not None) as at_work:
+        for _ in range(threads):
+            at_work.begin(work)
+        try:
+            for _ in range(len(jobs)):
+                yield _next(answers)
+                turns.release()
+        finally:
+            stop.set()
+            turns.release(count)
 
 
 def _next(answers: SimpleQueue[Answer | BaseException]) -> Answer:
