@@ -15,6 +15,7 @@ from softact.report import base as page
 from softact.report import labels
 from softact.report.base import Plot, Section
 from softact.results import chain
+from softact.results.folder import COMPLETE
 from softact.spec import spec_at
 from softact.sweep.cache import Cache
 from softact.sweep.compute import Answer, of_record
@@ -53,8 +54,9 @@ class Confirmed:
     whole: Answer
 
     def pair(self, part: Part) -> tuple[float | None, float | None]:
-        """A measure of so many modules and of the whole, None where there is none."""
-        record = self.whole.record
+        """A measure of so many modules and of the whole, None where there is none; a whole that
+        stopped early has none, since its last state is at another load."""
+        record = self.whole.record if self.whole.status == COMPLETE else None
         return part.value(self.candidate.module), part.value(record) if record else None
 
 
@@ -175,7 +177,8 @@ def section(
     body: list[list[str | float | None]] = []
     for each in found:
         cells = [cell for part in parts for cell in _shown(each, part)]
-        how = each.whole.record.verdict if each.whole.record else each.whole.cause
+        record = each.whole.record
+        how = record.verdict if record and not each.whole.cause else each.whole.cause
         body.append([f"{each.candidate.number}", *cells, how])
     note = page.note(
         "The best points, computed once more as whole actuators with their ends. Deviation: how "
@@ -188,9 +191,13 @@ def section(
 
 
 def _heads(part: Part) -> tuple[str, str, str]:
-    unit = labels.column(part.measure).unit
-    name = f"{part.title} ({unit})" if unit else part.title
-    return f"{name}, modules", "whole", "deviation %"
+    return f"{_name(part)}, modules", "whole", "deviation %"
+
+
+def _name(part: Part) -> str:
+    """The measure in words, with its unit."""
+    taken = "" if part.take == "last" else f"{part.take} "
+    return f"{taken}{labels.column(part.measure)}"
 
 
 def _shown(each: Confirmed, part: Part) -> list[float | None]:
@@ -210,8 +217,8 @@ def _plot(found: Sequence[Confirmed], up: Part, across: Part) -> Plot:
         )
         texts = [f"point {each.candidate.number}" for each in found]
         traces.append(
-            page.xy(name, xs, ys, mode="markers", text=texts, colour=colour,
+            page.xy(name, xs, ys, mode="markers", text=texts, colour=colour, marker={"size": 9},
                     hovertemplate="%{text}: %{x:.4~g}, %{y:.4~g}<extra></extra>")
         )  # fmt: skip
-    x, y = (str(labels.column(part.measure)) for part in (across, up))
-    return page.lines(f"{up.title} and {across.title}", x, y, traces, wide=True)
+    x, y = _name(across), _name(up)
+    return page.lines(f"{y} and {x}", x, y, traces, wide=True)

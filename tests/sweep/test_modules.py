@@ -149,6 +149,23 @@ def test_as_many_as_wanted_are_confirmed(tmp_path, made_up):
         assert percent == pytest.approx(100 * 2 / wholly)
 
 
+def test_a_whole_that_stops_early_is_not_compared(tmp_path, monkeypatch):
+    """Its last state is at another load."""
+
+    def solve(spec, directory, **options):
+        status = "complete" if spec.geometry.module_alone else "no_equilibrium"
+        bent_beam.write(directory, 10, 2, status, size={"nx": 6, "ny": 2})
+
+    monkeypatch.setattr(computing, "run", solve)
+    study = study_of(tmp_path, WALLS + MOST + "confirm: 1\n")
+    carried_out(study, tmp_path)
+    with open(tmp_path / "out/confirmed.csv") as file:
+        (line,) = csv.DictReader(file)
+    assert line["status"] == "no_equilibrium"
+    assert line["bending_angle_deg_module"] == "40.0"
+    assert line["bending_angle_deg_whole"] == line["bending_angle_deg_deviation_percent"] == ""
+
+
 def test_an_optimisation_confirms_its_best(tmp_path, made_up):
     text = WALLS.replace("axes", "parameters").replace(", count: 5", "") + MOST
     limit = "constraints: [{measure: bending_angle_deg, below: 50}]\n"
