@@ -104,10 +104,12 @@ class Staying:
 
     def _end(self) -> None:
         """Let the process end, which it does when no further job can come."""
-        if self._process is not None and self._process.stdin is not None:
+        process = self._process
+        if process is not None and process.stdin is not None and process.stdout is not None:
             with contextlib.suppress(BrokenPipeError):
-                self._process.stdin.close()
-            self._process.wait()
+                process.stdin.close()
+            process.stdout.read()  # what libraries say at their end, which must not wait for us
+            process.wait()
         self._process = None
 
     def _kill(self) -> None:

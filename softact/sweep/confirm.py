@@ -173,13 +173,13 @@ def section(
     """The part of a study's page; none where nothing was confirmed."""
     if not found:
         return []
-    heads = ["Point", *(head for part in parts for head in _heads(part)), "How the whole ended"]
+    heads = ["Point", "Figure", "Modules", "Whole", "Deviation %", "How the whole ended"]
     body: list[list[str | float | None]] = []
     for each in found:
-        cells = [cell for part in parts for cell in _shown(each, part)]
         record = each.whole.record
         how = record.verdict if record and not each.whole.cause else each.whole.cause
-        body.append([f"{each.candidate.number}", *cells, how])
+        number = f"{each.candidate.number}"
+        body += [[number, _name(part), *_shown(each, part), how] for part in parts]
     note = page.note(
         "The best points, computed once more as whole actuators with their ends. Deviation: how "
         "far so many equal modules are off, by the figure of the whole."
@@ -188,10 +188,6 @@ def section(
     drawn = page.figures(plots) if plots else ""
     html = note + page.table(heads, body, file=CONFIRMED) + drawn
     return [Section("confirmed", "The best as whole actuators", html, "Confirmed")]
-
-
-def _heads(part: Part) -> tuple[str, str, str]:
-    return f"{_name(part)}, modules", "whole", "deviation %"
 
 
 def _name(part: Part) -> str:
