@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from optuna.trial import FrozenTrial
 
     from softact.sweep.compute import Answer
+    from softact.sweep.points import DesignPoint
 
 
 @click.command(short_help="Find the best designs within constraints (Optuna, gradients).")
@@ -53,6 +54,7 @@ def optimize(
     Example:
       softact optimize configs/sweeps/pneunet_optimise.yaml -j 2
     """
+    from softact.cli._points import outcome
     from softact.optimise import optimise_page
     from softact.optimise.check import check
     from softact.optimise.gradient import Descent
@@ -61,6 +63,7 @@ def optimize(
     from softact.optimise.study import Trials, feasible
     from softact.results.own_folder import Output
     from softact.sweep.cache import DEFAULT, Cache
+    from softact.sweep.confirm import lines
     from softact.sweep.spec import read
 
     wanted, base = read(Path(file), Optimisation)
@@ -80,6 +83,9 @@ def optimize(
         broken = "" if feasible(trial) or not values else ", breaks a constraint"
         click.echo(f"{len(study.done)}/{wanted.trials}  trial {trial.number}: {said}{broken}")
 
+    def tell_whole(point: "DesignPoint", answer: "Answer") -> None:
+        click.echo(f"whole actuator, {point.text()}: {outcome(answer)}")
+
     reads, kept = [Path(file), Path(base.name)], "the runs are kept in the cache"
     folder = Output(directory, "optimize", force, reads, kept)
     with folder.opened(optimise_page.FILES):
@@ -91,9 +97,13 @@ def optimize(
                 Descent(study, tell, lambda line: click.echo(line, err=True)).run()
             else:
                 study.run(jobs, tell)
+            if wanted.confirm:
+                study.confirm(jobs, tell_whole)
         finally:
             if study.done:
                 path = optimise_page.write(study, folder)
+    for line in lines(study.confirmed, study.compared):
+        click.echo(f"modules beside whole actuators: {line}")
     for trial in study.best():
         texts = [f"{name} {value}" for name, value in study.coordinates(trial).items()]
         values = [f"{o.title} {v:.5g}" for o, v in zip(wanted.objectives, trial.values,

@@ -91,6 +91,7 @@ def sweep(
     from softact.sweep import output as files
     from softact.sweep import trends
     from softact.sweep.cache import DEFAULT, Cache
+    from softact.sweep.confirm import lines
     from softact.sweep.sensitivity import sample_of
     from softact.sweep.spec import Sweep, read
     from softact.sweep.study import open_study
@@ -113,10 +114,11 @@ def sweep(
     if only_list:
         _list(opened)
         return
+    to_do = opened.missing() or study.confirm
     with (
         _runner(opened, jobs, scheduler, slurm, interface, slurm_option) as runner,
         folder.opened(files.FILES),
-        Points(total, known) if opened.missing() else nullcontext() as progress,
+        Points(total + study.confirm, known) if to_do else nullcontext() as progress,
     ):
         rows, seen, notes = files.carry_out(
             opened, runner, sample, folder, progress or (lambda point, answer: None)
@@ -125,6 +127,10 @@ def sweep(
         click.echo(note, err=True)
     for verdict in seen:
         click.echo(f"trend: {verdict.text}")
+    if study.objectives:
+        click.echo(f"{len(opened.front())} points that none beats: column unbeaten of sweep.csv")
+    for line in lines(opened.confirmed, opened.compared):
+        click.echo(f"modules beside whole actuators: {line}")
     _sum_up(opened, rows, directory, time.monotonic() - started)
 
 
@@ -149,11 +155,12 @@ def _runner(
     options: tuple[str, ...],
 ) -> AbstractContextManager["Runner"]:
     """What computes, as a context: a cluster is found or started before anything is written."""
-    if study.missing() and slurm:
+    wanted = study.missing() or study.sweep.confirm
+    if wanted and slurm:
         from softact.sweep.cluster import on_slurm
 
         return on_slurm(jobs, interface, options, study.cache)
-    if study.missing() and scheduler:
+    if wanted and scheduler:
         from softact.sweep.cluster import on_scheduler
 
         return on_scheduler(scheduler)

@@ -68,7 +68,7 @@ def _sweep(path: Path) -> None:
 
     study, base = read(path, Sweep)
     points = study.design.points(study.axes)
-    first_right(base, study.axes, points[:: -(-len(points) // _MOST_TRIED)])
+    first_right(study.spec_at, base, study.axes, points[:: -(-len(points) // _MOST_TRIED)])
 
 
 def _optimisation(path: Path) -> None:

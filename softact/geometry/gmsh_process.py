@@ -60,6 +60,12 @@ class Parts:
         return np.vstack(list(self.regions.values()))
 
 
+def preload() -> None:
+    """Load softact's geometries, in a fork server: a job names one of them, and each process would
+    load it anew, which takes longer than most meshes. They stand above this room."""
+    importlib.import_module("softact.geometries")
+
+
 def main() -> int:
     make_safe("utf-8")  # as softact.geometry.base reads it, with names in any letters
     job = json.load(sys.stdin)

@@ -11,9 +11,14 @@ from softact.results.folder import BOOKKEEPING
 from softact.spec import Spec
 
 
+def known_columns(spec: Spec) -> list[str]:
+    """The measures that a run of the spec can have."""
+    return [name for name in run_columns(spec) if name not in BOOKKEEPING]
+
+
 def column_fault(measure: str, spec: Spec) -> str:
     """Why no run of the spec has a measure of this name, with the nearest; "" where it may."""
-    known = [name for name in run_columns(spec) if name not in BOOKKEEPING]
+    known = known_columns(spec)
     if measure in known:
         return ""
     if measure in MEASURES:

@@ -16,6 +16,7 @@ from softact.measures.held_tip import HELD_TIP
 from softact.measures.lateral import LATERAL
 from softact.measures.mass import MASS
 from softact.measures.module import MODULE
+from softact.measures.module_stiffness import MODULE_STIFFNESS
 from softact.measures.pressure import PRESSURE
 from softact.measures.probe import PROBE_STRESS, PROBES
 from softact.measures.radial_growth import RADIAL_GROWTH
@@ -42,6 +43,7 @@ MEASURES: dict[str, Measure] = {
         RADIAL_GROWTH,
         TWIST,
         MODULE,
+        MODULE_STIFFNESS,
         VOLUME,
         AIR,
         REACTION,

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
 
 STRAINS = [f"{kind}_{c}" for kind in ("curvature", "stretch") for c in "xyz"]
 LOADS = [f"{kind}_{c}_{unit}" for kind, unit in (("moment", "Nmm"), ("force", "N")) for c in "xyz"]
-UNITS = ("N", "Nmm", "Nmm2")  # by how many of two strains are curvatures
 PER_METRE = 1e3
 
 
@@ -29,26 +28,17 @@ def _evaluate(snapshot: Snapshot) -> dict[str, float]:
         per = ("_per_m", PER_METRE) if i < 3 else ("", 1.0)
         columns[f"module_{STRAINS[i]}{per[0]}"] = section.strain[i] * per[1]
     columns |= {f"module_{LOADS[i]}": section.load[i] for i in free}
-    stiffness = section.stiffness()
-    for a, i in enumerate(free):
-        for b, j in enumerate(free[a:], start=a):
-            unit = UNITS[int(i < 3) + int(j < 3)]
-            columns[f"module_stiffness_{STRAINS[i]}_{STRAINS[j]}_{unit}"] = stiffness[a, b]
     return {title: float(value) for title, value in columns.items()}
 
 
 MODULE = Measure(
     "module",
-    "of a module of a chain: how the right face stands to the left one, and the cross-section of "
-    "the rod that the chain is, in the frame of the left face",
+    "of a module of a chain: how the right face stands to the left one, and what the cross-section "
+    "of the rod that the chain is carries, in the frame of the left face",
     {f"module_angle_{c}_deg": f"turn of a module about {c}" for c in "xyz"}
     | {f"module_curvature_{c}_per_m": f"turn about {c} by undeformed length, rad" for c in "xyz"}
     | {f"module_stretch_{c}": f"what a unit of length becomes along {c}" for c in "xyz"}
     | {f"module_moment_{c}_Nmm": f"moment of the cross-section about {c}" for c in "xyz"}
-    | {f"module_force_{c}_N": f"force of the cross-section along {c}" for c in "xyz"}
-    | {
-        f"module_stiffness_<strain>_<strain>_{unit}": "derivative of moment or force by a strain"
-        for unit in UNITS
-    },
+    | {f"module_force_{c}_N": f"force of the cross-section along {c}" for c in "xyz"},
     _evaluate,
 )

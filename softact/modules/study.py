@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,11 +10,10 @@ import numpy as np
 
 from softact.errors import NoEquilibriumError
 from softact.modules.module_spec import ModuleSpecs
+from softact.results import chain
 from softact.results.folder import Results, is_pressure, read
 from softact.run.start import run
 
-SCALED = "module_angle_"  # what a chain of modules has so many times
-OF_LOADS = {"straight": "module_moment_", "clamped": "module_force_"}
 BEFORE = ("step", "increment", "step_fraction")
 
 Row = dict[str, float | str]
@@ -38,33 +37,13 @@ class Study:
         air = [name for name in curve if name.startswith("cavity_volume")]
         table = {name: curve[name] for name in (*BEFORE, *loads, *own)}
         table |= {f"module_{name}": curve[name] for name in air}
-        for kind, blocked in self.blocked.items():
-            for name in blocked.curve:
-                if name.startswith(OF_LOADS[kind]):
-                    exerted = -self._at_states(blocked.curve, name)
-                    table[f"blocked_{name.removeprefix('module_')}"] = exerted
-        for name in own if self.modules else ():
-            if name.startswith(SCALED):
-                whole = f"actuator_angle_{name.removeprefix(SCALED)}"
-                table[whole] = self.modules * curve[name]
+        table |= chain.exerted(curve, {kind: run.curve for kind, run in self.blocked.items()})
+        if self.modules:
+            table |= chain.angles(curve, self.modules)
         return [
             {name: _cell(values[k]) for name, values in table.items()}
             for k in range(len(curve["step"]))
         ]
-
-    def _at_states(self, other: Mapping[str, np.ndarray], name: str) -> np.ndarray:
-        """A column of another run at the free one's fractions of the same steps; NaN beyond its
-        last equilibrium."""
-        free, steps = self.free.curve, list(dict.fromkeys(self.free.curve["step"]))
-
-        def time(curve: Mapping[str, np.ndarray]) -> np.ndarray:
-            begun = np.array([steps.index(step) for step in curve["step"]], dtype=float)
-            return begun + np.asarray(curve["step_fraction"], dtype=float)
-
-        known = np.isin(other["step"], steps)
-        inside = {column: values[known] for column, values in other.items()}
-        values = np.asarray(inside[name], dtype=float)
-        return np.interp(time(free), time(inside), values, right=np.nan)
 
 
 def _cell(value: float | str) -> float | str:

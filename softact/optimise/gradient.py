@@ -17,10 +17,10 @@ from scipy.optimize import minimize
 from scipy.stats import qmc
 
 from softact.errors import SpecError
-from softact.optimise.spec import Part
 from softact.optimise.study import Trials
 from softact.sensitivities import stored
 from softact.sweep.axes import Axis
+from softact.sweep.parts import Part
 from softact.units import conversion
 
 if TYPE_CHECKING:

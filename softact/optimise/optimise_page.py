@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from markupsafe import Markup
 
 from softact.files.text import csv_text, write_atomic
-from softact.optimise.spec import Part
 from softact.optimise.store import DATABASE
 from softact.optimise.study import Trials, feasible
 from softact.report import base, labels, write_report
 from softact.report.base import Section
 from softact.results.own_folder import Output
-from softact.sweep import shape
+from softact.sweep import confirm, shape
+from softact.sweep.confirm import CONFIRMED
+from softact.sweep.parts import Part
 from softact.sweep.record import DamagedError, load
 from softact.sweep.sweep_page import MOST_SHAPES, packed, thinned
 
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from optuna.trial import FrozenTrial
 
 TABLE, PAGE, BEST = "trials.csv", "optimise.html", "best"
-FILES = (DATABASE, TABLE, PAGE, BEST)
+FILES = (DATABASE, TABLE, CONFIRMED, PAGE, BEST)
 Row: TypeAlias = dict[str, Any]
 
 
@@ -45,6 +46,9 @@ def write(trials: Trials, output: Output) -> Path:
     """Write trials.csv, the best design's folder and the page; returns the page's path."""
     table = rows(trials)
     write_atomic(output.file(TABLE), csv_text(table))
+    if trials.confirmed:
+        found = confirm.rows(trials.confirmed, trials.compared, trials.wanted.parameters)
+        write_atomic(output.file(CONFIRMED), csv_text(found))
     best = trials.best()
     if best:
         _data_sheet(trials, best[-1], output)
@@ -70,6 +74,7 @@ def html(trials: Trials, table: list[Row]) -> str:
     solved = any(trial.values is not None for trial in trials.done)
     sections = [
         *([Section("best", "Best designs")] if best else []),
+        *confirm.section(trials.confirmed, trials.compared, wanted.objectives),
         Section("history", "History"),
         *([Section("tradeoff", "Objectives and constraints")] if front else []),
         *([Section("design", "One design")] if solved else []),

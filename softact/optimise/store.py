@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 DATABASE = "trials.db"
 _NAME = "softact"
 #: Keys of the file that decide what a trial is; the base is compared run by run.
-_DECIDES = {"parameters", "objectives", "constraints", "seed", "reference", "method", "starts"}
+_DECIDES = {"parameters", "objectives", "constraints", "seed", "reference", "method", "starts",
+            "model", "blocked"}  # fmt: skip
 
 
 def opened(wanted: Optimisation, directory: Path, first: Mapping[str, Any]) -> optuna.Study:

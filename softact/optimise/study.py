@@ -13,16 +13,21 @@ import numpy as np
 from softact.errors import SpecError
 from softact.files import document
 from softact.optimise import store
-from softact.optimise.spec import GRADIENT, Objective, Optimisation, Part, place_of
+from softact.optimise.spec import GRADIENT, Optimisation, place_of
 from softact.results.folder import COMPLETE
 from softact.run.last_state import why_not
 from softact.sensitivities.parameters import chosen
 from softact.sweep.axes import Axis, written
 from softact.sweep.cache import Cache
 from softact.sweep.compute import FAILED, INVALID, Answer, of_record
+from softact.sweep.confirm import Candidate, Confirmed, choose, compared, confirm
+from softact.sweep.crew import Crew
+from softact.sweep.front import unbeaten
 from softact.sweep.local import run_all
-from softact.sweep.points import changes_of, first_right, spec_at
+from softact.sweep.parts import Objective, Part
+from softact.sweep.points import DesignPoint, changes_of, first_right
 from softact.sweep.record import Record
+from softact.sweep.study import locally
 from softact.sweep.version import run_key
 
 if TYPE_CHECKING:
@@ -60,6 +65,8 @@ class Trials:
         #: Whether runs may start from those of designs like theirs, and have their last state only.
         self.end_only = bool(self.slopes) and _end_only(wanted, base)
         self._call = uuid.uuid4().hex
+        #: The best designs of a study on modules as whole actuators.
+        self.confirmed: list[Confirmed] = []
         self._first = {t: _parameter(self.axes[t], v) for t, v in wanted.reference.items()}
         self.study = store.opened(wanted, directory, self._first)
         with store.reading(self.file):
@@ -93,10 +100,17 @@ class Trials:
 
     def _key(self, coordinates: Mapping[str, Any]) -> str | None:
         try:
-            spec = spec_at(self.base, changes_of(self.wanted.parameters, coordinates))
-            return run_key(spec, slopes=self.slopes, end_only=self.end_only)
+            return self._run_key(self._spec(coordinates))
         except SpecError:
             return None
+
+    def _spec(self, coordinates: Mapping[str, Any]) -> Spec:
+        """The spec of a design's run. Raises SpecError."""
+        return self.wanted.spec_at(self.base, changes_of(self.wanted.parameters, coordinates))
+
+    def _run_key(self, spec: Spec) -> str:
+        how: dict[str, Any] = {"slopes": self.slopes, "end_only": self.end_only}
+        return run_key(spec, **how, blocked=self.wanted.kinds)
 
     def _take_up(self) -> None:
         """Trials that were under way when the last call was killed are asked for once more, and
@@ -138,11 +152,11 @@ class Trials:
 
         Raises CannotWriteError where the disk is full.
         """
-        with store.writing(self.file):
+        with store.writing(self.file), Crew(jobs, self.wanted.kinds is not None) as crew:
             while (left := self.wanted.trials - len(self.done)) > 0:
                 asked = self._ask(min(jobs, left))
                 points = {trial.number: (trial, self._suggest(trial)) for trial in asked}
-                for number, answer in self._answers(points, jobs):
+                for number, answer in self._answers(points, jobs, crew):
                     self._tell(points[number][0], answer)
                     tell(self.study.trials[number], answer)
 
@@ -203,26 +217,29 @@ class Trials:
         return {title: _suggested(trial, axis) for title, axis in self.axes.items()}
 
     def _answers(
-        self, points: Mapping[int, tuple[Trial, Coordinates]], jobs: int
+        self,
+        points: Mapping[int, tuple[Trial, Coordinates]],
+        jobs: int,
+        crew: Crew | None = None,
     ) -> Iterator[tuple[int, Answer]]:
         """(trial's number, answer) of each; trials of one and the same point share a run."""
         keys: dict[str, list[int]] = {}
         specs: dict[str, Callable[[], Spec]] = {}
         for number, (_, coordinates) in points.items():
-            changes = changes_of(self.wanted.parameters, coordinates)
             try:
-                spec = spec_at(self.base, changes)
+                spec = self._spec(coordinates)
             except SpecError as error:
                 yield number, Answer("", None, INVALID, "; ".join(error.lines))
                 continue
-            key = run_key(spec, slopes=self.slopes, end_only=self.end_only)
+            key = self._run_key(spec)
             keys.setdefault(key, []).append(number)
             if (found := self.cache.find(key)) is None:
                 specs[key] = partial(_same_object, spec)
             else:
                 yield from ((n, of_record(found, cached=True)) for n in keys.pop(key))
         near = self._near(points) if specs else None
-        for answer in run_all(specs, self.cache, jobs, self.slopes, self.end_only, near):
+        how = self.slopes, self.end_only, near, self.wanted.kinds, crew
+        for answer in run_all(specs, self.cache, jobs, *how):
             yield from ((number, answer) for number in keys[answer.key])
 
     def _near(self, points: Mapping[int, tuple[Trial, Coordinates]]) -> Path | None:
@@ -284,6 +301,23 @@ class Trials:
         """The trials that none beats and that break no constraint; of one objective the best."""
         return _unbeaten([t for t in self.done if feasible(t)], self.wanted.objectives)
 
+    def confirm(self, jobs: int, tell: Callable[[DesignPoint, Answer], None]) -> None:
+        """Compute the best designs as whole actuators, ``jobs`` at a time, as many as the file
+        says. tell: see ``softact.sweep.confirm.confirm``."""
+        there = []
+        for trial in (t for t in self.done if feasible(t)):
+            coordinates, key = self.coordinates(trial), trial.user_attrs["run"]
+            if (found := self.cache.find(key)) is not None:
+                changes = changes_of(self.wanted.parameters, coordinates)
+                there.append(Candidate(trial.number, DesignPoint(coordinates, changes, key), found))
+        chosen = choose(there, self.wanted.objectives, self.wanted.confirm)
+        self.confirmed = confirm(chosen, self.base, self.cache, locally(jobs), tell)
+
+    @property
+    def compared(self) -> list[Part]:
+        """The measures of modules and whole actuators that are set beside each other."""
+        return compared(self.confirmed, self.parts)
+
     def coordinates(self, trial: FrozenTrial) -> Coordinates:
         """Values of the spec of a trial."""
         return {t: _value(axis, trial.params[t]) for t, axis in self.axes.items()}
@@ -293,9 +327,9 @@ class Trials:
         has it no longer. Raises SoftactError where that fails."""
         key = trial.user_attrs["run"]
         if self.cache.find(key) is None:
-            spec = spec_at(self.base, changes_of(self.wanted.parameters, self.coordinates(trial)))
-            jobs = {key: partial(_same_object, spec)}
-            (answer,) = run_all(jobs, self.cache, 1, self.slopes, self.end_only)
+            jobs = {key: partial(_same_object, self._spec(self.coordinates(trial)))}
+            how = self.slopes, self.end_only, None, self.wanted.kinds
+            (answer,) = run_all(jobs, self.cache, 1, *how)
             if answer.record is None:
                 raise answer.error()
         return self.cache.folder(key)
@@ -314,7 +348,7 @@ class Trials:
         """
         if not self.end_only:
             return ""
-        spec = spec_at(self.base, changes_of(self.wanted.parameters, self.coordinates(trial)))
+        spec = self._spec(self.coordinates(trial))
         (answer,) = run_all({self._whole_key(trial): partial(_same_object, spec)}, self.cache, 1)
         if answer.record is None:
             raise answer.error()
@@ -328,21 +362,20 @@ class Trials:
         return ""
 
     def _whole_key(self, trial: FrozenTrial) -> str:
-        spec = spec_at(self.base, changes_of(self.wanted.parameters, self.coordinates(trial)))
-        return run_key(spec)
+        return run_key(self._spec(self.coordinates(trial)))
 
 
 def _end_only(wanted: Optimisation, base: document.Document) -> bool:
     """Whether all that is asked of a run is in its last state, and hangs on no other."""
     parts = (*wanted.objectives, *wanted.constraints)
-    spec = first_right(base, wanted.parameters, wanted.tried())
+    spec = first_right(wanted.spec_at, base, wanted.parameters, wanted.tried())
     of_the_way = any(word in part.measure for part in parts for word in ON_THE_WAY)
     return not of_the_way and all(p.take == "last" for p in parts) and not why_not(spec)
 
 
 def _differentiated(wanted: Optimisation, base: document.Document) -> list[list[str]]:
     """Full paths of each parameter's numbers. Raises SpecError where one has no derivative."""
-    spec = first_right(base, wanted.parameters, wanted.tried())
+    spec = first_right(wanted.spec_at, base, wanted.parameters, wanted.tried())
     found, faults = [], []
     for axis in wanted.parameters:
         try:
@@ -372,13 +405,10 @@ def _fixed(trial: FrozenTrial) -> dict[str, Any]:
 
 
 def _unbeaten(trials: Sequence[FrozenTrial], objectives: Sequence[Objective]) -> list[FrozenTrial]:
-    signs = [1 if objective.goal == "maximise" else -1 for objective in objectives]
-
-    def beats(a: FrozenTrial, b: FrozenTrial) -> bool:
-        pairs = [(s * x, s * y) for s, x, y in zip(signs, a.values, b.values, strict=True)]
-        return all(x >= y for x, y in pairs) and any(x > y for x, y in pairs)
-
-    front = [t for t in trials if not any(beats(other, t) for other in trials)]
+    if not trials:
+        return []
+    values = np.array([t.values for t in trials]) * [o.sign for o in objectives]
+    front = [trials[number] for number in unbeaten(values)]
     unique = {tuple(t.values): t for t in reversed(front)}
     return sorted(unique.values(), key=lambda t: t.values)
 

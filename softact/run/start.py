@@ -31,6 +31,7 @@ from softact.results.folder import COMPLETE, INCOMPLETE, is_pressure, read
 from softact.results.run_log import RunLog
 from softact.run import launch
 from softact.run.resuming import to_resume
+from softact.run.staying import Staying, event_of
 from softact.spec import plausible
 from softact.verdict.judge import Verdict
 from softact.verdict.judge import from_data as verdict_of
@@ -78,6 +79,7 @@ def run(
     resume: bool = False,
     sensitivities: Sequence[str] | None = None,
     near: Path | None = None,
+    staying: Staying | None = None,
 ) -> Outcome:
     """Solve ``spec`` and write its result folder.
 
@@ -92,7 +94,8 @@ def run(
     differentiated at each increment; none of them: all usual ones. Those that have tolerances in
     the spec are in any case, and the folder gets tolerances.csv. near: result folder of an actuator
     like this one, from whose last state this one's is found without those before; where that cannot
-    be, the run has all of them, and its notes say why.
+    be, the run has all of them, and its notes say why. staying: a process that solves this run
+    after others, with one thread.
 
     Raises MeshError before anything is written, FolderBusyError where another process writes into
     the folder, DamagedResultError where the run there cannot go on, CannotWriteError where the disk
@@ -122,7 +125,7 @@ def run(
             with _scratch(scratch) as folder:
                 goes_on = old is not None
                 log = RunLog(directory, goes_on)
-                held_by = (log, inherited, goes_on, slopes, near)
+                held_by = (log, inherited, goes_on, slopes, near, staying)
                 solver = _Solver(spec, directory, folder, progress, *held_by)
                 last = solver.run(notes, processes, threads)
             verdict = verdict_of(last.get("verdict"))
@@ -217,6 +220,7 @@ class _Solver:
     resume: bool
     slopes: Chosen | None = None
     near: Path | None = None
+    staying: Staying | None = None
 
     def run(self, notes: Sequence[str], processes: int, threads: int | None) -> Mapping:
         """Start the worker, pass its events on and log them; returns its last event.
@@ -224,8 +228,10 @@ class _Solver:
         The worker loads its libraries while ``_prepare`` writes the job, but after it where the run
         has been given one thread: others run beside it, and it takes no more than one core.
         """
-        last: dict = {}
         self._note(notes)
+        if self.staying is not None:
+            return self._run_staying(self.staying)
+        last: dict = {}
         errors = self.scratch / "stderr"
         beside = threads != 1
         if not beside:
@@ -248,7 +254,7 @@ class _Solver:
                 if beside:
                     self._prepare()
                 for line in process.stdout:
-                    event = _event(line)
+                    event = event_of(line)
                     if event:
                         last = event
                         self._tell(event)
@@ -258,6 +264,15 @@ class _Solver:
                     os.killpg(process.pid, signal.SIGTERM)
                 process.wait()
                 raise
+        return self._ended(last, code, errors)
+
+    def _run_staying(self, staying: Staying) -> Mapping:
+        """The same by a process that is there already."""
+        self._prepare()
+        last, code = staying.solve(self._job_file, self._tell)
+        return self._ended(last, code, staying.errors)
+
+    def _ended(self, last: Mapping, code: int, errors: Path) -> Mapping:
         noise = errors.read_text(encoding="utf-8", errors="replace")
         self.log.add(*noise.splitlines())
         return _ended(last, code, errors)
@@ -306,15 +321,6 @@ class _Solver:
         self.log.add(*texts)
         for text in texts:
             self.progress({"stage": "note", "text": text})
-
-
-def _event(line: str) -> dict:
-    """The event in a line; an empty one where it is something else, such as a library's words."""
-    try:
-        found = json.loads(line)
-    except ValueError:
-        return {}
-    return found if isinstance(found, dict) and "stage" in found else {}
 
 
 def _ended(last: Mapping, code: int, errors: Path) -> Mapping:

@@ -22,6 +22,7 @@ import numpy as np
 
 from softact.errors import OUT_OF_MEMORY, SoftactError
 from softact.files.text import digest
+from softact.run.staying import ENDED, LATER
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -151,6 +152,8 @@ def _await(job_file: Path) -> dict:
 def main(job_file: str, parent: str | None = None) -> int:
     """Run the job, once its file is there; returns an exit code of the command line.
 
+    job_file: ``staying.LATER`` for the files that standard input names, a line each, as long as it
+    lasts; after each of them an event tells its exit code.
     parent: process with which this one ends. Where mpirun started this process, it is mpirun.
     """
     from softact.child_processes import end_with
@@ -172,19 +175,30 @@ def main(job_file: str, parent: str | None = None) -> int:
     # Options in .petscrc, of the home or of the folder that softact is called in, would change
     # results without a word in the spec.
     petsc4py.init(["softact", "-skip_petscrc"])
-    from softact import spec as specs
-    from softact.system import jit
-
     comm = MPI.COMM_WORLD
 
     def tell(event: dict) -> None:
         if comm.rank == 0:
             print_event(event)
 
-    directory = Path(job_file).parent
+    _import_the_rest()
+    if job_file != LATER:
+        return _carry_out(comm, Path(job_file), tell)
+    for line in sys.stdin:
+        code = _carry_out(comm, Path(line.rstrip("\n")), tell)
+        _clear()
+        print_event({"stage": ENDED, "code": code})
+    return 0
+
+
+def _carry_out(comm: MPI.Comm, job_file: Path, tell: Callable[[dict], None]) -> int:
+    """Run a job, once its file is there; its exit code. Ends this process where it cannot go on."""
+    from softact import spec as specs
+    from softact.system import jit
+
+    directory = job_file.parent
     try:
-        _import_the_rest()
-        job = _await(Path(job_file))
+        job = _await(job_file)
         spec = specs.load(job["spec"])
         directory = Path(job["directory"])
         times = job["times_s"]
@@ -212,6 +226,14 @@ def main(job_file: str, parent: str | None = None) -> int:
         sys.stderr.flush()
         comm.Abort(70)
     return 0 if status == "complete" else 4
+
+
+def _clear() -> None:
+    """Give back what a run held, before the next one begins."""
+    from petsc4py import PETSc
+
+    gc.collect()
+    PETSc.garbage_cleanup()
 
 
 def preload() -> None:

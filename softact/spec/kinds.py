@@ -32,11 +32,16 @@ KINDS = {
         "measures safety_factor solver constraints masses points lines fields tolerances module "
         "tiles target_line",
     ),
-    "sweep": _kind("a sweep", "to compute it: softact sweep {}", "base set axes design trends"),
+    "sweep": _kind(
+        "a sweep",
+        "to compute it: softact sweep {}",
+        "base set axes design trends objectives model blocked confirm",
+    ),
     "optimise": _kind(
         "an optimisation",
         "to compute it: softact optimize {}",
-        "base set parameters objectives constraints trials seed reference method starts",
+        "base set parameters objectives constraints trials seed reference method starts "
+        "model blocked confirm",
     ),
     "case": _kind("a reference case", "to check it: softact check {}", "spec values history"),
     "card": _kind(

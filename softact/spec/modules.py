@@ -70,7 +70,7 @@ def module_faults(data: dict[str, Any], layout: Layout) -> Iterator[Fault]:
     if layout.sheets or layout.covers:
         yield ("module",), "a sheet does not go on in the next module; a module is a solid"
         return
-    yield from _beside(data)
+    yield from beside(data)
     module = data.get("module")
     if not isinstance(module, dict):
         return
@@ -87,7 +87,8 @@ def module_faults(data: dict[str, Any], layout: Layout) -> Iterator[Fault]:
                 yield ("module", kind, c), "the symmetry planes leave no room for it"
 
 
-def _beside(data: dict[str, Any]) -> Iterator[Fault]:
+def beside(data: dict[str, Any]) -> Iterator[Fault]:
+    """Yield what of a plain spec cannot stand beside a module."""
     for key, why in BESIDE.items():
         if data.get(key) and data[key] != "none":
             yield (key,), f"{why}; leave {key} out beside module"

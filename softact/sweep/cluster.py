@@ -8,6 +8,7 @@ import socket
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +32,7 @@ _HERE = "127.0.0.1:0"  # where scheduler and workers serve pages that nobody ask
 def on_scheduler(address: str) -> Iterator[Runner]:
     """A runner on the cluster of a scheduler. Raises SpecError where none answers."""
     with closing(_client(address)) as client:
-        yield lambda jobs, cache: _run_all(client, jobs, cache)
+        yield partial(_run_all, client)
 
 
 @contextmanager
@@ -49,7 +50,7 @@ def on_slurm(
 
         cluster.scale(jobs=count)
         with closing(Client(cluster)) as client:
-            yield lambda jobs, cache: _run_all(client, jobs, cache)
+            yield partial(_run_all, client)
 
 
 def slurm_options(options: Sequence[str], interface: str | None = None) -> dict[str, Any]:
@@ -145,7 +146,9 @@ def _client(address: str) -> Any:
         raise SpecError(f"--scheduler {address}: no Dask scheduler answers there") from None
 
 
-def _run_all(client: Any, jobs: Jobs, cache: Cache) -> Iterator[Answer]:
+def _run_all(
+    client: Any, jobs: Jobs, cache: Cache, blocked: Sequence[str] | None
+) -> Iterator[Answer]:
     from distributed import as_completed
     from distributed.scheduler import KilledWorker
 
@@ -155,7 +158,14 @@ def _run_all(client: Any, jobs: Jobs, cache: Cache) -> Iterator[Answer]:
     for key, spec in jobs.items():
         # Where a worker dies, Dask gives its runs to another one.
         future = client.submit(
-            _task, spec().to_yaml(), key, folder, version(), key=f"softact-{key}", pure=False
+            _task,
+            spec().to_yaml(),
+            key,
+            folder,
+            version(),
+            blocked,
+            key=f"softact-{key}",
+            pure=False,
         )
         futures[future] = key
     for future in as_completed(list(futures)):
@@ -166,7 +176,7 @@ def _run_all(client: Any, jobs: Jobs, cache: Cache) -> Iterator[Answer]:
             yield Answer(futures[future], None, FAILED, cause, transient=True)
 
 
-def _task(text: str, key: str, folder: str, wanted: str) -> Answer:
+def _task(text: str, key: str, folder: str, wanted: str, blocked: Sequence[str] | None) -> Answer:
     """One run, on a worker."""
     from softact.spec import loads
 
@@ -177,4 +187,4 @@ def _task(text: str, key: str, folder: str, wanted: str) -> Answer:
     if not (Path(folder) / "locks").is_dir():
         cause = f"worker on {socket.gethostname()} does not see the folder {folder}"
         return Answer(key, None, FAILED, cause, transient=True)
-    return compute(loads(text), key, Cache(Path(folder)))
+    return compute(loads(text), key, Cache(Path(folder)), blocked=blocked)

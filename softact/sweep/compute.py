@@ -5,16 +5,20 @@ from __future__ import annotations
 import errno
 import os
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from softact.errors import CannotWriteError, GmshKilledError, SoftactError, SpecError
+from softact.files.restart import RESTART
 from softact.files.text import why_unwritable
-from softact.results.folder import read
+from softact.results import chain
+from softact.results.folder import Results, read
 from softact.run.start import Progress, SolverCrashError, run
+from softact.run.staying import Staying
 from softact.spec import Spec
+from softact.spec.one_module import blocked_modules
 from softact.sweep import record, shape
 from softact.sweep.cache import Cache
 from softact.sweep.record import Record
@@ -73,6 +77,8 @@ def compute(
     slopes: Sequence[str] = (),
     end_only: bool = False,
     near: Path | None = None,
+    blocked: Sequence[str] | None = None,
+    staying: Staying | None = None,
 ) -> Answer:
     """Solve ``spec`` unless its run is in the cache; keep the run there.
 
@@ -81,18 +87,21 @@ def compute(
     the key says otherwise. slopes: paths of parameters by which the measures are differentiated, as
     the key says; the spec's tolerances are let be. end_only: whether the key is of a run whose
     states before the last may be missing; such a one may start from another's folder, ``near``.
+    blocked: None, or the spec is of a free module and the record that of so many as the actuator
+    has, with what is exerted where these kinds of run block it (``one_module.blocked_modules``).
+    staying: see ``run``.
     Raises CannotWriteError where the disk is full
     or read-only: there is no sense in going on. Whatever else goes wrong is told in the answer.
     """
     given: dict[str, Any] = {"processes": processes, "threads": threads, "slopes": slopes}
-    given["end_only"] = end_only
+    given |= {"end_only": end_only, "blocked": blocked}
     with cache.lock(key, wait):
         found = cache.find(key)
         if found is not None:
             return of_record(found, cached=True)
         try:
             with cache.workspace(key) as folder:
-                found = _solve(spec, key, folder, cache, progress, given, near)
+                found = _solve(spec, key, folder, cache, progress, given, near, staying)
                 return of_record(found, cached=False)
         except CannotWriteError:
             raise
@@ -113,10 +122,11 @@ def _solve(
     progress: Progress | None,
     given: dict[str, Any],
     near: Path | None,
+    staying: Staying | None,
 ) -> Record:
     started = time.perf_counter()
     results = folder / "results"
-    how = {key: given[key] for key in ("processes", "threads")}
+    how = {key: given[key] for key in ("processes", "threads")} | {"staying": staying}
     slopes = given["slopes"] or None
     alone = spec.model_copy(update={"tolerances": {}})  # no derivatives but those asked for
     try:
@@ -126,6 +136,8 @@ def _solve(
         )  # fmt: skip
         finished = read(results)
         shape.store(finished)
+        if given["blocked"] is not None:
+            finished = _of_chain(alone, finished, folder, given["blocked"], how)
     except CannotWriteError as error:
         raise cache.cannot_write(error) from None
     except SolverCrashError:
@@ -143,3 +155,21 @@ def _solve(
     found = record.from_results(key, finished, time.perf_counter() - started)
     cache.keep(found, results)
     return found
+
+
+def _of_chain(
+    free: Spec, results: Results, folder: Path, kinds: Sequence[str], how: Mapping[str, Any]
+) -> Results:
+    """The results of a free module with the curve of so many as the actuator has, and with what
+    modules exert that are blocked in these ways; their runs are carried out in ``folder``."""
+    specs = blocked_modules(free) if kinds else {}
+    curves = {}
+    for kind in kinds:
+        if kind in specs:
+            run(specs[kind], folder / kind, report=False, scratch=folder, **how)
+            curves[kind] = read(folder / kind).curve
+    curve = chain.whole(results.curve, free.geometry.pitches)
+    curve |= chain.exerted(results.curve, curves)
+    # A run that goes on is none of a study's, and thousands of these files take room.
+    (results.directory / RESTART).unlink(missing_ok=True)
+    return replace(results, curve=curve)

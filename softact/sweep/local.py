@@ -6,13 +6,16 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
 
+from softact.run.staying import Staying
 from softact.spec import Spec
 from softact.sweep.cache import BusyError, Cache
 from softact.sweep.compute import Answer, compute
+from softact.sweep.crew import Crew
 
 _WAIT_S = 0.2  # before a run that somebody else computes is looked at again
 
@@ -27,9 +30,11 @@ def run_all(
     slopes: Sequence[str] = (),
     end_only: bool = False,
     near: Path | None = None,
+    blocked: Sequence[str] | None = None,
+    crew: Crew | None = None,
 ) -> Iterator[Answer]:
     """Compute all jobs, ``count`` at a time; yields each answer when it comes. slopes, end_only,
-    near: see ``compute``.
+    near, blocked: see ``compute``. crew: ``count`` threads at least that there are already.
 
     A run that another sweep computes at the moment is waited for, the others first. Raises
     CannotWriteError where the disk is full; the runs under way then end with this process, and so
@@ -41,32 +46,41 @@ def run_all(
     stop = threading.Event()
     turns = threading.Semaphore(count)
 
-    def work() -> None:
+    def work(staying: Staying | None) -> None:
         while turns.acquire() and not stop.is_set():
-            try:
-                key = waiting.popleft()
-            except IndexError:
-                return
-            try:
-                how: dict[str, Any] = {"slopes": slopes, "end_only": end_only, "near": near}
-                answers.put(compute(jobs[key](), key, cache, wait=False, **how))
-            except BusyError:
-                waiting.append(key)
-                time.sleep(_WAIT_S)
-                turns.release()
-            except BaseException as error:
-                answers.put(error)
+            if not work_on(staying):
                 return
 
-    for _ in range(min(count, len(jobs))):
-        threading.Thread(target=work, daemon=True).start()
-    try:
-        for _ in range(len(jobs)):
-            yield _next(answers)
+    def work_on(staying: Staying | None) -> bool:
+        """Compute the next run; whether there may be another one."""
+        try:
+            key = waiting.popleft()
+        except IndexError:
+            return False
+        try:
+            how: dict[str, Any] = {"slopes": slopes, "end_only": end_only, "near": near}
+            how |= {"blocked": blocked, "staying": staying}
+            answers.put(compute(jobs[key](), key, cache, wait=False, **how))
+        except BusyError:
+            waiting.append(key)
+            time.sleep(_WAIT_S)
             turns.release()
-    finally:
-        stop.set()
-        turns.release(count)
+        except BaseException as error:
+            answers.put(error)
+            return False
+        return True
+
+    threads = min(count, len(jobs))
+    with nullcontext(crew) if crew else Crew(threads, blocked is not None) as at_work:
+        for _ in range(threads):
+            at_work.begin(work)
+        try:
+            for _ in range(len(jobs)):
+                yield _next(answers)
+                turns.release()
+        finally:
+            stop.set()
+            turns.release(count)
 
 
 def _next(answers: SimpleQueue[Answer | BaseException]) -> Answer:

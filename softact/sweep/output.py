@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from softact.files.text import csv_text, write_atomic
 from softact.results.own_folder import Output
-from softact.sweep import sensitivity, sweep_page, table, tolerance_check
+from softact.sweep import confirm, sensitivity, sweep_page, table, tolerance_check
 from softact.sweep.compute import Answer
 from softact.sweep.design import TOLERANCES
 from softact.sweep.points import DesignPoint
@@ -17,7 +17,7 @@ from softact.sweep.trends import TrendFound, verdicts
 
 PLAN, INDICES, PAGE = ".plan.json", "sensitivity.csv", "sweep.html"
 COMPARED = "tolerances.csv"
-FILES = (PLAN, *table.FILES, INDICES, COMPARED, PAGE)
+FILES = (PLAN, *table.FILES, INDICES, COMPARED, confirm.CONFIRMED, PAGE)
 
 
 def carry_out(
@@ -35,6 +35,8 @@ def carry_out(
     try:
         if study.missing():
             study.compute(runner, tell)
+        if study.sweep.confirm:
+            study.confirm(runner, tell)
     finally:
         written = write(study, sample, output)
     return written
@@ -49,13 +51,18 @@ def write(
     rows = table.write(study, output)
     seen, sections, notes = verdicts(study, rows), [], []
     if sample is not None:
-        found = sensitivity.indices(sample, study, rows)
-        write_atomic(output.file(INDICES), csv_text(found.rows))
-        sections, notes = sensitivity.section(found), found.notes
+        indices = sensitivity.indices(sample, study, rows)
+        write_atomic(output.file(INDICES), csv_text(indices.rows))
+        sections, notes = sensitivity.section(indices), indices.notes
     if study.nominal is not None:
         compared = tolerance_check.compare(study, rows, *study.nominal)
         write_atomic(output.file(COMPARED), csv_text(tolerance_check.rows(compared)))
         sections, notes = [*sections, *tolerance_check.section(compared)], [*notes, *compared.notes]
+    if study.confirmed:
+        parts = study.compared
+        found = confirm.rows(study.confirmed, parts, study.sweep.axes)
+        write_atomic(output.file(confirm.CONFIRMED), csv_text(found))
+        sections = [*confirm.section(study.confirmed, parts, study.sweep.objectives), *sections]
     csv = (output.directory / table.TABLE).read_bytes()
     write_atomic(output.file(PAGE), sweep_page.html(study, rows, csv, seen, sections))
     return rows, seen, notes

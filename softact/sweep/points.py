@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,9 @@ from softact.spec import Spec, spec_at
 from softact.sweep.axes import Axis
 from softact.sweep.design import Coordinates
 from softact.sweep.version import run_key, version
+
+#: Makes the spec of a point of a base and of what is changed in it.
+Make = Callable[[document.Document, Iterable[tuple[str, Any]]], Spec]
 
 
 @dataclass(frozen=True)
@@ -47,14 +50,15 @@ def changes_of(axes: Sequence[Axis], coordinates: Mapping[str, Any]) -> tuple[tu
 
 
 def first_right(
-    base: document.Document, axes: Sequence[Axis], designs: Iterable[Coordinates]
+    make: Make, base: document.Document, axes: Sequence[Axis], designs: Iterable[Coordinates]
 ) -> Spec:
-    """The first right spec of some designs. Raises SpecError with the faults of the first where
-    there is none."""
+    """The first right spec of some designs. make: ``StudyFile.spec_at``.
+
+    Raises SpecError with the faults of the first where there is none."""
     faults: list[str] = []
     for coordinates in designs:
         try:
-            return spec_at(base, changes_of(axes, coordinates))
+            return make(base, changes_of(axes, coordinates))
         except SpecError as error:
             faults = faults or error.lines
     raise SpecError(*faults)
@@ -66,13 +70,21 @@ class Plan:
     names, and one version of softact. The key of a geometry that a script makes is never
     remembered: nobody knows what the script reads.
 
-    path: the file, None where nothing is remembered.
+    path: the file, None where nothing is remembered. make, blocked: ``StudyFile.spec_at`` and
+    ``StudyFile.kinds``, by default those of whole actuators.
     """
 
-    def __init__(self, base: document.Document, path: Path | None = None):
-        self.base = base
+    def __init__(
+        self,
+        base: document.Document,
+        path: Path | None = None,
+        make: Make = spec_at,
+        blocked: Sequence[str] | None = None,
+    ):
+        self.base, self._make, self._blocked = base, make, blocked
         self.folders = (base.folder, Path())
-        text = json.dumps([base.data, self._contents(base.data)], sort_keys=True, default=str)
+        known = [base.data, self._contents(base.data), blocked]
+        text = json.dumps(known, sort_keys=True, default=str)
         self.fingerprint = hashlib.sha256((text + version()).encode()).hexdigest()
         self.known: dict[str, Any] = {}
         try:
@@ -109,11 +121,12 @@ class Plan:
     def _key(self, changes: Sequence[tuple[str, Any]]) -> tuple[str | list[str], bool]:
         """The key of a point, or the faults of its spec, and whether it may be remembered."""
         try:
-            spec = spec_at(self.base, changes)
+            spec = self._make(self.base, changes)
         except SpecError as error:
             return error.lines, True
         geometry = spec.geometry
-        return run_key(spec), not isinstance(geometry, Imported) or geometry.self_contained
+        key = run_key(spec, blocked=self._blocked)
+        return key, not isinstance(geometry, Imported) or geometry.self_contained
 
     def _contents(self, value: Any) -> list[tuple[str, str]]:
         """Every text in plain data that is the name of a file, and the digest of the file."""

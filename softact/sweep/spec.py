@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 
@@ -19,18 +19,23 @@ from softact.errors import SpecError
 from softact.fields import Name, fault_at
 from softact.files import document
 from softact.nearest import nearest
-from softact.spec import Spec, loading
+from softact.spec import Spec, loading, spec_at
 from softact.spec.building import name_of
 from softact.spec.faults import validated
 from softact.spec.kinds import read_as
 from softact.spec.path import assign, check, dotted
 from softact.sweep.axes import Axis
 from softact.sweep.design import MOST_POINTS, TOLERANCES, Coordinates, Design
+from softact.sweep.module_point import point_of
+from softact.sweep.parts import Objective
 from softact.sweep.points import first_right
 from softact.sweep.tolerance_axes import tolerance_axes
 from softact.units import show
 
 LEAST_SAMPLES = 8  # of the design tolerances
+MOST_CONFIRMED = 1000
+FULL: Literal["full"] = "full"
+KINDS = {"moment": "straight", "force": "clamped"}  # runs in which a module exerts them
 
 
 class Trend(BaseModel):
@@ -72,6 +77,43 @@ class StudyFile(BaseModel):
         description="file of the base spec, seen from this file, or the spec itself"
     )
     set: dict[str, Any] = Field({}, description="path: value, replaced in the base")
+    model: Literal["full", "module"] = Field(
+        FULL,
+        description="module: each run is of one module of the chain that the actuator is, and its "
+        "figures are those of so many, docs/modules.md",
+    )
+    blocked: tuple[Literal["moment", "force"], ...] = Field(
+        (),
+        strict=False,
+        description="with model: module: what a blocked module exerts, by a further run for each",
+    )
+    confirm: int = Field(
+        0,
+        ge=0,
+        le=MOST_CONFIRMED,
+        description="with model: module: so many of the best points are computed as whole "
+        "actuators in the end",
+    )
+
+    @model_validator(mode="after")
+    def _of_modules(self) -> Self:
+        if self.model == FULL:
+            for key in ("blocked", "confirm"):
+                if getattr(self, key):
+                    raise fault_at((key,), "is for 'model: module'; all runs here are of wholes")
+        if len(set(self.blocked)) < len(self.blocked):
+            raise fault_at(("blocked",), "names one of them twice")
+        return self
+
+    @property
+    def kinds(self) -> tuple[str, ...] | None:
+        """Further runs of each module; None where the runs are of whole actuators."""
+        return None if self.model == FULL else tuple(KINDS[name] for name in self.blocked)
+
+    def spec_at(self, base: document.Document, changes: Iterable[tuple[str, Any]] = ()) -> Spec:
+        """The spec of a point's run: of the whole actuator or of its module. Raises SpecError."""
+        spec = spec_at(base, changes)
+        return spec if self.model == FULL else point_of(spec)
 
     @property
     def varied(self) -> tuple[Axis, ...]:
@@ -105,6 +147,9 @@ class Sweep(StudyFile):
         description="grid, one_at_a_time, latin_hypercube, sobol, tolerances, or {kind:, samples:}",
     )
     trends: tuple[Trend, ...] = Field((), strict=False, description="what to look for in the end")
+    objectives: tuple[Objective, ...] = Field(
+        (), strict=False, description="what makes a point one of the best, for confirm"
+    )
 
     @model_validator(mode="after")
     def _axes_and_trends_agree(self) -> Self:
@@ -117,7 +162,13 @@ class Sweep(StudyFile):
         elif self.design.samples < LEAST_SAMPLES:
             why = f"a standard deviation needs at least {LEAST_SAMPLES} samples"
             raise fault_at(("design", "samples"), why)
+        elif self.model != FULL:
+            why = "the design tolerances compares with derivatives, and a module has none"
+            raise fault_at(("model",), why)
         check_count(self.design.count(self.axes), ("axes",))
+        if self.confirm and not self.objectives:
+            why = "which points are the best? write objectives: [{measure: ..., goal: maximise}]"
+            raise fault_at(("confirm",), why)
         titles = [axis.title for axis in self.axes]
         if self.trends and self.design.kind == TOLERANCES:
             raise fault_at(("trends",), "the design tolerances has no axes along which to look")
@@ -182,7 +233,7 @@ def read(file: Path, model: type[Kind]) -> tuple[Kind, document.Document]:
     if faults:
         raise SpecError(*faults)
     if designs := study.tried():
-        first_right(base, study.varied, designs)
+        first_right(study.spec_at, base, study.varied, designs)
     return study.at_base(base)
 
 

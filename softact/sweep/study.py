@@ -10,15 +10,19 @@ from pathlib import Path
 
 from softact.errors import SpecError
 from softact.files import document
+from softact.results.folder import COMPLETE
 from softact.sweep.cache import Cache
 from softact.sweep.compute import INVALID, Answer, of_record
+from softact.sweep.confirm import Candidate, Confirmed, choose, compared, confirm, front
 from softact.sweep.local import Jobs, run_all
-from softact.sweep.points import DesignPoint, Plan, spec_at
+from softact.sweep.parts import Part
+from softact.sweep.points import DesignPoint, Plan
 from softact.sweep.spec import Sweep
 from softact.tolerances.causes import Cause
 
-#: Computes jobs and yields their answers: ``local.run_all`` with its count, or a cluster.
-Runner = Callable[[Jobs, Cache], Iterator[Answer]]
+#: Computes jobs and yields their answers: ``local.run_all`` with its count, or a cluster; the last
+#: argument is ``StudyFile.kinds``.
+Runner = Callable[[Jobs, Cache, Sequence[str] | None], Iterator[Answer]]
 
 
 @dataclass
@@ -27,7 +31,8 @@ class Study:
 
     points: of the design; two may have one key. plan: what made their keys. answers: key -> how
     its run ended. computed, waited: number of runs computed here, and seconds of wall time spent
-    on that. nominal: of a design of tolerances, see ``softact.sweep.tolerance_check``.
+    on that. nominal: of a design of tolerances, see ``softact.sweep.tolerance_check``. confirmed:
+    the best points of a study on modules as whole actuators.
     """
 
     sweep: Sweep
@@ -39,12 +44,13 @@ class Study:
     computed: int = 0
     waited: float = 0.0
     nominal: tuple[Answer, list[Cause]] | None = None
+    confirmed: list[Confirmed] = field(default_factory=list)
 
     @cached_property
     def resolved(self) -> dict:
         """The base with its defaults, as plain data; empty where the base alone is no spec."""
         try:
-            return spec_at(self.base, ()).model_dump(mode="json", exclude_none=True)
+            return self.sweep.spec_at(self.base).model_dump(mode="json", exclude_none=True)
         except SpecError:
             return {}
 
@@ -72,10 +78,11 @@ class Study:
         for point in self.points:
             if point.key is not None:
                 places.setdefault(point.key, []).append(point)
-        jobs = {k: partial(spec_at, self.base, places[k][0].changes) for k in self.missing()}
+        make = partial(self.sweep.spec_at, self.base)
+        jobs = {k: partial(make, places[k][0].changes) for k in self.missing()}
         started = time.perf_counter()
         try:
-            for answer in runner(jobs, self.cache):
+            for answer in runner(jobs, self.cache, self.sweep.kinds):
                 self.answers[answer.key] = answer
                 self.computed += answer.record is not None and not answer.cached
                 for point in places[answer.key]:
@@ -83,10 +90,33 @@ class Study:
         finally:
             self.waited += time.perf_counter() - started
 
+    def confirm(self, runner: Runner, tell: Callable[[DesignPoint, Answer], None]) -> None:
+        """Compute the best points as whole actuators, as many as the sweep says."""
+        chosen = choose(self._complete, self.sweep.objectives, self.sweep.confirm)
+        self.confirmed = confirm(chosen, self.base, self.cache, runner, tell)
+
+    def front(self) -> set[int]:
+        """Numbers of the points that none beats in the sweep's objectives."""
+        return {each.number for each in front(self._complete, self.sweep.objectives)}
+
+    @property
+    def _complete(self) -> list[Candidate]:
+        there = []
+        for number, point in enumerate(self.points):
+            answer = self.answer(point)
+            if answer is not None and answer.record is not None and answer.status == COMPLETE:
+                there.append(Candidate(number, point, answer.record))
+        return there
+
+    @property
+    def compared(self) -> list[Part]:
+        """The measures of modules and whole actuators that are set beside each other."""
+        return compared(self.confirmed, self.sweep.objectives)
+
 
 def locally(count: int) -> Runner:
     """A runner on this machine, ``count`` runs at a time."""
-    return lambda jobs, cache: run_all(jobs, cache, count)
+    return lambda jobs, cache, blocked: run_all(jobs, cache, count, blocked=blocked)
 
 
 def open_study(
@@ -97,7 +127,7 @@ def open_study(
     design: Sequence[dict] | None = None,
 ) -> Study:
     """A study of a sweep, with what is kept of it already; ``design`` replaces the sweep's."""
-    plan = Plan(base, plan_file)
+    plan = Plan(base, plan_file, sweep.spec_at, sweep.kinds)
     points = plan.points(sweep.axes, design or sweep.design.points(sweep.axes))
     study = Study(sweep, base, points, cache, plan)
     study.read_kept()

@@ -226,6 +226,12 @@ whenReady(async ({ packed }) => {
   const stress = data.measures.findIndex((m) => m.name.startsWith("max_principal_stress"));
   choose(byId("first"), data.measures, 0);
   choose(byId("second"), data.measures, stress < 0 ? 1 : stress);
+  ["first", "second"].forEach((id, n) => {
+    const [name, sign] = data.wanted[n] || [], place = data.measures.findIndex((m) => m.name === name);
+    if (place < 0) return;
+    byId(id).value = place;
+    byId(`${id}goal`).value = sign;
+  });
   choose(byId("effect"), data.measures, 0);
   const columns = data.curves.columns.map((label) => ({ label }));
   choose(byId("load"), columns, 0);

@@ -127,6 +127,7 @@ def page_data(study: Study, table: list[Row]) -> dict:
         "axes": [_column(table, axis.column, axis.title, axis.unit, axis.is_number)
                  for axis in study.sweep.axes],
         "measures": [_measure(table, name) for name in measures],
+        "wanted": [[o.measure, o.sign] for o in study.sweep.objectives],
         "status": [row["status"] for row in table],
         "run": [row["run"] for row in table],
         "texts": [point.text() for point in study.points],

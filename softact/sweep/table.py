@@ -21,16 +21,19 @@ if TYPE_CHECKING:
 
 TABLE, PARQUET, CURVES = FILES = ("sweep.csv", "sweep.parquet", "curves.h5")
 Row = dict[str, float | str]
-FIRST = ("point", "run", "status", "cause", "verdict", "seconds")
+FIRST = ("point", "run", "status", "cause", "verdict", "unbeaten", "seconds")
 
 
 def rows(study: Study) -> list[Row]:
     """A row for each point: its number, run, status, cause, verdict, parameters and measures.
 
     Measures are those of the last state; where a run stopped early, of the last that was reached.
-    A parameter that the point leaves at the base's value is empty.
+    A parameter that the point leaves at the base's value is empty. Where the sweep has objectives,
+    ``unbeaten`` says whether no other point beats it in them.
     """
     found = []
+    objectives = study.sweep.objectives
+    front = study.front() if objectives else set()
     for number, point in enumerate(study.points):
         answer = study.answer(point)
         row: Row = {
@@ -40,6 +43,8 @@ def rows(study: Study) -> list[Row]:
             "cause": answer.cause if answer else "",
             "verdict": answer.record.verdict if answer and answer.record else "",
         }
+        if objectives:
+            row["unbeaten"] = "yes" if number in front else "no"
         for axis in study.sweep.axes:
             value = point.coordinates.get(axis.title)
             row[axis.column] = axis.cell(value) if value is not None else base_cell(study, axis)

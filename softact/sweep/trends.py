@@ -11,7 +11,6 @@ from softact.errors import SpecError
 from softact.files import document
 from softact.results.folder import COMPLETE
 from softact.sweep.axes import Axis
-from softact.sweep.points import spec_at
 from softact.sweep.spec import Trend
 from softact.sweep.study import Study
 from softact.sweep.table import Row
@@ -28,23 +27,27 @@ class TrendFound:
 
 
 def check(file: Path, study: Study) -> None:
-    """Raise SpecError for a trend of a measure that the runs cannot have, before any is computed.
+    """Raise SpecError for a trend or an objective of a measure that the runs cannot have, before
+    any is computed.
 
     The first and the last point that can be built stand for all.
     """
-    if not study.sweep.trends:
+    sweep = study.sweep
+    if not (sweep.trends or sweep.objectives):
         return
-    from softact.measured.columns import column_fault  # scipy, which takes its time
+    from softact.sweep.measure_names import measure_fault  # scipy, which takes its time
 
     points = [point for point in study.points if point.key]
     ends = points[:1] + points[-1:]
-    specs = [spec_at(study.base, point.changes) for point in ends]
+    specs = [sweep.spec_at(study.base, point.changes) for point in ends]
     source, faults = document.read(file), []
-    for number, trend in enumerate(study.sweep.trends):
-        found = [column_fault(trend.measure, spec) for spec in specs]
-        if all(found):
-            where = source.where(("trends", number, "measure"))
-            faults.append(f"{where}: trends.{number}.measure: {show(trend.measure)}: {found[0]}")
+    for key in ("trends", "objectives"):
+        for number, asked in enumerate(getattr(sweep, key)):
+            found = [measure_fault(asked.measure, spec, sweep.kinds) for spec in specs]
+            if all(found):
+                where = source.where((key, number, "measure"))
+                at = f"{where}: {key}.{number}.measure: {show(asked.measure)}"
+                faults.append(f"{at}: {found[0]}")
     if faults:
         raise SpecError(*faults)
 

@@ -86,6 +86,7 @@ def run_key(
     threads: int | None = 1,
     slopes: Sequence[str] = (),
     end_only: bool = False,
+    blocked: Sequence[str] | None = None,
 ) -> str:
     """32 hexadecimal digits under which the run of a spec is kept.
 
@@ -93,7 +94,8 @@ def run_key(
     to bear in the mesh only, so its digest is in the key. mesh: the digest where it is known; None:
     the script is run, once in this process for each geometry. processes, threads: as for ``run``;
     sums in another order differ in their last digits. slopes: paths of the parameters by which its
-    measures are differentiated. end_only: whether states before the last may be missing.
+    measures are differentiated. end_only: whether states before the last may be missing. blocked:
+    further runs of a module whose figures are kept as those of the actuator; None: as they are.
     """
     parts = [spec.hash, version()]
     if isinstance(spec.geometry, Imported) and not spec.geometry.self_contained:
@@ -104,4 +106,6 @@ def run_key(
         parts.append(f"derivatives by {' '.join(slopes)}")
     if end_only:
         parts.append("last state")
+    if blocked is not None:
+        parts.append(" ".join(("so many modules", *blocked)))
     return hashlib.sha256(", ".join(parts).encode()).hexdigest()[:32]

@@ -1,0 +1,75 @@
+"""From the spec of an actuator to that of one module of the chain that it is, free or blocked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+from softact.errors import SpecError
+from softact.loads import LOADS
+from softact.mesh.layout import COMPONENTS, free_components
+from softact.nearest import nearest
+from softact.spec.models import Spec
+
+
+def free_module(
+    spec: Spec,
+    hold: Mapping[str, str],
+    weight: bool = True,
+    more: Mapping[str, object] = MappingProxyType({}),
+) -> Spec:
+    """The spec of an actuator's module that nothing holds but ``hold``; a clamp is the end of a
+    chain, and no module has one.
+
+    hold: component such as ``turn_y`` -> quantity as text. weight: False leaves that of the spec
+    out. more: what else differs, dotted path -> value. Raises SpecError with one line for each
+    fault.
+    """
+    alone = spec.layout().repeats is not None
+    geometry = spec.geometry if alone else spec.geometry.module()
+    repeats = geometry.layout().repeats or spec.layout().repeats
+    assert repeats is not None  # a module has them
+    changes: dict[str, object] = {
+        "supports": [],
+        "module.left": repeats.left,
+        "module.right": repeats.right,
+    }
+    if not alone:
+        changes["geometry.module_alone"] = True
+    if not weight:
+        changes["steps"] = _weightless(spec)
+    for name, value in hold.items():
+        if name not in COMPONENTS:
+            raise SpecError(f"--hold {name}: {nearest(name, COMPONENTS)}")
+        kind, component = name.split("_")
+        changes[f"module.{kind}.{component}"] = value
+    return spec.with_({**changes, **more})
+
+
+def blocked_modules(free: Spec) -> dict[str, Spec]:
+    """The specs of a free module when it is blocked. ``straight``: all turns are held, where
+    symmetry leaves any; ``clamped``: the length is held, too."""
+    held = _blocked(free)
+    turns = {path: value for path, value in held.items() if path.startswith("module.turn")}
+    found = {"straight": free.with_(turns)} if turns else {}
+    return found | {"clamped": free.with_(held)}
+
+
+def _weightless(spec: Spec) -> list[dict[str, Any]]:
+    """The steps as plain data without weight, and without those that change nothing else."""
+    steps = spec.model_dump(mode="json", exclude_none=True)["steps"]
+    kept = [{k: v for k, v in step.items() if k != "gravity"} for step in steps]
+    return [step for step in kept if {*LOADS, "supports", "duration"} & step.keys()]
+
+
+def _blocked(spec: Spec) -> dict[str, str]:
+    """Values of all components that symmetry leaves, of a module as it is undeformed."""
+    layout = spec.layout()
+    pitch = dict(zip("xyz", (spec.geometry.layout().length * a for a in layout.axis), strict=True))
+    free = free_components(layout.symmetry).ravel()
+    names = [name for name, is_free in zip(COMPONENTS, free, strict=True) if is_free]
+    return {
+        f"module.{name.replace('_', '.')}": f"{pitch[name[-1]]} mm" if "shift" in name else "0 deg"
+        for name in names
+    }
