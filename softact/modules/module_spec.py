@@ -27,11 +27,13 @@ class ModuleSpecs:
     pitches: float | None
 
 
-def module_specs(spec: Spec, hold: Mapping[str, str], weight: bool = True) -> ModuleSpecs:
+def module_specs(
+    spec: Spec, hold: Mapping[str, str], weight: bool = True, contact: bool = True
+) -> ModuleSpecs:
     """The specs of an actuator's module; a clamp is the end of a chain, and no module has one.
 
-    hold: component such as ``turn_y`` -> quantity as text. weight: False leaves that of the spec
-    out. Raises SpecError with one line for each fault.
+    hold: component such as ``turn_y`` -> quantity as text. weight, contact: False leaves what the
+    spec has of it out. Raises SpecError with one line for each fault.
     """
     alone = spec.layout().repeats is not None
     geometry = spec.geometry if alone else spec.geometry.module()
@@ -46,6 +48,8 @@ def module_specs(spec: Spec, hold: Mapping[str, str], weight: bool = True) -> Mo
         changes["geometry.module_alone"] = True
     if not weight:
         changes["steps"] = _weightless(spec)
+    if not contact:
+        changes["contact"] = "none"
     for name, value in hold.items():
         if name not in COMPONENTS:
             raise SpecError(f"--hold {name}: {nearest(name, COMPONENTS)}")

@@ -75,9 +75,11 @@ def cross_faults(data: Any, geometry: Geometry | None) -> Iterator[Fault]:
         if kind.annotation is not None and data.get(key) is not None:
             yield from kind.faults(data[key], (key,), layout)
     yield from _obstacles(data.get("obstacles"), layout)
-    for index, contact in _mappings(data.get("contact")):
+    # Beside a module all contact is refused already.
+    contacts = [] if layout.repeats else [*_mappings(data.get("contact"))]
+    for index, contact in contacts:
         yield from _contact(contact, ("contact", index), layout)
-    yield from _unheld(_mappings(data.get("contact")), layout)
+    yield from _unheld(contacts, layout)
     for index, step in steps:
         yield from _step(step, ("steps", index), layout)
         yield from _known_obstacles(step, ("steps", index), data.get("obstacles"))

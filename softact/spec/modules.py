@@ -19,7 +19,7 @@ from softact.units import Angle, Length
 BESIDE = {
     "supports": "a module is held by the means of its left face",
     "obstacles": "an obstacle touches some modules and not others",
-    "contact": "a module does not see what its neighbours touch",
+    "contact": "a module does not see what its neighbours touch (softact module has --no-contact)",
     "sheets": "a sheet does not go on in the next module",
     "masses": "a carried mass hangs on one place of a chain",
     "constraints": "a face of a chain keeps no shape of its own",

@@ -126,6 +126,15 @@ def test_weight_can_be_left_out():
     assert [step.name for step in runs["clamped"].steps] == ["inflate"]
 
 
+def test_contact_can_be_left_out():
+    spec = loads(f"{FINGER}contact: auto\n")
+    with pytest.raises(SpecError) as refused:
+        module_specs(spec, {})
+    assert len(refused.value.lines) == 1
+    assert "--no-contact" in refused.value.lines[0]
+    assert not module_specs(spec, {}, contact=False).runs["free"].contact
+
+
 def test_components_are_held_by_name():
     spec = loads(FINGER)
     with pytest.raises(SpecError, match="--hold turn_w: did you mean 'turn_"):
