@@ -73,7 +73,6 @@ def test_a_wrench_needs_a_module():
     ("geometry", "line"),
     [
         ("type: thick_sphere", "thick_sphere has no module that repeats"),
-        ("type: tube", "tube has no module that repeats"),
         ("type: pneunet, chambers: 1", "chambers: one chamber is no chain"),
         ("type: omnidirectional, modules: 1", "modules: one module is no chain"),
         ("type: shell_reinforced, cuts: 1, kind: linear", "cuts: 1 rows of slits are no chain"),
