@@ -93,6 +93,7 @@ def test_what_has_no_module_is_refused(geometry, line):
     [
         {"type": "omnidirectional", "modules": 1},
         {"type": "pneunet", "chambers": 1},
+        {"type": "antagonistic", "chambers": 1},
         {"type": "slow_pneunet", "chambers": 1},
         {"type": "shell_reinforced", "cuts": 1, "kind": "linear"},
     ],
