@@ -34,6 +34,11 @@ def test_a_slice_is_the_middle_of_the_whole(part, tmp_path, monkeypatch):
         "length": "42 mm",
         "mesh_size": "3 mm",
     }
-    how = {"cavity": "bore", "load": "surface_pressure", "whole": Extruded}
+    how = {
+        "cavity": "bore",
+        "load": "surface_pressure",
+        "whole": Extruded,
+        "bends": part == "whole",
+    }
     case = Case(geometry, pressure, 21.0, **how, materials={"body": law})
     assert_like_an_inner_one(case, tmp_path)
