@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -46,6 +46,8 @@ def module_specs(
     }
     if not alone:
         changes["geometry.module_alone"] = True
+    if spec.sheets:
+        changes["sheets"] = _of_module(spec, geometry.layout().sheets)
     if not weight:
         changes["steps"] = _weightless(spec)
     if not contact:
@@ -61,6 +63,12 @@ def module_specs(
     runs = {"free": free} | ({"straight": free.with_(turns)} if turns else {})
     runs["clamped"] = free.with_(held)
     return ModuleSpecs(runs, None if alone else spec.geometry.pitches)
+
+
+def _of_module(spec: Spec, sheets: Sequence[str]) -> dict[str, Any]:
+    """The sheets of a module as plain data: those of the whole without its ends."""
+    made_of = spec.model_dump(mode="json", exclude_none=True)["sheets"]
+    return {name: made_of[name] for name in sheets}
 
 
 def _weightless(spec: Spec) -> list[dict[str, Any]]:

@@ -59,7 +59,7 @@ def cross_faults(data: Any, geometry: Geometry | None) -> Iterator[Fault]:
             yield ("materials",), "missing; region -> card, {card:, ...} or {law:, ...}"
         return
     layout = with_module(_with_marks(geometry.layout(), data), data.get("module"))
-    yield from module_faults(data, layout)
+    yield from module_faults(data, layout, geometry.layout().repeats is not None)
     yield from _marks(data, layout)
     yield from _made_of(data, "materials", "region", layout.regions, made_of_regions)
     yield from _made_of(data, "sheets", "sheet", tuple(layout.sheets), made_of_sheets)

@@ -6,10 +6,14 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from softact.bodies.named_surfaces import turned_round
+from softact.geometries import GEOMETRIES
 from softact.geometry.base import Geometry
 from softact.loads.cavity_pressure import CavityPressure
 from softact.loads.repeated_cavity import Opening, area_vector
+from softact.loads.sheet_cavity import SheetCavity
 from softact.measures.cross_section import CrossSection
+from softact.mesh.triangles import Triangles
 from softact.system.rotation import RotationVector
 from tests.modules.solving import solved
 
@@ -46,7 +50,11 @@ class Case:
             {"name": f"to_{p * 100:g}", self.load: {self.cavity: f"{p * self.pressure} kPa"}}
             for p in PRESSURES
         ]
-        return {"geometry": geometry, "materials": self.materials, "steps": steps, **self.more}
+        data = {"geometry": geometry, "materials": self.materials, "steps": steps, **self.more}
+        if "sheets" in data:
+            there = GEOMETRIES[geometry["type"]].model_validate(geometry).layout().sheets
+            data["sheets"] = {name: data["sheets"][name] for name in there}
+        return data
 
 
 def rotation_between(weights, before, after):
@@ -87,6 +95,27 @@ class Section:
         return *whole, np.tile(self.weights, count) / count
 
 
+def walls_between(model, x, planes, cavity):
+    """Volume (mm³) of a cavity's walls between two planes x = const., and their nodes (m, n), which
+    turn as the facets of solids. cavity: its name, or that of a surface that walls it."""
+    places = model.nodes.places
+    names = model.mesh.layout.cavities.get(cavity, (cavity,))
+
+    def inside(nodes):
+        middles = places[nodes].mean(axis=1)[:, 0]
+        return (planes[0] < middles) & (middles < planes[1])
+
+    if set(names) & set(model.sheets):
+        nodes = np.concatenate([model.sheets[name].triangles.nodes for name in names])
+        nodes = nodes[inside(nodes)]
+        triangles = Triangles(nodes, places[nodes], model.nodes.dofs[nodes], None)
+        return SheetCavity("part", [triangles]).volume(x), turned_round(nodes)
+    facets = model.surfaces.facets(*names)
+    facets = facets[inside(model.surfaces.facet_nodes(facets))]
+    walls = CavityPressure(model.assembler, "part", facets, model.degree)
+    return walls.volume(x), model.surfaces.facet_nodes(facets)
+
+
 def inner_module(section, x, planes, cavity):
     """Turn (3,), stretch and shears (3,) and air (mm³) of the part between two planes x = const.
 
@@ -100,12 +129,8 @@ def inner_module(section, x, planes, cavity):
     shift = frame.T @ (weights @ right - weights @ left)
     mean = RotationVector(turn, integral=True).matrix
     stretch = np.linalg.solve(mean, shift) / (planes[1] - planes[0])
-    places = model.nodes.places
-    facets = model.surfaces.facets(cavity)
-    middles = places[model.surfaces.facet_nodes(facets)].mean(axis=1)[:, 0]
-    facets = facets[(planes[0] < middles) & (middles < planes[1])]
-    walls = CavityPressure(model.assembler, "part", facets, model.degree).volume(x)
-    area = area_vector(*Opening(model, facets, on_plane(model, planes[0])).at(x))
+    walls, nodes = walls_between(model, x, planes, cavity)
+    area = area_vector(*Opening(model, nodes, on_plane(model, planes[0])).at(x))
     closing = (weights @ right - rotation @ (weights @ left)) @ rotation @ area / 3
     return turn, stretch, walls + closing
 

@@ -25,17 +25,18 @@ def solved(
     """
     spec = Spec.model_validate(data)
     folder.mkdir()
-    mesh, ends = folder / "mesh.msh", []
+    mesh = folder / "mesh.msh"
+    ends: dict[str, State] = {}
     geometry = kind.model_validate(data["geometry"]) if kind else spec.geometry
     make_mesh(geometry, mesh, curved=spec.solver.curved)
     model = build_model(MPI.COMM_SELF, spec, mesh)
 
     def keep(state: State, attempt: Any, number: int) -> None:
         if attempt.fraction == 1.0:
-            ends.append(State(state.x.copy(), dict(state.loads)))
+            ends[attempt.step] = State(state.x.copy(), dict(state.loads))
 
     settings = Settings(initial_increment=1.0, max_increment=1.0, tolerance=1e-9)
     supports = supports_of(spec.supports or ())
     progress = Stepper(model, settings, keep).run(load_steps(spec, model), supports)
     assert not progress.stopped, progress.stopped
-    return model, ends
+    return model, list(ends.values())

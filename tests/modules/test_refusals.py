@@ -94,6 +94,7 @@ def test_what_has_no_module_is_refused(geometry, line):
         {"type": "omnidirectional", "modules": 1},
         {"type": "pneunet", "chambers": 1},
         {"type": "antagonistic", "chambers": 1},
+        {"type": "woven_elongating", "n_a": 1},
         {"type": "slow_pneunet", "chambers": 1},
         {"type": "shell_reinforced", "cuts": 1, "kind": "linear"},
     ],
@@ -113,7 +114,7 @@ module: {left: front, right: back}
 sheets: {}
 steps: [{name: inflate, pressure: 5 kPa}]
 """
-    with pytest.raises(SpecError, match="module: a sheet does not go on in the next module"):
+    with pytest.raises(SpecError, match="module: two curves of sheets are no faces of a module"):
         loads(spec)
 
 
