@@ -34,6 +34,11 @@ if TYPE_CHECKING:
 )
 @click.option("--no-weight", is_flag=True, help="Leave the spec's gravity out.")
 @click.option(
+    "--no-contact",
+    is_flag=True,
+    help="Leave the spec's contact out: walls pass through each other, and the verdict says so.",
+)
+@click.option(
     "--table",
     is_flag=True,
     help="Instead of the runs: table.json and table.h5, the energy of a module over curvature, "
@@ -47,6 +52,7 @@ def module(
     hold: tuple[str, ...],
     modules: float | None,
     no_weight: bool,
+    no_contact: bool,
     table: bool,
     output: str | None,
     force: bool,
@@ -63,6 +69,7 @@ def module(
       softact module benchmarks/pneunet8.yaml
       softact module benchmarks/pneunet8.yaml --hold turn_y='10 deg'
       softact module benchmarks/pneunet8.yaml --table
+      softact module configs/pneunet_glove.yaml --no-weight --no-contact
     """
     from softact import spec as specs
     from softact.modules import output as files
@@ -74,11 +81,12 @@ def module(
     directory = Path(output) if output else Path("results") / f"{loaded.name}-module"
     folder = Output(directory, "module", force, [spec])
     if table:
-        if hold or modules or no_weight:
+        if hold or modules or no_weight or no_contact:
             raise SpecError("--table walks over the pressures alone; leave the other options out")
         _write_table(loaded, folder)
         return
-    pair = module_specs(loaded, dict(_split(text) for text in hold), not no_weight)
+    held = dict(_split(text) for text in hold)
+    pair = module_specs(loaded, held, not no_weight, not no_contact)
     with folder.opened(files.FILES):
         for name in pair.runs:
             folder.file(name)

@@ -12,6 +12,7 @@ from pydantic import Field
 
 from softact.geometry.base import THINNEST, ThroughWall, main
 from softact.geometry.boxes import OUTSIDE
+from softact.geometry.chains import OneModule
 from softact.geometry.corrugated import Corrugated
 from softact.geometry.filleted import FilletSize
 from softact.geometry.fillets import Rounded, mouth, too_large
@@ -62,6 +63,20 @@ class Antagonistic(Corrugated):
     )
     fillet_mesh_size: FilletSize = None
     through_wall: ThroughWall = None
+    module_of: Literal["upper", "lower"] = Field(
+        "upper", description="the pair of which softact module takes a chamber"
+    )
+    module_alone: OneModule = None
+
+    def no_chain(self) -> Iterator[tuple[str, str]]:
+        yield from super().no_chain()
+        if self.chambers == 1:
+            yield "chambers", "one chamber is no chain; write 2 or more"
+
+    @property
+    def pitches(self) -> float:
+        """Of the pair of which a module is taken."""
+        return self.chambers
 
     def faults(self) -> Iterator[tuple[str, str]]:
         yield from super().faults()
@@ -137,6 +152,11 @@ class Antagonistic(Corrugated):
 
     def _meshed(self) -> dict[str, tuple[str, float, float]]:
         """Cavity -> its pair, the direction in which it lies (radians from y), meshed part."""
+        lower = self.alone and self.module_of == "lower"
+        return {name: of for name, of in self._cavities().items() if not lower or of[0] == "lower"}
+
+    def _cavities(self) -> dict[str, tuple[str, float, float]]:
+        """The same, also of a pair that is not there in a module."""
         found = {}
         for pair in PAIRS:
             above = pair == self.in_plane
@@ -183,6 +203,8 @@ class Antagonistic(Corrugated):
         return (self.pitch - self.chamber_length) * section + 2 * mouth(r, chord)
 
     def _cavity(self, pair: str) -> float:
+        if self.alone:
+            return self.pitch * self._opening(pair) - self._narrowed(pair)
         if self.fillet:
             return self._rounded_cavity(pair)
         n, between = self.chambers, self.pitch - self.chamber_length
@@ -190,6 +212,19 @@ class Antagonistic(Corrugated):
         volume += (n - 1) * between * self._segment(self.channel_radius)
         bore = pi * self.bore**2 / 4 * self._bore_length()
         return volume + (bore if pair == "lower" else 0.0)
+
+    def _opening(self, pair: str) -> float:
+        """Area of a cavity in a face of a module: of a chamber, or of a bore."""
+        if pair == self.module_of:
+            return self._segment(self.chamber_radius)
+        return pi * self.bore**2 / 4
+
+    def _narrowed(self, pair: str) -> float:
+        """What the air of a module lacks between two chambers."""
+        if pair != self.module_of:
+            return 0.0
+        channel = self._opening(pair) - self._segment(self.channel_radius)
+        return (self.pitch - self.chamber_length) * channel
 
     def walls(self) -> tuple[Wall, ...] | None:
         if self.filleted:
@@ -202,33 +237,36 @@ class Antagonistic(Corrugated):
         half = 0.5 if self.symmetry else 1.0
         disc = pi * self.radius**2
         notch = 2 * (self._segment(self.radius) - self._segment(self.midsection_radius))
-        outside = self.length * disc - 2 * (self.chambers - 1) * self.gap * notch
+        gaps = 1 if self.alone else 2 * (self.chambers - 1)
+        outside = self.span * disc - gaps * self.gap * notch
         cavities = {name: part * self._cavity(p) for name, (p, _, part) in self._meshed().items()}
-        air = 2 * sum(self._cavity(pair) for pair in PAIRS)
-        return {
-            "body": half * (outside - air),
-            "clamp": half * disc,
-            "tip": half * disc,
-            **cavities,
-        }
+        pairs = {pair for pair, *_ in self._meshed().values()}
+        air = 2 * sum(self._cavity(pair) for pair in pairs)
+        face = disc - 2 * sum(map(self._opening, pairs)) if self.alone else disc
+        return {"body": half * (outside - air), **dict.fromkeys(self.ends, half * face), **cavities}
 
     def volume_tolerance(self, name: str) -> float:
         def lost(radius: float) -> float:
             """Area between a circle and its polygon, at most."""
             return pi * radius**2 * lacking(radius, self.mesh_size, CIRCLE_EDGES)
 
-        if name in ("clamp", "tip"):
-            return lost(self.radius) / (pi * self.radius**2)
-        n, between = self.chambers, self.pitch - self.chamber_length
+        if name in self.ends:
+            holes = lost(self.chamber_radius) + 2 * lost(self.bore / 2) if self.alone else 0.0
+            whole = self.volumes()[name] * (2 if self.symmetry else 1)
+            return (lost(self.radius) + holes) / whole
+        n, between = 1 if self.alone else self.chambers, self.pitch - self.chamber_length
         air = n * self.chamber_length * lost(self.chamber_radius) / 2
         air += n * between * lost(self.channel_radius) / 2
-        air += self._bore_length() * lost(self.bore / 2)
+        bores = (self.pitch if self.alone else self._bore_length()) * lost(self.bore / 2)
+        if self.alone and name in self._meshed() and self._meshed()[name][0] != self.module_of:
+            return bores / self._cavity("lower")
+        air += bores
         if self.fillet:
             edges = n * self._rounded(self.chamber_radius).round_edges(self.chamber_length)
             air += 2 * edges * self.chord_error(self.fillet)
         if name != "body":
-            return air / self._cavity("upper")
-        skin = self.length * (lost(self.radius) + lost(self.midsection_radius))
+            return air / self._cavity(self.module_of if self.alone else "upper")
+        skin = self.span * (lost(self.radius) + lost(self.midsection_radius))
         return (4 * air + skin) * (0.5 if self.symmetry else 1) / self.volumes()["body"]
 
     def _shapes(self, occ: Any) -> Shapes:
@@ -246,10 +284,11 @@ class Antagonistic(Corrugated):
 
         wall = self.central_wall / 2
         shapes = {"wide": disc(self.radius), "narrow": disc(self.midsection_radius)}
+        # Of both pairs in a module, too: so it has the whole's section.
         for pair in PAIRS:
             angle = pi / 2 if pair == self.in_plane else 0.0
             shapes[f"{pair} wall"] = cut_box(disc(self.radius), -wall, wall, angle)
-        for name, (pair, angle, _) in self._meshed().items():
+        for name, (pair, angle, _) in self._cavities().items():
             for kind, radius in (
                 ("chamber", self.chamber_radius),
                 ("channel", self.channel_radius),
@@ -264,6 +303,32 @@ class Antagonistic(Corrugated):
 
     def solid(self) -> Prisms:
         """The actuator as prisms painted over each other."""
+        prisms = self._module_prisms() if self.alone else self._prisms()
+        return Prisms(
+            self._shapes,
+            tuple(prisms),
+            ("body",),
+            tuple(self._meshed()),
+            planes=self.planes(),
+            circle_edges=CIRCLE_EDGES,
+        )
+
+    def _module_prisms(self) -> list[Prism]:
+        """Of a module: from the middle of a chamber to that of the next."""
+        pair, length, half = self.module_of, self.pitch, self.chamber_length / 2
+        notch = (length - self.gap) / 2, (length + self.gap) / 2
+        prisms = [Prism("body", "wide", 0.0, length), Prism(OUTSIDE, "wide", *notch)]
+        prisms += [Prism("body", shape, *notch) for shape in (f"{pair} wall", "narrow")]
+        for name, (of, _, _) in self._meshed().items():
+            kind = "channel" if of == pair else "bore"
+            prisms.append(Prism(name, f"{name} {kind}", 0.0, length))
+            if of == pair:
+                ends = (0.0, half), (length - half, length)
+                prisms += [Prism(name, f"{name} chamber", *end) for end in ends]
+        return prisms
+
+    def _prisms(self) -> list[Prism]:
+        """Of the whole actuator."""
         pitch, half = self.pitch, self.chamber_length / 2
         starts, length = self._starts(), self.length
         prisms = [Prism("body", "wide", 0.0, length)]
@@ -286,14 +351,7 @@ class Antagonistic(Corrugated):
             prisms += [
                 Prism(name, f"{name} chamber", x - half, x + half, self.fillet) for x in middles
             ]
-        return Prisms(
-            self._shapes,
-            tuple(prisms),
-            ("body",),
-            tuple(self._meshed()),
-            planes=self.planes(),
-            circle_edges=CIRCLE_EDGES,
-        )
+        return prisms
 
 
 if __name__ == "__main__":

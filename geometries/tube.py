@@ -6,12 +6,15 @@ Run by itself it writes a mesh: ``python geometries/tube.py --length "30 mm" -o 
 from collections.abc import Iterator
 from math import pi
 from types import ModuleType
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field
 
-from softact.geometry.base import Geometry, Layout, ThroughWall, main
+from softact.geometry.base import Layout, ThroughWall, main
+from softact.geometry.boxes import Plane
+from softact.geometry.chains import Chain, OneModule
+from softact.geometry.prisms import Entities, Prism, Prisms, Shapes, lacking
 from softact.geometry.walls import Wall
 from softact.units import Length
 
@@ -23,10 +26,11 @@ PARTS: dict[str, tuple[float, dict[str, int]]] = {
 }
 
 
-class Tube(Geometry):
+class Tube(Chain):
     """A quarter (y <= 0, z >= 0), half or all of a hollow cylinder along x, open at both ends.
 
-    It has no closed cavity: press on its wall with ``surface_pressure: {bore: ...}``.
+    It has no closed cavity: press on its wall with ``surface_pressure: {bore: ...}``. A module is a
+    slice as long as an element, extruded.
     """
 
     type: Literal["tube"] = "tube"
@@ -39,15 +43,29 @@ class Tube(Geometry):
     )
     mesh_size: Length = Field(1.5, description="edge length of the tetrahedra")
     through_wall: ThroughWall = None
+    module_alone: OneModule = None
+
+    @property
+    def pitches(self) -> float:
+        """A module is a slice as long as an element."""
+        return self.length / self.mesh_size
+
+    @property
+    def _span(self) -> float:
+        """Length of what is meshed."""
+        return self.mesh_size if self.alone else self.length
 
     def layout(self) -> Layout:
-        symmetry = PARTS[self.part][1]
+        symmetry, ends = PARTS[self.part][1], self.ends
         return Layout(
             regions=("body",),
-            surfaces=("bore", "outer", "clamp", "tip", *symmetry),
+            surfaces=("bore", "outer", *ends, *symmetry),
             cavities={},
             symmetry=symmetry,
-            length=self.length,
+            length=self._span,
+            clamp=ends[0],
+            tip=ends[1],
+            repeats=self.repeats,
         )
 
     def walls(self) -> tuple[Wall, ...]:
@@ -55,7 +73,7 @@ class Tube(Geometry):
         return ()
 
     def volumes(self) -> dict[str, float]:
-        a, b, length = self.inner_radius, self.outer_radius, self.length
+        a, b, length = self.inner_radius, self.outer_radius, self._span
         angle, symmetry = PARTS[self.part]
         cuts = 2 / max(len(symmetry), 1)  # in each plane
         return {
@@ -83,11 +101,43 @@ class Tube(Geometry):
         depth = (1.5 * min(self.mesh_size, b)) ** 2 / (8 * a)
         if name in PARTS["quarter"][1]:
             return 1e-9
+        if self.alone:
+            lost = a**2 * lacking(a, self.mesh_size), b**2 * lacking(b, self.mesh_size)
+            return sum(lost) / (b**2 - a**2) if name == "body" else lacking(a, self.mesh_size)
         return 2 * b * depth / (b**2 - a**2) if name == "body" else 2 * depth / a
+
+    def _shapes(self, occ: Any) -> Shapes:
+        """Sections of the outside and of the bore."""
+        size, (_, symmetry) = 2 * self.outer_radius, PARTS[self.part]
+        width = size if "symmetry_y" in symmetry else 2 * size
+        low = 0.0 if "symmetry_z" in symmetry else -size
+
+        def part(radius: float) -> Entities:
+            disc = [(2, occ.addDisk(0, 0, 0, radius, radius))]
+            box = [(2, occ.addRectangle(-size, low, 0, width, size - low))]
+            return occ.intersect(disc, box)[0]
+
+        return {"outside": part(self.outer_radius), "bore": part(self.inner_radius)}
+
+    def extruded(self) -> Prisms:
+        """It as prisms painted over each other."""
+        prisms = (
+            Prism("body", "outside", 0.0, self._span),
+            Prism("bore", "bore", 0.0, self._span),
+        )
+        first, last = self.ends
+        planes = [Plane(first, 0, 0.0), Plane(last, 0, self._span)]
+        planes += [Plane(name, axis, 0.0) for name, axis in PARTS[self.part][1].items()]
+        return Prisms(self._shapes, prisms, ("body",), ("bore",), planes=tuple(planes))
+
+    def mesh(self, gmsh: ModuleType) -> None:
+        if not self.alone:
+            return super().mesh(gmsh)
+        self.extruded().mesh(gmsh, self.mesh_size, self.least_steps)
 
     def build(self, gmsh: ModuleType) -> None:
         occ = gmsh.model.occ
-        along = (0, 0, 0, self.length, 0, 0)
+        along = (0, 0, 0, self._span, 0, 0)
         angle, _ = PARTS[self.part]
         outer = occ.addCylinder(*along, self.outer_radius, angle=angle)
         inner = occ.addCylinder(*along, self.inner_radius, angle=angle)
@@ -106,7 +156,7 @@ class Tube(Geometry):
             lower, upper = np.reshape(gmsh.model.getBoundingBox(2, tag), (2, 3))
             flat = upper - lower < 1e-4
             if flat[0]:
-                names[tag] = "clamp" if upper[0] < self.length / 2 else "tip"
+                names[tag] = self.ends[int(upper[0] > self._span / 2)]
             elif flat.any():
                 names[tag] = "symmetry_y" if flat[1] else "symmetry_z"
             else:

@@ -10,18 +10,20 @@ import numpy as np
 from pydantic import Field
 
 from softact.geometry.base import Layout
+from softact.geometry.chains import Chain, OneModule
 from softact.geometry.cutting_pattern import Pattern, rectangle
 from softact.geometry.flat_sheets import BetweenLines, Lines, SheetGeometry, sides
 from softact.mesh.sheets import SheetMesh
 from softact.units import Length
 
 
-class WovenElongating(SheetGeometry):
+class WovenElongating(SheetGeometry, Chain):
     """Pouches of two equal rectangles, sealed at their rims and joined around square passages.
 
     x runs along the stack, w_a along y, h_a along z; a quarter is meshed, y and z ≥ 0. As it lies,
     each sheet rises by half the pitch between its passage and its rim, so that no two coincide: the
-    side of a frustum. The end plates are the size of a passage.
+    side of a frustum. The end plates are the size of a passage. A module is a pouch from passage to
+    passage, without them.
     """
 
     type: Literal["woven_elongating"] = "woven_elongating"
@@ -32,8 +34,28 @@ class WovenElongating(SheetGeometry):
     pitch: Length = Field(1.0, description="length of the empty stack for each pouch")
     mesh_size: Length = Field(8.0, description="longest side of the triangles along the rims")
     between_lines: BetweenLines = None
+    module_alone: OneModule = None
+
+    def no_chain(self) -> Iterator[tuple[str, str]]:
+        yield from super().no_chain()
+        if self.n_a == 1:
+            yield "n_a", "one pouch is no chain; write 2 or more"
+
+    @property
+    def pitches(self) -> float:
+        return self.n_a
+
+    @property
+    def _sheets(self) -> tuple[str, ...]:
+        return ("pouches",) if self.alone else ("pouches", "ends")
+
+    @property
+    def _pouches(self) -> int:
+        """How many are meshed."""
+        return 1 if self.alone else self.n_a
 
     def faults(self) -> Iterator[tuple[str, str]]:
+        yield from super().faults()
         for name in ("w_a", "h_a"):
             side = getattr(self, name)
             if self.passage >= side:
@@ -50,11 +72,14 @@ class WovenElongating(SheetGeometry):
         return Layout(
             regions=(),
             surfaces=(),
-            sheets=("pouches", "ends"),
-            curves=("clamp", "tip", "y_0", "z_0", "seams"),
-            cavities={"air": ("pouches", "ends")},
+            sheets=self._sheets,
+            curves=(*self.ends, "y_0", "z_0", "seams"),
+            cavities={"air": self._sheets},
             symmetry={"y_0": 1, "z_0": 2},
-            length=self.n_a * self.pitch,
+            length=self._pouches * self.pitch,
+            clamp=self.ends[0],
+            tip=self.ends[1],
+            repeats=self.repeats,
         )
 
     def volumes(self) -> dict[str, float]:
@@ -64,9 +89,9 @@ class WovenElongating(SheetGeometry):
         )
         prismoid = rise / 6 * (p**2 + (p + w) * (p + h) + w * h) / 4
         return {
-            "pouches": 2 * self.n_a * float(trapezoids),
-            "ends": p**2 / 2,
-            "air": 2 * self.n_a * prismoid,
+            "pouches": 2 * self._pouches * float(trapezoids),
+            **({} if self.alone else {"ends": p**2 / 2}),
+            "air": 2 * self._pouches * prismoid,
         }
 
     @property
@@ -86,7 +111,7 @@ class WovenElongating(SheetGeometry):
         """Rows of nodes from each passage to each rim; passages and rims are shared."""
         radial = self._counts[2]
         ring, rim = self._round(self.passage, self.passage), self._round(self.w_a, self.h_a)
-        columns, levels = len(ring), 2 * self.n_a + 1
+        columns, levels = len(ring), 2 * self._pouches + 1
         grid = Lines(np.arange(radial + 1), np.arange(columns)).triangles()
         shared = np.arange(levels * columns).reshape(levels, columns)
         places = [
@@ -104,18 +129,20 @@ class WovenElongating(SheetGeometry):
             places.append(between.reshape(-1, 3))
             walls.append(_turned(rows[grid], k % 2 == 0))
         points, pouches = np.vstack(places), np.vstack(walls)
-        ends = []
-        for level in (0, levels - 1):
+        ends: list[np.ndarray] = []
+        for level in () if self.alone else (0, levels - 1):
             plate, numbers = self._plate(level * self.pitch / 2, shared[level], len(points))
             points = np.vstack([points, plate])
             ends.append(_turned(numbers, level == 0))
         triangles = np.vstack([pouches, *ends])
-        parts = {
-            "pouches": np.arange(len(pouches)),
-            "ends": np.arange(len(pouches), len(triangles)),
-        }
+        parts = {"pouches": np.arange(len(pouches))}
+        if not self.alone:
+            parts["ends"] = np.arange(len(pouches), len(triangles))
         edges, seams = sides(triangles), shared[:, [np.arange(columns - 1), np.arange(1, columns)]]
-        curves = {"clamp": sides(ends[0]), "tip": sides(ends[1])}
+        if self.alone:
+            curves = dict(zip(self.ends, (_chain(shared[0]), _chain(shared[-1])), strict=True))
+        else:
+            curves = {"clamp": sides(ends[0]), "tip": sides(ends[1])}
         for name, axis in (("y_0", 1), ("z_0", 2)):
             curves[name] = edges[(points[edges][:, :, axis] == 0).all(axis=1)]
         curves["seams"] = seams.transpose(0, 2, 1).reshape(-1, 2)
@@ -143,6 +170,11 @@ class WovenElongating(SheetGeometry):
             cut += rim + ring * joined
             seam += rim + ring * joined
         return Pattern(tuple(cut), tuple(seam), pieces=1)
+
+
+def _chain(nodes: np.ndarray) -> np.ndarray:
+    """Edges (k, 2) from each of a row of nodes to the next."""
+    return np.column_stack([nodes[:-1], nodes[1:]])
 
 
 def _turned(triangles: np.ndarray, turn: bool) -> np.ndarray:

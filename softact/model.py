@@ -17,7 +17,7 @@ from softact.bodies.carried_mass import MassOnSurface
 from softact.bodies.inertia import Carried, Inertia
 from softact.bodies.layer import BondedLayer, Layer
 from softact.bodies.memory import without_rates
-from softact.bodies.named_surfaces import Surfaces
+from softact.bodies.named_surfaces import Surfaces, turned_round
 from softact.bodies.parts import Parts
 from softact.bodies.regions import SolidParts
 from softact.bodies.remembering import Remembering, RememberingMembrane, RememberingSolid
@@ -214,7 +214,9 @@ class Model:
         """Places (n, 3) of the sheets' loose nodes, and the model's nodes of their elements and
         curves. solid: (m, 3) places of the solids' nodes."""
         layout = self.mesh.layout
-        sheets.check(layout.cavities, list(layout.symmetry.values()), layout.flux)
+        ends = layout.repeats
+        open_at = (ends.left, ends.right) if ends else ()
+        sheets.check(layout.cavities, list(layout.symmetry.values()), layout.flux, open_at)
         nodes = sheet_nodes_of(sheets, self.degree)
         number, loose = node_numbers(sheets, nodes, solid)
         curves = {name: number[edges] for name, edges in nodes.curves.items()}
@@ -225,10 +227,17 @@ class Model:
     ) -> CavityPressure | SheetCavity | RepeatedCavity:
         if set(walls) & set(self.sheets):
             triangles = [self.sheets[wall].triangles for wall in walls]
-            return SheetCavity(name, triangles, self.mesh.layout.flux)
+            sheets = SheetCavity(name, triangles, self.mesh.layout.flux)
+            if not self.repeat:
+                return sheets
+            # Normals of sheets point out of the air, those of solids into it.
+            nodes = np.concatenate([turned_round(part.nodes) for part in triangles])
+            return RepeatedCavity(self, self.repeat, sheets, nodes)
         facets = self.surfaces.facets(*walls)
         closed = CavityPressure(self.assembler, name, facets, self.degree)
-        return RepeatedCavity(self, self.repeat, closed, facets) if self.repeat else closed
+        if not self.repeat:
+            return closed
+        return RepeatedCavity(self, self.repeat, closed, self.surfaces.facet_nodes(facets))
 
     def _against(self, obstacle: Obstacle) -> RigidContact:
         return RigidContact(obstacle, ContactFacets(self, obstacle.surfaces or self.outside))

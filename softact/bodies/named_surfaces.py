@@ -26,6 +26,11 @@ MIDDLES = np.array([[1, 1, 0], [0, 1, 1], [1, 0, 1]]) / 2  # of the edges 01, 12
 SIMPSON, TRAPEZIUM = (1 / 6, 1 / 6, 2 / 3), (1 / 2, 1 / 2)
 
 
+def turned_round(nodes: np.ndarray) -> np.ndarray:
+    """Nodes (k, 3 or 6) of facets whose normals point the other way."""
+    return nodes[:, [0, 2, 1, 5, 4, 3] if nodes.shape[1] == 6 else [0, 2, 1]]
+
+
 class Surfaces:
     """Nodes, areas and unit forces of what a spec can name on a body.
 
@@ -81,8 +86,7 @@ class Surfaces:
         a, b, c = (x[nodes[:, i]] for i in range(3))
         inside = x[self._cell_nodes[facets[:, 0], facets[:, 1]]]  # the vertex opposite the facet
         inward = np.einsum("ki,ki->k", np.cross(b - a, c - a), inside - a) > 0
-        swap = [0, 2, 1, 5, 4, 3] if nodes.shape[1] == 6 else [0, 2, 1]
-        nodes[inward] = nodes[inward][:, swap]
+        nodes[inward] = turned_round(nodes[inward])
         return nodes
 
     def points(self, name: str) -> tuple[np.ndarray, np.ndarray]:

@@ -21,13 +21,18 @@ stiff one does not lock.
 from __future__ import annotations
 
 from collections.abc import Collection
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse
 
+from softact.bodies.seam import Seam, meet
 from softact.system.assembly import Assembler
 from softact.system.nodes import Nodes
 from softact.system.term import Origin, State
+
+if TYPE_CHECKING:
+    from softact.bodies.repeat import Repeat
 
 PENALTY = 8.0  # times D over the edge length; positive definite from about 3 on
 FLATNESS = 1e-6  # of the layer's size
@@ -51,9 +56,11 @@ class LayerBending:
         poisson: float | np.ndarray,
         symmetry: Collection[int],
     ):
-        self._assembler, self._comm = assembler, nodes.comm
+        self._assembler, self._comm, self._nodes = assembler, nodes.comm, nodes
         number = nodes.number
         stiffness, ratio = _of_each(facets, rigidity, poisson)
+        self._facets, self._made_of = facets, (stiffness, ratio)
+        self._seam: Seam | None = None
         each = number[facets], nodes.places[facets], stiffness, ratio
         triangles, x, stiffness, ratio = (
             np.concatenate(nodes.comm.allgather(values)) for values in each
@@ -80,6 +87,14 @@ class LayerBending:
             self._entries.append((entries.row, entries.col, entries.data))
         self._slots = self._assembler.couple(np.concatenate(rows), np.concatenate(columns))
 
+    def go_on(self, repeat: Repeat) -> None:
+        """Bend across the border to the next module, too; in one process."""
+        right, left, meeting = meet(repeat, self._nodes, self._facets)
+        stiffness, ratio = (np.concatenate([v[right], v[left]]) for v in self._made_of)
+        matrix = matrix_between(meeting.places, meeting.elements, stiffness, ratio, len(right))
+        if matrix.nnz:
+            self._seam = Seam(self._assembler, meeting, matrix)
+
     def _gather(self, mine: np.ndarray) -> np.ndarray:
         """Values (n, 3) at all nodes of the layer, from those at each process's own."""
         parts = self._comm.allgather(mine)
@@ -91,6 +106,8 @@ class LayerBending:
 
     def add_force(self, state: State, out: np.ndarray) -> None:
         out[self._owned_dofs] += self._forces(state)
+        if self._seam:
+            self._seam.add_force(state, out)
 
     def add_tangent(self, state: State, origin: Origin | None) -> None:
         free = self._gather(self._assembler.fixed[self._owned_dofs]) == 0
@@ -99,9 +116,12 @@ class LayerBending:
             data * (mine[row, c] & free[col, c]) for c, (row, col, data) in enumerate(self._entries)
         ]
         self._assembler.extra_values[self._slots] += np.concatenate(values)
+        if self._seam:
+            self._seam.add_tangent(state, origin)
 
     def energy(self, state: State) -> float:
-        return float(np.sum(self._forces(state) * state.x[self._owned_dofs])) / 2
+        inside = float(np.sum(self._forces(state) * state.x[self._owned_dofs])) / 2
+        return inside + self._seam.energy(state) if self._seam else inside
 
 
 def bending_matrices(
@@ -122,8 +142,7 @@ def bending_matrices(
     rigidity, poisson = _of_each(triangles, rigidity, poisson)
     s = _plane_coordinates(x)
     basis = _basis(s)
-    # Second derivatives xx, xy, yy of each function: (k, 3, 6).
-    hessian = np.stack([2 * basis[:, 3], basis[:, 4], 2 * basis[:, 5]], axis=1)
+    hessian = _hessian(basis)
     area = np.abs(np.cross(s[:, 1] - s[:, 0], s[:, 2] - s[:, 0])) / 2
     moment = _moments(hessian, rigidity, poisson)
     weighted = moment * np.array([1.0, 2.0, 1.0])[:, None] * area[:, None, None]
@@ -140,6 +159,26 @@ def bending_matrices(
             facet[inside], edge[inside], s, basis, moment, triangles, count, rigidity
         )
     return even.tocsr(), odd.tocsr()
+
+
+def matrix_between(
+    x: np.ndarray,
+    triangles: np.ndarray,
+    rigidity: np.ndarray,
+    poisson: np.ndarray,
+    first: int,
+) -> scipy.sparse.csr_matrix:
+    """The part of ``bending_matrices`` of the edges where one of the first so many facets meets one
+    of the others. Numbers of nodes go from 0 on; there may be no facet."""
+    count = int(triangles.max(initial=-1)) + 1
+    facing, edges = _edges(triangles)
+    meet = (facing[:, 0] < first) & (facing[:, 1] >= first)
+    if not meet.any():
+        return scipy.sparse.csr_matrix((count, count))
+    s = _plane_coordinates(x)
+    basis = _basis(s)
+    moment = _moments(_hessian(basis), rigidity, poisson)
+    return _jumps(facing[meet], edges[meet], s, basis, moment, triangles, count, rigidity).tocsr()
 
 
 def is_flat(x: np.ndarray) -> bool:
@@ -163,6 +202,11 @@ def _basis(s: np.ndarray) -> np.ndarray:
     local = s - s[:, :1]
     a, b = local[..., 0], local[..., 1]
     return np.linalg.inv(np.stack([np.ones_like(a), a, b, a * a, a * b, b * b], axis=-1))
+
+
+def _hessian(basis: np.ndarray) -> np.ndarray:
+    """Second derivatives xx, xy, yy of each function: (k, 3, 6)."""
+    return np.stack([2 * basis[:, 3], basis[:, 4], 2 * basis[:, 5]], axis=1)
 
 
 def _of_each(

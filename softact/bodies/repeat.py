@@ -20,6 +20,8 @@ import numpy as np
 import scipy.sparse
 from scipy.spatial import cKDTree
 
+from softact.bodies.images import Images
+from softact.bodies.plate import LayerBending
 from softact.errors import SpecError
 from softact.mesh.layout import COMPONENTS, Repeats, free_components
 from softact.system.rotation import RotationVector
@@ -42,12 +44,6 @@ class Repeat:
 
     def __init__(self, model: Model, faces: Repeats):
         self._model, self.faces = model, faces
-        for number, layer in enumerate(model.layers):
-            if layer.bending is not None:
-                raise SpecError(
-                    f"layers.{number}: bending on '{layer.surface}' does not go on in the next "
-                    "module; write bending: 0"
-                )
         places, dofs = model.nodes.places, model.displacement_dofs
         left, right = (model.surfaces.nodes(name) for name in (faces.left, faces.right))
         shares = model.surfaces.shares
@@ -57,16 +53,21 @@ class Repeat:
         self.centre, self.pitch = middles[0], middles[1] - middles[0]
         self.length = float(np.linalg.norm(self.pitch))
         right = right[self._partners(places[left], places[right])]
+        self.left_nodes, self.right_nodes = left, right
         self._places = places[left] - self.centre, places[right] - self.centre
         self.left, self.right = dofs[left], dofs[right]
         self._pressures = self._pressure_pairs(model)
         self._apart = model.unknowns.apart_dofs
         self.dofs = self._apart[:2].ravel()
+        self._images = Images(self, self._places[0], self.left)
         self.free = free_components(model.mesh.layout.symmetry).ravel()
         self.scale = np.repeat([1 / self.length, 1.0], 3)  # rad or mm of an unknown
         self._gauge = self._held_means(left)
         self._turned: tuple[np.ndarray, RotationVector] | None = None
         self._raw: tuple[np.ndarray, np.ndarray] | None = None
+        for term in model.elastic:
+            if isinstance(term, LayerBending):
+                term.go_on(self)
         self._lay_out()
 
     def _partners(self, left: np.ndarray, right: np.ndarray) -> np.ndarray:
@@ -125,9 +126,7 @@ class Repeat:
 
     def follow(self, x: np.ndarray) -> np.ndarray:
         """Put the right face where the motion takes the left one, in place."""
-        _, shift = self.motion(x)
-        here = self._places[0] + x[self.left]
-        x[self.right] = here @ self.turned(x).matrix.T + shift - self._places[1]
+        x[self.right] = self._images.places(x) - self._places[1]
         x[self._pressures[1]] = x[self._pressures[0]]
         return x
 
@@ -145,11 +144,7 @@ class Repeat:
     def condense(self, x: np.ndarray, force: np.ndarray) -> np.ndarray:
         """Jᵀ of a force (local,), as a new array."""
         out = force.copy()
-        turn = self.turned(x)
-        push, here = force[self.right], self._places[0] + x[self.left]
-        out[self.left] += push @ turn.matrix
-        out[self._apart[0]] += np.einsum("na,iab,nb->i", push, turn.first, here) / self.length
-        out[self._apart[1]] += push.sum(axis=0)
+        self._images.pull(x, force[self.right], out)
         out[self._pressures[0]] += force[self._pressures[1]]
         out[self.right], out[self._pressures[1]] = 0.0, 0.0
         return out
@@ -171,43 +166,27 @@ class Repeat:
 
     def _jacobian(self, x: np.ndarray) -> scipy.sparse.csr_matrix:
         """J (local, local), the identity but at the right face. Its entries are always the same."""
-        turn = self.turned(x)
-        n, here = len(self.left), self._places[0] + x[self.left]
-        by_turn = np.einsum("iab,nb->nai", turn.first, here) / self.length
-        plus, minus = self.right, self.left
-        rows = [np.repeat(plus, 3, axis=1).ravel()] * 2 + [plus.ravel(), self._pressures[1]]
-        columns = [
-            np.tile(minus, 3).ravel(),
-            np.tile(self._apart[0], 3 * n),
-            np.tile(self._apart[1], n),
-            self._pressures[0],
-        ]
-        values = [
-            np.tile(turn.matrix.ravel(), n),
-            by_turn.ravel(),
-            np.ones(3 * n),
-            np.ones(len(self._pressures[0])),
-        ]
+        follow, by, values = self._images.jacobian(x, self.right)
         size = self._model.unknowns.local
-        others = np.setdiff1d(np.arange(size), np.concatenate([plus.ravel(), self._pressures[1]]))
+        others = np.setdiff1d(np.arange(size), self.follows)
+        same = np.ones(len(self._pressures[0]) + len(others))
+        rows = np.concatenate([follow, self._pressures[1], others])
+        columns = np.concatenate([by, self._pressures[0], others])
         return scipy.sparse.csr_matrix(
-            (
-                np.concatenate([*values, np.ones(len(others))]),
-                (np.concatenate([*rows, others]), np.concatenate([*columns, others])),
-            ),
-            shape=(size, size),
+            (np.append(values, same), (rows, columns)), shape=(size, size)
         )
 
     def _lay_out(self) -> None:
         """Make room in the matrix for what the right face's rows and columns become."""
         assembler, size = self._model.assembler, self._model.unknowns.local
-        rows, columns = assembler.pattern
         follows = np.zeros(size, dtype=bool)
         follows[self.right], follows[self._pressures[1]] = True, True
-        self._touched = np.flatnonzero(follows[rows] | follows[columns])
-        self._entries = rows[self._touched], columns[self._touched]
         self.follows = np.flatnonzero(follows)
-        ones = self._folded(np.ones(len(self._touched)), self._ones())
+        both = assembler.pattern, assembler.beyond
+        self._touched = [np.flatnonzero(follows[i] | follows[j]) for i, j in both]
+        entries = [(i[at], j[at]) for (i, j), at in zip(both, self._touched, strict=True)]
+        self._entries = tuple(np.concatenate(each) for each in zip(*entries, strict=True))
+        ones = self._folded(np.ones(len(self._entries[0])), self._ones())
         apart = self._apart.ravel()
         face = np.concatenate([self.left.ravel(), apart])
         border = np.repeat(face, len(apart)), np.tile(apart, len(face))
@@ -234,8 +213,11 @@ class Repeat:
     def fold_tangent(self, state: State) -> None:
         """Turn the assembler's matrix K, of a free right face, into that of the unknowns."""
         assembler, fixed = self._model.assembler, self._model.assembler.fixed
-        folded = self._folded(assembler.values[self._touched], self._jacobian(state.x))
-        assembler.values[self._touched] = 0.0
+        raw, all_values = [], (assembler.values, assembler.extra_values)
+        for values, at in zip(all_values, self._touched, strict=True):
+            raw.append(values[at])
+            values[at] = 0.0
+        folded = self._folded(np.concatenate(raw), self._jacobian(state.x))
         rows, columns, values = self._beyond(state)
         entries = np.append(self._key(folded.row, folded.col), self._key(rows, columns))
         at = np.searchsorted(self._keys, entries)
@@ -249,20 +231,13 @@ class Repeat:
 
     def _beyond(self, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Rows, columns and values of the motion's second derivative and of the multipliers."""
-        push, x = self._push(state), state.x
-        turn = self.turned(x)
-        here = self._places[0] + x[self.left]
-        one = np.einsum("iab,na->inb", turn.first, push) / self.length
-        two = np.einsum("na,ijab,nb->ij", push, turn.second, here) / self.length**2
-        turns, left, rows = self._apart[0], self.left.ravel(), self.rows_of_multipliers
-        found = [(turns, left, one.reshape(3, -1)), (rows, left, self._gauge.reshape(6, -1))]
-        parts = [(a, b, v) for a, b, v in found] + [(b, a, v.T) for a, b, v in found]
-        parts += [(turns, turns, two), (rows, rows, -np.diag(self._idle))]
-        return (
-            np.concatenate([np.repeat(a, len(b)) for a, b, _ in parts]),
-            np.concatenate([np.tile(b, len(a)) for a, b, _ in parts]),
-            np.concatenate([v.ravel() for *_, v in parts]),
-        )
+        rows, left = self.rows_of_multipliers, self.left.ravel()
+        down, across = np.repeat(rows, len(left)), np.tile(left, len(rows))
+        gauge, idle = self._gauge.ravel(), -self._idle
+        found = [self._images.second(state.x, self._push(state))]
+        found += [(down, across, gauge), (across, down, gauge), (rows, rows, idle)]
+        down, across, values = (np.concatenate(each) for each in zip(*found, strict=True))
+        return down, across, values
 
     def _push(self, state: State) -> np.ndarray:
         """Forces (n, 3) at the right face."""

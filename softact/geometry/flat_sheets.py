@@ -57,7 +57,9 @@ class SheetGeometry(Geometry):
     def checked_mesh(self) -> SheetMesh:
         """``sheet_mesh``; raises MeshError where it cannot be used."""
         mesh, layout = self.sheet_mesh(), self.layout()
-        mesh.check(layout.cavities, list(layout.symmetry.values()), layout.flux)
+        ends = layout.repeats
+        open_at = (ends.left, ends.right) if ends else ()
+        mesh.check(layout.cavities, list(layout.symmetry.values()), layout.flux, open_at)
         return mesh
 
     def export_sheets(self, path: Path, suffix: str) -> None:

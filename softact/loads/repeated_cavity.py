@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softact.loads.cavity_pressure import CavityPressure
+from softact.loads.sheet_cavity import SheetCavity
 from softact.system.rotation import RotationVector, cross_with
 from softact.system.term import Origin, State
 
@@ -30,11 +31,11 @@ EDGES = {3: [[0, 1], [1, 2], [2, 0]], 6: [[0, 1, 3], [1, 2, 4], [2, 0, 5]]}  # o
 class Opening:
     """The rim of the walls of a cavity in a face. dofs: (n, 3) of its nodes. weights: (n, n) w.
 
-    facets: of the walls. face: nodes of the face.
+    walls: (m, n) nodes of facets, whose normals point into the air. face: nodes of the face.
     """
 
-    def __init__(self, model: Model, facets: np.ndarray, face: np.ndarray):
-        rim = _rim(model.surfaces.facet_nodes(facets), face)
+    def __init__(self, model: Model, walls: np.ndarray, face: np.ndarray):
+        rim = _rim(walls, face)
         nodes, at = np.unique(rim, return_inverse=True)
         self._places, self.dofs = model.nodes.places[nodes], model.displacement_dofs[nodes]
         self.weights = np.zeros((len(nodes), len(nodes)))
@@ -53,13 +54,18 @@ def area_vector(places: np.ndarray, partners: np.ndarray) -> np.ndarray:
 
 
 class RepeatedCavity:
-    """A cavity's volume and pressure; for one process. Offers what ``CavityPressure`` does."""
+    """A cavity's volume and pressure; for one process. Offers what ``CavityPressure`` does.
 
-    def __init__(self, model: Model, repeat: Repeat, walls: CavityPressure, facets: np.ndarray):
+    walls: what they enclose without their openings. nodes: (m, n) of the walls, see ``Opening``.
+    """
+
+    def __init__(
+        self, model: Model, repeat: Repeat, walls: CavityPressure | SheetCavity, nodes: np.ndarray
+    ):
         self.name, self._walls, self._repeat = walls.name, walls, repeat
         self._assembler = model.assembler
         left = model.surfaces.nodes(repeat.faces.left)
-        self._opening = Opening(model, facets, left)
+        self._opening = Opening(model, nodes, left)
         self._dofs, self._weights = self._opening.dofs, self._opening.weights
         self._all = np.concatenate([self._dofs.ravel(), repeat.dofs])
         size = len(self._all)

@@ -73,11 +73,15 @@ class SheetMesh:
         return scipy.sparse.csgraph.connected_components(links, directed=False)[1]
 
     def check(
-        self, cavities: Mapping[str, Sequence[str]], symmetry: Sequence[int], flux: Sequence[float]
+        self,
+        cavities: Mapping[str, Sequence[str]],
+        symmetry: Sequence[int],
+        flux: Sequence[float],
+        open_at: Sequence[str] = (),
     ) -> None:
         """Raise MeshError for a triangle without area, an open seam of a cavity's walls outside
-        the symmetry planes (and walls that ``flux`` does not count), or walls whose normals do
-        not agree."""
+        the symmetry planes (and walls that ``flux`` does not count) and the curves ``open_at``, or
+        walls whose normals do not agree."""
         a, b, c = (self.points[self.triangles[:, i]] for i in range(3))
         double = np.linalg.norm(np.cross(b - a, c - a), axis=1)
         longest = np.max([np.linalg.norm(e, axis=1) for e in (b - a, c - b, a - c)], axis=0)
@@ -86,10 +90,15 @@ class SheetMesh:
             raise MeshError(f"{int(flat.sum())} triangles of the sheets have no area")
         for name, walls in cavities.items():
             if set(walls) & set(self.parts):
-                self._check_closed(name, walls, list(symmetry), np.asarray(flux))
+                self._check_closed(name, walls, list(symmetry), np.asarray(flux), open_at)
 
     def _check_closed(
-        self, cavity: str, walls: Sequence[str], planes: list[int], flux: np.ndarray
+        self,
+        cavity: str,
+        walls: Sequence[str],
+        planes: list[int],
+        flux: np.ndarray,
+        open_at: Sequence[str],
     ) -> None:
         triangles = self.triangles[np.concatenate([self.parts[wall] for wall in walls])]
         directed = np.concatenate([triangles[:, list(side)] for side in SIDES])
@@ -105,7 +114,7 @@ class SheetMesh:
             for c in np.flatnonzero(flux == 0)
             for e in (self.points[:, c].min(), self.points[:, c].max())
         ]
-        mirrored = np.logical_or.reduce([mirrored, *at])
+        mirrored = np.logical_or.reduce([mirrored, *at, self._are_of(edges[counts == 1], open_at)])
         if not mirrored.all():
             where = ", ".join(f"{x:.3g}" for x in self.points[edges[counts == 1]][~mirrored][0, 0])
             raise MeshError(
@@ -122,6 +131,13 @@ class SheetMesh:
         forward = np.bincount(place.ravel(), directed[:, 0] < directed[:, 1], len(edges))
         if np.any(2 * forward[counts == 2] != 2):
             raise MeshError(f"cavity '{cavity}': the normals of its sheets do not agree")
+
+    def _are_of(self, edges: np.ndarray, curves: Sequence[str]) -> np.ndarray:
+        """Whether edges (k, 2), the lower number first, are those of curves: (k,)."""
+        known = [np.sort(self.curves[name], axis=1) for name in curves]
+        pairs = np.concatenate([np.empty((0, 2), int), *known])
+        count = len(self.points)
+        return np.isin(edges[:, 0] * count + edges[:, 1], pairs[:, 0] * count + pairs[:, 1])
 
 
 def creases(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:

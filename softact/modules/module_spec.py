@@ -23,12 +23,14 @@ class ModuleSpecs:
     pitches: float | None
 
 
-def module_specs(spec: Spec, hold: Mapping[str, str], weight: bool = True) -> ModuleSpecs:
-    """The specs of an actuator's module. hold, weight: see ``free_module``.
+def module_specs(
+    spec: Spec, hold: Mapping[str, str], weight: bool = True, contact: bool = True
+) -> ModuleSpecs:
+    """The specs of an actuator's module. hold, weight, contact: see ``free_module``.
 
     Raises SpecError with one line for each fault.
     """
-    free = free_module(spec, hold, weight)
+    free = free_module(spec, hold, weight, contact)
     alone = spec.layout().repeats is not None
     return ModuleSpecs(
         {"free": free} | blocked_modules(free), None if alone else spec.geometry.pitches

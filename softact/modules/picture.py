@@ -5,6 +5,7 @@ from __future__ import annotations
 from io import BytesIO
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from softact.report import frames, labels
 from softact.report.frames import Scene
@@ -13,32 +14,23 @@ from softact.results.folder import Results
 from softact.system.rotation import RotationVector
 
 MOST_DRAWN, PIXELS, DPI = 24, 1100.0, 160
+SAME = 1e-6  # of the pitch
 
 
 def motion(results: Results, number: int) -> tuple[np.ndarray, np.ndarray]:
     """The rotation R (3, 3) and shift d (3,) mm that make of a module the next one: x -> R x + d.
-    Of state ``number``, from the columns of the curve."""
-    curve, length = results.curve, results.layout.length
-
-    def vector(title: str, default: float) -> np.ndarray:
-        return np.array(
-            [float(curve[title.format(c)][number]) if title.format(c) in curve else default
-             for c in "xyz"]
-        )  # fmt: skip
-
-    turn = np.radians(vector("module_angle_{}_deg", 0.0))
-    stretched = length * vector("module_stretch_{}", 0.0)
+    Of state ``number``, from its columns and from where its two faces are."""
+    curve, layout = results.curve, results.layout
+    columns = [f"module_angle_{c}_deg" for c in "xyz"]
+    turn = np.radians([float(curve[n][number]) if n in curve else 0.0 for n in columns])
     rotation = RotationVector(turn).matrix
-    centre = _middle(results, results.layout.clamp)
-    shift = centre + RotationVector(turn, integral=True).matrix @ stretched - rotation @ centre
-    return rotation, shift
-
-
-def _middle(results: Results, surface: str) -> np.ndarray:
-    """Middle (3,) of an undeformed surface of the meshed part, mm."""
-    a, b, c = (results.points[results.surfaces[surface][:, i]] for i in range(3))
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    return area @ (a + b + c) / 3 / area.sum()
+    axis, points = np.array(layout.axis), results.points
+    along, near = points @ axis, SAME * layout.length
+    left = np.flatnonzero(along < along.min() + near)
+    right = np.flatnonzero(along > along.max() - near)
+    partner = cKDTree(points[right]).query(points[left] + layout.length * axis)[1]
+    moved = points + results.field(number, "displacement")
+    return rotation, (moved[right[partner]] - moved[left] @ rotation.T).mean(axis=0)
 
 
 def chain(results: Results, number: int, modules: int) -> bytes:

@@ -59,7 +59,7 @@ def cross_faults(data: Any, geometry: Geometry | None) -> Iterator[Fault]:
             yield ("materials",), "missing; region -> card, {card:, ...} or {law:, ...}"
         return
     layout = with_module(_with_marks(geometry.layout(), data), data.get("module"))
-    yield from module_faults(data, layout)
+    yield from module_faults(data, layout, geometry.layout().repeats is not None)
     yield from _marks(data, layout)
     yield from _made_of(data, "materials", "region", layout.regions, made_of_regions)
     yield from _made_of(data, "sheets", "sheet", tuple(layout.sheets), made_of_sheets)
@@ -75,9 +75,11 @@ def cross_faults(data: Any, geometry: Geometry | None) -> Iterator[Fault]:
         if kind.annotation is not None and data.get(key) is not None:
             yield from kind.faults(data[key], (key,), layout)
     yield from _obstacles(data.get("obstacles"), layout)
-    for index, contact in _mappings(data.get("contact")):
+    # Beside a module all contact is refused already.
+    contacts = [] if layout.repeats else [*_mappings(data.get("contact"))]
+    for index, contact in contacts:
         yield from _contact(contact, ("contact", index), layout)
-    yield from _unheld(_mappings(data.get("contact")), layout)
+    yield from _unheld(contacts, layout)
     for index, step in steps:
         yield from _step(step, ("steps", index), layout)
         yield from _known_obstacles(step, ("steps", index), data.get("obstacles"))

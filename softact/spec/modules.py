@@ -19,8 +19,7 @@ from softact.units import Angle, Length
 BESIDE = {
     "supports": "a module is held by the means of its left face",
     "obstacles": "an obstacle touches some modules and not others",
-    "contact": "a module does not see what its neighbours touch",
-    "sheets": "a sheet does not go on in the next module",
+    "contact": "a module does not see what its neighbours touch (softact module has --no-contact)",
     "masses": "a carried mass hangs on one place of a chain",
     "constraints": "a face of a chain keeps no shape of its own",
 }
@@ -63,12 +62,17 @@ def with_module(layout: Layout, data: Any) -> Layout:
     return replace(layout, clamp=left, tip=right, repeats=Repeats(left, right))
 
 
-def module_faults(data: dict[str, Any], layout: Layout) -> Iterator[Fault]:
-    """Yield what is wrong with the plain ``module`` of a spec, and what cannot stand beside it."""
+def module_faults(data: dict[str, Any], layout: Layout, chain: bool) -> Iterator[Fault]:
+    """Yield what is wrong with the plain ``module`` of a spec, and what cannot stand beside it.
+    chain: whether the geometry itself is a module of one."""
     if layout.repeats is None and data.get("module") is None:
         return
-    if layout.sheets or layout.covers:
-        yield ("module",), "a sheet does not go on in the next module; a module is a solid"
+    if layout.covers or (layout.sheets and not chain):
+        yield (
+            ("module",),
+            "two curves of sheets are no faces of a module, unless a geometry with module_alone "
+            "makes them",
+        )
         return
     yield from beside(data)
     module = data.get("module")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
@@ -17,13 +17,14 @@ def free_module(
     spec: Spec,
     hold: Mapping[str, str],
     weight: bool = True,
+    contact: bool = True,
     more: Mapping[str, object] = MappingProxyType({}),
 ) -> Spec:
     """The spec of an actuator's module that nothing holds but ``hold``; a clamp is the end of a
     chain, and no module has one.
 
-    hold: component such as ``turn_y`` -> quantity as text. weight: False leaves that of the spec
-    out. more: what else differs, dotted path -> value. Raises SpecError with one line for each
+    hold: component such as ``turn_y`` -> quantity as text. weight, contact: False leaves what the
+    spec has of it out. more: what else differs, dotted path -> value. Raises SpecError with one line for each
     fault.
     """
     alone = spec.layout().repeats is not None
@@ -37,6 +38,10 @@ def free_module(
     }
     if not alone:
         changes["geometry.module_alone"] = True
+    if spec.sheets:
+        changes["sheets"] = _of_module(spec, geometry.layout().sheets)
+    if not contact:
+        changes["contact"] = "none"
     if not weight:
         changes["steps"] = _weightless(spec)
     for name, value in hold.items():
@@ -54,6 +59,12 @@ def blocked_modules(free: Spec) -> dict[str, Spec]:
     turns = {path: value for path, value in held.items() if path.startswith("module.turn")}
     found = {"straight": free.with_(turns)} if turns else {}
     return found | {"clamped": free.with_(held)}
+
+
+def _of_module(spec: Spec, sheets: Sequence[str]) -> dict[str, Any]:
+    """The sheets of a module as plain data: those of the whole without its ends."""
+    made_of = spec.model_dump(mode="json", exclude_none=True)["sheets"]
+    return {name: made_of[name] for name in sheets}
 
 
 def _weightless(spec: Spec) -> list[dict[str, Any]]:

@@ -232,6 +232,14 @@ class Assembler:
         return rows, columns
 
     @property
+    def beyond(self) -> tuple[np.ndarray, np.ndarray]:
+        """Global row and column of each entry of ``extra_values`` that there is by now."""
+        return tuple(
+            np.concatenate([np.empty(0, _INT), *(extra[k] for extra in self._extra)])
+            for k in range(2)
+        )
+
+    @property
     def coupled(self) -> np.ndarray:
         """(2, m) global numbers of unknowns that share an entry of the matrix as it is laid out: of
         two blocks the first of each, and each pair that is coupled beyond. This process's share."""

@@ -7,7 +7,7 @@ from typing import Any
 
 from mpi4py import MPI
 
-from softact.geometry.base import make_mesh
+from softact.geometry.base import Geometry, make_mesh
 from softact.model import Model
 from softact.run.from_spec import build_model, load_steps, supports_of
 from softact.solve.settings import Settings
@@ -16,20 +16,27 @@ from softact.spec import Spec
 from softact.system.term import State
 
 
-def solved(data: dict[str, Any], folder: Path) -> tuple[Model, list[State]]:
-    """Carry out the steps of a spec's plain data; the model, and its states at their ends."""
+def solved(
+    data: dict[str, Any], folder: Path, kind: type[Geometry] | None = None
+) -> tuple[Model, list[State]]:
+    """Carry out the steps of a spec's plain data; the model, and its states at their ends.
+
+    kind: of geometry that makes the mesh, where it is not the spec's own.
+    """
     spec = Spec.model_validate(data)
     folder.mkdir()
-    mesh, ends = folder / "mesh.msh", []
-    make_mesh(spec.geometry, mesh, curved=spec.solver.curved)
+    mesh = folder / "mesh.msh"
+    ends: dict[str, State] = {}
+    geometry = kind.model_validate(data["geometry"]) if kind else spec.geometry
+    make_mesh(geometry, mesh, curved=spec.solver.curved)
     model = build_model(MPI.COMM_SELF, spec, mesh)
 
     def keep(state: State, attempt: Any, number: int) -> None:
         if attempt.fraction == 1.0:
-            ends.append(State(state.x.copy(), dict(state.loads)))
+            ends[attempt.step] = State(state.x.copy(), dict(state.loads))
 
     settings = Settings(initial_increment=1.0, max_increment=1.0, tolerance=1e-9)
     supports = supports_of(spec.supports or ())
     progress = Stepper(model, settings, keep).run(load_steps(spec, model), supports)
     assert not progress.stopped, progress.stopped
-    return model, ends
+    return model, list(ends.values())

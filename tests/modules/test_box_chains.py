@@ -1,5 +1,7 @@
 """Modules of actuators that are made of boxes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,20 +9,23 @@ from softact.measures.cross_section import CrossSection
 from tests.modules.chain import RUBBER, Case, assert_like_an_inner_one
 from tests.modules.solving import solved
 
+FINGER = Case(
+    {
+        "type": "pneunet",
+        "chambers": 6,
+        "chamber_height": "8 mm",
+        "chamber_width": "8 mm",
+        "base": "3 mm",
+        "mesh_size": "4 mm",
+        "cavity_mesh_size": "2 mm",
+    },
+    pressure=20.0,
+    begins=4 + 2 + 2 * 9,  # the plug, a third of a chamber, two pitches
+)
+LAYER = {"surface": "strain_limiting_layer", "thickness": "0.1 mm", "material": "paper"}
 CASES = {
-    "pneunet": Case(
-        {
-            "type": "pneunet",
-            "chambers": 6,
-            "chamber_height": "8 mm",
-            "chamber_width": "8 mm",
-            "base": "3 mm",
-            "mesh_size": "4 mm",
-            "cavity_mesh_size": "2 mm",
-        },
-        pressure=20.0,
-        begins=4 + 2 + 2 * 9,  # the plug, a third of a chamber, two pitches
-    ),
+    "pneunet": FINGER,
+    "pneunet with paper": replace(FINGER, more={"layers": [LAYER]}),
     "slow_pneunet": Case(
         {
             "type": "slow_pneunet",

@@ -73,7 +73,6 @@ def test_a_wrench_needs_a_module():
     ("geometry", "line"),
     [
         ("type: thick_sphere", "thick_sphere has no module that repeats"),
-        ("type: tube", "tube has no module that repeats"),
         ("type: pneunet, chambers: 1", "chambers: one chamber is no chain"),
         ("type: omnidirectional, modules: 1", "modules: one module is no chain"),
         ("type: shell_reinforced, cuts: 1, kind: linear", "cuts: 1 rows of slits are no chain"),
@@ -94,6 +93,8 @@ def test_what_has_no_module_is_refused(geometry, line):
     [
         {"type": "omnidirectional", "modules": 1},
         {"type": "pneunet", "chambers": 1},
+        {"type": "antagonistic", "chambers": 1},
+        {"type": "woven_elongating", "n_a": 1},
         {"type": "slow_pneunet", "chambers": 1},
         {"type": "shell_reinforced", "cuts": 1, "kind": "linear"},
     ],
@@ -113,7 +114,7 @@ module: {left: front, right: back}
 sheets: {}
 steps: [{name: inflate, pressure: 5 kPa}]
 """
-    with pytest.raises(SpecError, match="module: a sheet does not go on in the next module"):
+    with pytest.raises(SpecError, match="module: two curves of sheets are no faces of a module"):
         loads(spec)
 
 
@@ -124,6 +125,15 @@ def test_weight_can_be_left_out():
         module_specs(spec, {})
     runs = module_specs(spec, {}, weight=False).runs
     assert [step.name for step in runs["clamped"].steps] == ["inflate"]
+
+
+def test_contact_can_be_left_out():
+    spec = loads(f"{FINGER}contact: auto\n")
+    with pytest.raises(SpecError) as refused:
+        module_specs(spec, {})
+    assert len(refused.value.lines) == 1
+    assert "--no-contact" in refused.value.lines[0]
+    assert not module_specs(spec, {}, contact=False).runs["free"].contact
 
 
 def test_components_are_held_by_name():

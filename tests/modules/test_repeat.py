@@ -5,7 +5,10 @@ import pytest
 import scipy.sparse
 from scipy.integrate import quad
 from scipy.optimize import fsolve
+from scipy.spatial import cKDTree
 
+from softact.bodies.layer import BondedLayer
+from softact.bodies.plate import LayerBending
 from softact.errors import SpecError
 from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
@@ -19,21 +22,26 @@ from tests.analytic.solving import build, solve
 
 ALONG_X = Repeats("x_min", "x_max")
 RUBBER = LAWS["neo_hookean"].of(c10=0.1, bulk_modulus=10.0)
+# As stiff against bending as the block: what is amiss at its border shows.
+STIFF = LAWS["linear"].of(youngs_modulus=100.0, poissons_ratio=0.3)
+PLATE = BondedLayer("z_min", STIFF, 0.5)
 LOADS = {"pressure": {"cavity": 0.02}, "wrench": {EVERYTHING: np.array([1, 2, 3, 4, 5, 6]) / 500}}
 
 
-def channel(element, half=False, repeats=ALONG_X):
-    """2 × 3 × 3 mm with a channel of 1 × 1 mm from face to face; a half has y >= 0."""
+def channel(element, half=False, repeats=ALONG_X, layers=(), modules=1, cells=2):
+    """2 × 3 × 3 mm with a channel of 1 × 1 mm from face to face; a half has y >= 0. Or so many of
+    them in a row, each of so many cells; without repeats there is no load."""
     middle, wide = (0.0, 1.2) if half else (1.5, 0.6)
     tets = block(
-        (2, 3, 3),
-        (2.0, 3.0, 3.0),
+        (cells * modules, 3, 3),
+        (2.0 * modules, 3.0, 3.0),
         keep=lambda c: ~((abs(c[:, 1] - middle) < wide) & (abs(c[:, 2] - 1.5) < 0.6)),
     )
     symmetry = {"y_min": 1} if half else {}
-    walls = {"cavity": ("inside",)}
-    model = build(tets, RUBBER, element, cavities=walls, symmetry=symmetry, repeats=repeats)
-    model.make_room(LOADS)
+    walls = {"cavity": ("inside",)} if repeats else {}
+    model = build(tets, RUBBER, element, layers, walls, symmetry, repeats=repeats)
+    if repeats:
+        model.make_room(LOADS)
     return model
 
 
@@ -59,9 +67,10 @@ def unknown_direction(model, held):
 
 
 @pytest.mark.parametrize("half", [False, True])
-@pytest.mark.parametrize("element", ["P2/P1", "P2"])
-def test_the_tangent_is_the_force_s_derivative(element, half):
-    model = channel(element, half)
+@pytest.mark.parametrize(("element", "layers"), [("P2/P1", ()), ("P2", ()), ("P2", (PLATE,))])
+@pytest.mark.parametrize("cells", [1, 2])
+def test_the_tangent_is_the_force_s_derivative(cells, element, layers, half):
+    model = channel(element, half, layers=layers, cells=cells)
     state, held = drawn_state(model)
     rows, columns, values = model.tangent(state).getValuesCSR()
     matrix = scipy.sparse.csr_matrix((values, columns, rows))
@@ -78,9 +87,10 @@ def test_the_tangent_is_the_force_s_derivative(element, half):
     assert np.linalg.norm(matrix @ way - slope) < 1e-6 * np.linalg.norm(slope)
 
 
+@pytest.mark.parametrize("layers", [(), (PLATE,)])
 @pytest.mark.parametrize("half", [False, True])
-def test_the_force_is_the_energy_s_derivative(half):
-    model = channel("P2", half)
+def test_the_force_is_the_energy_s_derivative(half, layers):
+    model = channel("P2", half, layers=layers)
     state, held = drawn_state(model)
     state.x[model.repeat.rows_of_multipliers] = 0.0  # their energy is none of the model's
     way, step = unknown_direction(model, held), 1e-6
@@ -91,6 +101,36 @@ def test_the_force_is_the_energy_s_derivative(half):
 
     work = model.force(state)[0] @ way
     assert work == pytest.approx((energy(1) - energy(-1)) / (2 * step), rel=1e-7)
+
+
+def bending_energy(model, x):
+    return sum(t.energy(State(x, LOADS)) for t in model.elastic if isinstance(t, LayerBending))
+
+
+@pytest.mark.parametrize(("half", "cells"), [(False, 2), (True, 2), (True, 1)])
+def test_a_plate_bends_across_the_border_of_modules(half, cells):
+    """In a chain of modules that are bent at random, one more has that much more energy."""
+    model = channel("P2", half, layers=[PLATE], cells=cells)
+    state, _ = drawn_state(model)
+    energies = []
+    for modules in (2, 3):
+        chain = channel("P2", half, None, [PLATE], modules, cells)
+        x, tree = chain.initial_state().x, cKDTree(chain.nodes.places)
+        rest, moved = model.nodes.places, model.nodes.places + state.x[model.displacement_dofs]
+        for _ in range(modules):
+            gaps, nodes = tree.query(rest)
+            assert gaps.max() < 1e-12
+            x[chain.displacement_dofs[nodes]] = moved - rest
+            rest, moved = rest + model.repeat.pitch, next_module(model.repeat, state.x, moved)
+        energies.append(bending_energy(chain, x))
+    wanted = energies[1] - energies[0]
+    assert bending_energy(model, state.x) == pytest.approx(wanted, rel=1e-10)
+    assert wanted > 1.1 * (2 * energies[0] - energies[1])  # that of a module without its border
+
+
+def next_module(repeat, x, places):
+    turn, shift = repeat.motion(x)
+    return repeat.centre + (places - repeat.centre) @ RotationVector(turn).matrix.T + shift
 
 
 def test_the_air_of_a_module_is_that_between_its_openings():
