@@ -368,7 +368,7 @@ def table(
     ends, bends = Ends(), [i for i in range(3) if i in walker.free and not layout.axis[i]]
     if short is not None and bends:
         tell("table: a short actuator, for its ends")
-        ends = ends_of(short, loads, free_module(walker, layout, walked, rest))
+        ends = ends_of(short, loads, let_go(walker, layout, walked, rest))
     return Table(
         energy,
         walker.free,
@@ -392,7 +392,7 @@ def axis_of(layout: Layout) -> int:
     return int(axis.argmax())
 
 
-def free_module(walker: Walker, layout: Layout, walked: Walked, rest: Held) -> FreeModule:
+def let_go(walker: Walker, layout: Layout, walked: Walked, rest: Held) -> FreeModule:
     """What the ends of an actuator are compared with."""
     axis = np.asarray(layout.axis, dtype=float)
     at = next(i for i, c in enumerate(walker.free) if c < 3 and not axis[c])

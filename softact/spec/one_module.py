@@ -24,8 +24,8 @@ def free_module(
     chain, and no module has one.
 
     hold: component such as ``turn_y`` -> quantity as text. weight, contact: False leaves what the
-    spec has of it out. more: what else differs, dotted path -> value. Raises SpecError with one line for each
-    fault.
+    spec has of it out. more: what else differs, dotted path -> value. Raises SpecError with one
+    line for each fault.
     """
     alone = spec.layout().repeats is not None
     geometry = spec.geometry if alone else spec.geometry.module()
