@@ -20,7 +20,8 @@ from softact.modules.ends import Ends, short_spec
 from softact.modules.energy import Energy, Samples
 from softact.modules.lumps import Lumps, lumps
 from softact.modules.module_spec import module_specs
-from softact.modules.table import Grid, Table, Walked, table
+from softact.modules.table import Table, table
+from softact.modules.walk import Grid, Walked
 from softact.spec import Spec
 
 Array = NDArray[np.float64]

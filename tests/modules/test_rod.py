@@ -15,7 +15,7 @@ from softact.modules import rod_run, table_file
 from softact.modules import table as table_rooms
 from softact.modules.driven import driven
 from softact.modules.rod_run import Chain
-from softact.modules.table import Grid
+from softact.modules.walk import Grid
 from softact.results.folder import read
 from softact.run.start import run
 from softact.spec import Spec
