@@ -16,7 +16,7 @@ from softact.modules.grip import Grip
 from softact.modules.rod import Distance, Frames, Loads, Points, Rod
 from softact.modules.rod_motion import inertias
 from softact.modules.section import Section
-from softact.modules.table import COMPONENTS, Table
+from softact.modules.table import Table
 from softact.spec import Spec, Step
 
 Array = NDArray[np.float64]
@@ -154,8 +154,8 @@ class Standing:
         more = np.zeros(table.k)
         idle, self.lost_air = table.ends.at(pressures)
         if table.ends.known:
-            bends = np.array([COMPONENTS[i].startswith("curvature") for i in table.free])
-            more = bends * table.free_strain(pressures) * (idle - table.ends.stiff) / bending
+            lacking = (idle - table.ends.stiff) / bending
+            more = table.turns * table.free_curvature(pressures) * lacking
         self.law = Section(table, pressures, more)
         self.rod = Rod(self.law, chain.pieces, chain.length, chain.axis, chain.free)
         self.loads = self._loads(acting)

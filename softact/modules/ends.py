@@ -111,7 +111,7 @@ def ends_of(spec: Spec, loads: Driven, module: FreeModule) -> Ends:
     push = TURNED * 2 * module.bending / length**2
     nothing = np.zeros(len(loads.groups))
     try:
-        rest = presser.settle(np.zeros(model.unknowns.local), None, None, nothing)
+        rest = presser.settle(np.zeros(model.unknowns.local), None, nothing)
         pushed = presser.moved_by(model.mesh.layout.tip, push * np.cross(module.about, module.axis))
         turned = float(_turned(model, presser.state(pushed, nothing)) @ module.about)
         found = [rest]

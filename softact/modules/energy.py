@@ -19,6 +19,9 @@ Array = NDArray[np.float64]
 SECOND = 0.3  # of the weight of a first derivative
 AT_REST = 30.0  # times the weight of another state: nothing is bent by nothing
 NEAR = 0.1  # of the largest load: states with more count less, for a rod is seldom there
+OF_COMPLIANCE = 2  # degree of the compliance over the other variables, at most
+LEAST = 0.02  # of the largest compliance: smaller ones count as this
+CHECKED = 2000  # places at which a compliance shall be positive
 SECONDARY = 2  # the highest power of all strains that hardly change
 
 
@@ -102,16 +105,25 @@ def _monomials(scaled: Array, powers: NDArray[np.int64]) -> Array:
     return out
 
 
-def _powers(n: int, degree: int, secondary: Sequence[bool]) -> NDArray[np.int64]:
-    """Of all terms up to a degree, those without the secondary variables' higher powers."""
-    most = [min(degree, SECONDARY) if few else degree for few in secondary]
-    found = [
-        power
-        for power in product(*(range(m + 1) for m in most))
-        if sum(power) <= degree
-        and sum(p for p, few in zip(power, secondary, strict=True) if few) <= SECONDARY
+def _powers(
+    names: Sequence[str], degree: int, secondary: Sequence[bool], of_compliance: int
+) -> NDArray[np.int64]:
+    """Of all terms up to a degree, those without the secondary variables' higher powers. Forces are
+    small: they come once, with all of the others but for one degree, and twice, with so many of
+    the others: a compliance."""
+    forces = [name.startswith("force") for name in names]
+    most = [
+        2 if force else min(degree, SECONDARY) if few else degree
+        for force, few in zip(forces, secondary, strict=True)
     ]
-    return np.array(found).reshape(len(found), n)
+    others = {0: degree, 1: degree - 1, 2: of_compliance}
+    found = []
+    for power in product(*(range(m + 1) for m in most)):
+        pulled = sum(p for p, force in zip(power, forces, strict=True) if force)
+        few = sum(p for p, f, s in zip(power, forces, secondary, strict=True) if s and not f)
+        if few <= SECONDARY and pulled <= 2 and sum(power) - pulled <= others[pulled]:
+            found.append(power)
+    return np.array(found).reshape(len(found), len(names))
 
 
 @dataclass(frozen=True)
@@ -142,14 +154,41 @@ def fit(
     secondary: Sequence[bool],
     within: tuple[Array, Array],
 ) -> Energy:
-    """The energy of least squares to first and second derivatives.
+    """The energy of least squares to first and second derivatives, concave in the forces.
 
     The first of the samples is at rest. secondary: which variables have powers up to two alone.
     within: the range (n,), (n,). Raises ValueError where the samples are too few.
     """
+    forces = [i for i, name in enumerate(names) if name.startswith("force")]
+    for of_compliance in range(OF_COMPLIANCE, 0, -1):
+        found = _fitted(samples, names, degree, secondary, within, of_compliance)
+        if _concave(found, forces):
+            return found
+    return _fitted(samples, names, degree, secondary, within, 0)
+
+
+def _concave(energy: Energy, forces: Sequence[int]) -> bool:
+    """Whether it is, over the forces, all over its range."""
+    if not forces:
+        return True
+    places = np.random.default_rng(0).uniform(
+        energy.low, energy.high, size=(CHECKED, len(energy.low))
+    )
+    second = energy.both(places)[1][:, forces][:, :, forces]
+    return bool((np.linalg.eigvalsh(second) < 0).all())
+
+
+def _fitted(
+    samples: Samples,
+    names: Sequence[str],
+    degree: int,
+    secondary: Sequence[bool],
+    within: tuple[Array, Array],
+    of_compliance: int,
+) -> Energy:
     low, high = within
     n = len(names)
-    powers = _powers(n, degree, secondary)
+    powers = _powers(names, degree, secondary, of_compliance)
     basis = Energy(tuple(names), low, high, powers, np.zeros(len(powers)))
     terms, half = basis.terms(samples.places), basis.half
     number = {tuple(power): at for at, power in enumerate(powers.tolist())}
@@ -177,7 +216,10 @@ def fit(
         rows.append(columns([i]) * scale[:, None])
         right.append(first[:, i] * scale)
         for j in range(i, n):
-            size = max(np.abs(second[:, i, j]).max(), min(sizes[i], sizes[j]))
+            size = np.full(len(terms), max(np.abs(second[:, i, j]).max(), min(sizes[i], sizes[j])))
+            if i == j and names[i].startswith("force"):
+                # Where a layer is taut the compliance is small, and shall be right there, too.
+                size = np.maximum(np.abs(second[:, i, i]), LEAST * size)
             rows.append(columns([i, j]) * (SECOND / size * near)[:, None])
             right.append(second[:, i, j] * (SECOND / size * near))
     matrix = np.vstack(rows)

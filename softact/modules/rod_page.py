@@ -86,7 +86,7 @@ def law(table: Table) -> str:
 def labels_of(name: str) -> str:
     """The conjugate of a variable of the energy: what is written for its derivative."""
     kind, _, which = name.partition("_")
-    said = {"curvature": "moment about", "stretch": "force along", "pressure": "air"}[kind]
+    said = {"curvature": "moment about", "force": "stretch along", "pressure": "air"}[kind]
     return f"{said} {which}".strip()
 
 

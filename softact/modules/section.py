@@ -6,52 +6,122 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softact.modules.energy import Energy
-from softact.modules.table import Table
+from softact.modules.table import ROOM, Table
 
 Array = NDArray[np.float64]
+STEPS = 30  # of the search for the forces
+FOUND = 1e-12  # of a stretch
+STIFFEST = 1e-9  # of the largest compliance: no direction is stiffer
 
 
 class Section:
     """Energy of a rod by its length, over all six strains, as ``softact.modules.rod.Law`` asks.
 
-    pressures: (m,) MPa. more: (k,) strains of a module beyond the rod's, where the ends of the rod
-    bend less than its modules.
+    The table's energy is one over forces: at strains (κ, ν) the forces F are where
+    W* + F · (ν − ν₀) is largest, within what was walked; that is the energy W, and F is its
+    derivative by ν. Beyond these forces W grows as they say, no stiffer.
+
+    pressures: (m,) MPa. more: (k,) curvatures of a module beyond the rod's, where the ends of the
+    rod bend less than its modules.
     """
 
     def __init__(self, table: Table, pressures: Array, more: Array):
         self.table, self.pressures, self.more = table, pressures, more
         self._energy: Energy = table.energy
-        self._pick = np.ix_(table.free, table.free)
+        self._turns = np.flatnonzero(table.turns)
+        self._pulls = np.flatnonzero(~table.turns)
+        self._rest = np.eye(6)[3 + table.axis][table.free[self._pulls]]
+        low, high = (end[self._pulls] for end in (table.energy.low, table.energy.high))
+        self._reach = low - ROOM * (high - low), high + ROOM * (high - low)
+        self._last: tuple[Array, Array] | None = None
+
+    def states(self, strains: Array) -> Array:
+        """Curvatures and forces (n, k) of the modules at strains (n, 6) of the rod."""
+        return self._places(strains)[:, : self.table.k]
 
     def _places(self, strains: Array) -> Array:
-        own = self.of_modules(strains)
-        return np.hstack([own, np.broadcast_to(self.pressures, (len(own), len(self.pressures)))])
-
-    def of_modules(self, strains: Array) -> Array:
-        """Strains (n, k) of the modules, from those of the rod (n, 6)."""
-        return np.asarray(strains[:, self.table.free] + self.more)
+        """Curvatures, forces and pressures (n, k + m)."""
+        if self._last is not None and np.array_equal(self._last[0], strains):
+            return self._last[1]
+        n, k = len(strains), self.table.k
+        places = np.zeros((n, k + len(self.pressures)))
+        places[:, k:] = self.pressures
+        places[:, self._turns] = (strains[:, self.table.free] + self.more)[:, self._turns]
+        stretched = strains[:, self.table.free[self._pulls]] - self._rest
+        if self._last is not None and len(self._last[1]) == n:
+            places[:, self._pulls] = self._last[1][:, self._pulls]
+        part = np.ones((n, 1))
+        lacking = np.full(n, np.inf)
+        for _ in range(STEPS):
+            first, second = self._energy.both(places)
+            short = stretched + first[:, self._pulls]
+            soft = _definite(-second[:, self._pulls[:, None], self._pulls])
+            step = np.linalg.solve(soft, short[..., None])[..., 0]
+            here = places[:, self._pulls]
+            goal = np.clip(here + part * step, *self._reach)
+            moved = goal - here
+            if np.abs(np.einsum("nij,nj->ni", soft, moved)).max(initial=0.0) < FOUND:
+                break
+            # To and fro about a kink: shorter steps.
+            size = np.abs(short).max(axis=1)
+            part = np.where((size > 0.9 * lacking)[:, None], np.maximum(part / 2, 0.1), part)
+            lacking = size
+            places[:, self._pulls] = goal
+        self._last = strains.copy(), places
+        return places
 
     def energy(self, strains: Array) -> Array:
         """Of each of n pieces, mJ/mm, from (n, 6)."""
-        return self._energy.value(self._places(strains))
+        places = self._places(strains)
+        stretched = strains[:, self.table.free[self._pulls]] - self._rest
+        return np.asarray(
+            self._energy.value(places) + (places[:, self._pulls] * stretched).sum(axis=1)
+        )
 
     def conjugates(self, strains: Array) -> Array:
         """Moment and force (n, 6)."""
+        places, free = self._places(strains), self.table.free
         wrench = np.zeros((len(strains), 6))
-        wrench[:, self.table.free] = self._energy.first(self._places(strains))[:, : self.table.k]
+        wrench[:, free[self._turns]] = self._energy.first(places)[:, self._turns]
+        wrench[:, free[self._pulls]] = places[:, self._pulls]
         return wrench
 
     def derivatives(self, strains: Array) -> tuple[Array, Array]:
         """Moment and force (n, 6), and their derivatives (n, 6, 6), zero where symmetry holds the
         strain."""
-        first, second = self._energy.both(self._places(strains))
-        k = self.table.k
+        places, free = self._places(strains), self.table.free
+        turns, pulls = self._turns, self._pulls
+        first, second = self._energy.both(places)
         wrench = np.zeros((len(strains), 6))
-        wrench[:, self.table.free] = first[:, :k]
-        stiffness = np.zeros((len(strains), 6, 6))
-        stiffness[:, self._pick[0], self._pick[1]] = second[:, :k, :k]
-        return wrench, stiffness
+        wrench[:, free[turns]] = first[:, turns]
+        wrench[:, free[pulls]] = places[:, pulls]
+        soft = _definite(-second[:, pulls[:, None], pulls])
+        low, high = self._reach
+        inside = (places[:, pulls] > low) & (places[:, pulls] < high)
+        both = inside[:, :, None] & inside[:, None]
+        # Forces at the end of what was walked stay there.
+        soft = np.where(both, soft, np.eye(len(pulls)))
+        stiff = np.where(both, np.linalg.inv(soft), 0.0)
+        across = second[:, turns[:, None], pulls]
+        out = np.zeros((len(strains), 6, 6))
+        t, p = free[turns], free[pulls]
+        mixed = across @ stiff
+        out[:, t[:, None], t] = second[:, turns[:, None], turns] + mixed @ across.swapaxes(1, 2)
+        out[:, t[:, None], p] = mixed
+        out[:, p[:, None], t] = mixed.swapaxes(1, 2)
+        out[:, p[:, None], p] = stiff
+        return wrench, out
 
     def air(self, strains: Array) -> Array:
         """By length, mm², of each group (n, m)."""
         return np.asarray(-self._energy.first(self._places(strains))[:, self.table.k :])
+
+
+def _definite(soft: Array) -> Array:
+    """Compliances (n, p, p) with no direction below a small part of the largest one."""
+    values, vectors = np.linalg.eigh((soft + soft.swapaxes(1, 2)) / 2)
+    least = STIFFEST * np.abs(values).max(axis=1, initial=0.0, keepdims=True)
+    if (values > least).all():
+        return soft
+    values = np.maximum(np.abs(values), least)
+    return np.asarray((vectors * values[:, None]) @ vectors.swapaxes(1, 2))

@@ -26,29 +26,33 @@ from softact.run.from_spec import build_model
 from softact.spec import Spec
 
 Array = NDArray[np.float64]
-GOOD = 5e-3  # of the largest: with larger errors there are more states
+GOOD = 1e-2  # of the largest: with larger errors there are more states
 HELD_OUT = 5  # each such state is not in the fit whose error is told
 DEGREES = (3, 4, 5, 6, 7, 8)
 USUAL = 0.5  # of the largest: secondary strains of states that nobody sheared or twisted
 ROOM = 0.05  # of the range: how far outside of what was walked a state may be
 FREE_STEPS = 4  # of Newton's method: 1e-8 from the nearest state
 FLAT = 1e-9  # of the largest range: the same in all states
-COMPONENTS = (*(f"curvature_{c}" for c in "xyz"), *(f"stretch_{c}" for c in "xyz"))
+COMPONENTS = (*(f"curvature_{c}" for c in "xyz"), *(f"force_{c}" for c in "xyz"))
 
 
 @dataclass(frozen=True)
 class Table:
     """The energy of a module and what a rod of such modules needs besides.
 
-    free: (k,) which of ``COMPONENTS`` symmetry leaves; the energy's variables are these and the
-    pressures of groups. errors: of its first derivatives at states that were held out, a part of
-    each largest. pitch: mm. origin (3,): the middle of the left face. room (c,): moments of dead
-    loads about the clamp, N mm, that were thought of at each of ``walked.centres``. groups: of
+    energy: W − F · (ν − ν₀) by length, over curvatures, forces F and pressures; its derivatives are
+    the moments, −(ν − ν₀), and minus the air by length. A layer that does not stretch makes W steep
+    in the stretches ν, and this one flat in the forces. free: (k,) which of ``COMPONENTS`` symmetry
+    leaves; the energy's variables are these and the pressures of groups. axis: along which
+    coordinate the module lies. errors: of its first derivatives at states that were held out, a
+    part of each largest. pitch: mm. origin (3,): the middle of the left face. room (c,): moments of
+    dead loads about the clamp, N mm, that were thought of at each of ``walked.centres``. groups: of
     cavities that go together, their shares. lumps: of the whole actuator.
     """
 
     energy: Energy
     free: NDArray[np.int64]
+    axis: int
     errors: Array
     degree: int
     pitch: float
@@ -79,22 +83,28 @@ class Table:
         """Of the pressures (m,), MPa."""
         return self.energy.high[self.k :]
 
-    def free_strain(self, pressures: Array) -> Array:
-        """Of the module that nothing holds (k,), by the energy: Newton's method from the nearest
-        state that was walked."""
+    @property
+    def turns(self) -> NDArray[np.bool_]:
+        """Which of the free strains are curvatures (k,)."""
+        return np.asarray(self.free < 3)
+
+    def free_curvature(self, pressures: Array) -> Array:
+        """Curvatures (k,), zero at stretches, of the module that nothing holds, by the energy:
+        Newton's method from the nearest state that was walked."""
         centres, k = self.walked.centres, self.k
         span = np.maximum(self.high - self.low, np.finfo(float).tiny)
         nearest = np.linalg.norm((centres[:, k:] - pressures) / span, axis=1).argmin()
-        place = np.concatenate([centres[nearest, :k], pressures])
+        place = np.concatenate([np.where(self.turns, centres[nearest, :k], 0.0), pressures])
+        bent = np.flatnonzero(self.turns)
         for _ in range(FREE_STEPS):
             first, second = self.energy.both(place[None])
-            place[:k] -= np.linalg.solve(second[0, :k, :k], first[0, :k])
+            place[bent] -= np.linalg.solve(second[0][np.ix_(bent, bent)], first[0, bent])
         return np.asarray(place[:k])
 
-    def check(self, strains: Array, pressures: Array) -> None:
-        """Raise ValueError where strains (n, k) of modules leave what was walked."""
+    def check(self, states: Array, pressures: Array) -> None:
+        """Raise ValueError where curvatures and forces (n, k) of modules leave what was walked."""
         energy, k = self.energy, self.k
-        places = np.hstack([strains, np.tile(pressures, (len(strains), 1))])
+        places = np.hstack([states, np.tile(pressures, (len(states), 1))])
         for i, name in enumerate(energy.names):
             span = ROOM * (energy.high[i] - energy.low[i])
             least, most = places[:, i].min(), places[:, i].max()
@@ -116,8 +126,8 @@ def _said(name: str, value: float) -> str:
     """A variable's name, value and unit as a user writes them."""
     if name.startswith("curvature"):
         return f"{name.replace('_', ' about ')} of {1e3 * value:.4g} per m"
-    if name.startswith("stretch"):
-        return f"{name.replace('_', ' along ')} of {value:.4g}"
+    if name.startswith("force"):
+        return f"{name.replace('_', ' along ')} of {value:.4g} N"
     return f"{name.replace('_', ' ')} of {1e3 * value:.4g} kPa"
 
 
@@ -195,6 +205,7 @@ def table(
     return Table(
         energy,
         walker.free,
+        axis_of(layout),
         off,
         degree,
         walker.repeat.length,
@@ -220,7 +231,8 @@ def let_go(walker: Walker, layout: Layout, walked: Walked, rest: Held) -> FreeMo
     axis = np.asarray(layout.axis, dtype=float)
     at = next(i for i, c in enumerate(walker.free) if c < 3 and not axis[c])
     places, k = walked.samples.places, len(walker.free)
-    known = [int(np.abs(places - centre).sum(axis=1).argmin()) for centre in walked.centres]
+    loose = np.where(np.append(walker.turns, np.ones(places.shape[1] - k, bool)), walked.centres, 0)
+    known = [int(np.abs(places - centre).sum(axis=1).argmin()) for centre in loose]
     bends = [i for i, c in enumerate(walker.free) if c < 3]
     turns = np.zeros((len(known), 3))
     turns[:, walker.free[bends]] = walked.centres[:, bends]

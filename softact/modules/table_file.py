@@ -25,22 +25,22 @@ from softact.modules.walk import Grid, Walked
 from softact.spec import Spec
 
 Array = NDArray[np.float64]
-FORMAT = 2
+FORMAT = 3
 JSON, HDF5 = "table.json", "table.h5"
 FILES = (JSON, HDF5)
 ENOUGH = 1e-9  # of the range of pressures
 SAMPLE = 1e-3  # MPa: the pressure of the specs whose hash tells tables apart
 UNITS = {
-    "energy.low": "1/mm, 1, MPa",
-    "energy.high": "1/mm, 1, MPa",
+    "energy.low": "1/mm, N, MPa",
+    "energy.high": "1/mm, N, MPa",
     "energy.constants": "mJ/mm",
     "errors": "of moments, forces and air at states held out, a part of each largest",
     "pitch": "mm",
     "origin": "mm",
-    "walked.samples.places": "curvatures 1/mm, stretches, pressures MPa",
-    "walked.samples.first": "moments N mm, forces N, minus air by length mm^2",
-    "walked.samples.second": "their derivatives by curvatures, stretches and pressures",
-    "walked.centres": "as walked.samples.places, where nothing holds the module",
+    "walked.samples.places": "curvatures 1/mm, forces N, pressures MPa",
+    "walked.samples.first": "moments N mm, minus the change of stretch, minus air by length mm^2",
+    "walked.samples.second": "their derivatives by curvatures, forces and pressures",
+    "walked.centres": "curvatures, stretches and pressures where nothing holds the module",
     "room": "N mm",
     "lumps.masses": "tonne",
     "lumps.centres": "mm",

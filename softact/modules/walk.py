@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import product
 
@@ -17,9 +17,9 @@ from softact.modules.walker import Held, Walker
 
 Array = NDArray[np.float64]
 SAGS = 1.2  # times how far the dead loads bend a linear rod
-BEYOND = 0.5  # of the largest free curvature: how far the table goes past straight and past free
+BEYOND = 0.3  # of the largest free curvature: how far the table goes past straight and past free
 FAR = 1.5  # times that: from here on a way has several states
-PULLED = 0.5  # of the force that keeps the length of a straight module
+PULLED = 0.25  # of the force that keeps the length of a straight module
 SHEARED = 0.25  # of that force: across the axis
 HARDLY = 0.02  # rad of a module, or of its length: strains below it are secondary
 
@@ -37,9 +37,9 @@ class Grid:
 class Walked:
     """What was found on the way.
 
-    samples: the first is at rest. centres (c, k + m): strains and pressures of the module that
-    nothing holds, the first at rest. lost: how many states had no equilibrium. iterations: of
-    Newton's method, in all.
+    samples: over curvatures, forces and pressures; the first is at rest. centres (c, k + m):
+    strains and pressures of the module that nothing holds, the first at rest. lost: how many states
+    had no stable equilibrium. iterations: with new factors, in all.
     """
 
     samples: Samples
@@ -84,11 +84,9 @@ class Walk:
     @property
     def walked(self) -> Walked:
         """What was found so far."""
-        samples = Samples(
-            np.array([state.place for state in self.samples]),
-            np.array([state.first for state in self.samples]),
-            np.array([state.second for state in self.samples]),
-        )
+        turns, rest = self.walker.turns, self.walker.rest
+        mixed = [state.mixed(turns, rest) for state in self.samples]
+        samples = Samples(*(np.array(column) for column in zip(*mixed, strict=True)))
         centres = np.array([c.place for c in self.centres])
         return Walked(samples, centres, self.lost, self.walker.iterations)
 
@@ -161,8 +159,8 @@ class Walk:
         bends: int,
         last: bool,
     ) -> Iterator[Held]:
-        """States about one that nothing holds: bent to and fro, stretched, and at the last
-        pressures and at rest also sheared and twisted."""
+        """States about one that nothing holds: bent to and fro, pulled, and at the last pressures
+        and at rest also sheared and twisted."""
         (low, high), (beyond, pull) = sags, reach
         states = [centre]
         for i in self.bends:
@@ -171,7 +169,7 @@ class Walk:
             for end in ends:
                 steps = bends if abs(end - here) > FAR * beyond else 1
                 goals = np.linspace(here, end, steps + 1)[1:]
-                states += self._along(centre, [({i: goal}, {}) for goal in goals])
+                states += self._along(centre, [{i: goal} for goal in goals])
         if len(self.bends) == 2:
             one, two = self.bends
             for signs in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
@@ -179,46 +177,33 @@ class Walk:
                     i: centre.strain[i] + s * beyond / np.sqrt(2)
                     for i, s in zip((one, two), signs, strict=True)
                 }
-                states += self._along(centre, [(bent, {})])
+                states += self._along(centre, [bent])
         yield from states
         for number, state in enumerate(states):
-            held = {i: state.strain[i] for i in self.bends}
             ways = (1, -1) if state is centre else (1 - 2 * (number % 2),)
             for way in ways:
-                yield from self._along(state, [(held, {self.along: way * pull})])
+                yield from self._along(state, [{self.along: way * pull}])
         for i in self._others if last else ():
-            twists = self.walker.free[i] < 3
+            step = beyond if self.walker.turns[i] else SHEARED * pull / PULLED
+            here = centre.strain[i] if self.walker.turns[i] else 0.0
             for way in (1, -1):
-                given = {i: centre.strain[i] + way * beyond} if twists else {}
-                pulls = {} if twists else {i: way * SHEARED * pull / PULLED}
-                yield from self._along(centre, [(given, pulls)])
+                yield from self._along(centre, [{i: here + way * step}])
 
-    def _along(
-        self, start: Held, goals: list[tuple[dict[int, float], dict[int, float]]]
-    ) -> list[Held]:
-        """States from one to the next, as far as there are any; each goal is the strains that are
-        given and the loads that others shall have, the rest being let go."""
+    def _along(self, start: Held, goals: list[dict[int, float]]) -> list[Held]:
+        """States from one to the next, as far as there are any; each goal says what differs from
+        the first one's curvatures, and from no force."""
         found: list[Held] = []
-        for given, pulls in goals:
+        before = np.where(self.walker.turns, start.strain, 0.0)
+        for changes in goals:
+            goal = before.copy()
+            goal[list(changes)] = list(changes.values())
             try:
-                strain = _relaxed(start, given, pulls)
-                start = self.walker.to(start, strain, start.pressures)
+                start = self.walker.bent(start, goal, start.pressures)
             except NoEquilibriumError:
+                self.lost += len(goals) - len(found)
+                break
+            if not start.stable(self.walker.turns):
                 self.lost += len(goals) - len(found)
                 break
             found.append(start)
         return found
-
-
-def _relaxed(held: Held, given: Mapping[int, float], pulls: Mapping[int, float]) -> Array:
-    """Strains (k,) near a state, of which some are given and the others have loads (0 unless
-    said), by its compliance."""
-    compliance, k = held.compliance, len(held.strain)
-    fixed = sorted(given)
-    change = np.array([pulls.get(i, 0.0) for i in range(k)]) - held.load
-    change[fixed] = 0.0
-    if fixed:
-        lacking = np.array([given[i] - held.strain[i] for i in fixed])
-        lacking -= (compliance @ change)[fixed]
-        change[fixed] = np.linalg.solve(compliance[np.ix_(fixed, fixed)], lacking)
-    return np.asarray(held.strain + compliance @ change)

@@ -58,6 +58,32 @@ class Held:
         """First derivatives (k + m,) of the energy by length."""
         return np.concatenate([self.load, -self.air])
 
+    def mixed(self, turns: NDArray[np.bool_], rest: Array) -> tuple[Array, Array, Array]:
+        """The same over curvatures, forces and pressures: places (k + m,), and the first
+        (k + m,) and second (k + m, k + m) derivatives of W − F · (ν − ν₀), which are (moment,
+        −(ν − ν₀), −air). turns: (k,) which strains are curvatures; rest: (k,) ν₀ among them."""
+        n = len(self.second)
+        b = np.flatnonzero(~turns)
+        a = np.setdiff1d(np.arange(n), b)
+        place, first = self.place, self.first
+        place[b], first[b] = self.load[b], rest[b] - self.strain[b]
+        soft = np.linalg.inv(self.second[np.ix_(b, b)])
+        across = self.second[np.ix_(a, b)] @ soft
+        second = np.zeros((n, n))
+        second[np.ix_(a, a)] = self.second[np.ix_(a, a)] - across @ self.second[np.ix_(b, a)]
+        second[np.ix_(a, b)] = across
+        second[np.ix_(b, a)] = across.T
+        second[np.ix_(b, b)] = -soft
+        return place, first, (second + second.T) / 2
+
+    def stable(self, turns: NDArray[np.bool_]) -> bool:
+        """Whether it keeps its curvatures and forces by itself: more of them take more."""
+        k, b = len(self.strain), np.flatnonzero(~turns)
+        _, _, second = self.mixed(turns, self.strain)
+        bent = np.linalg.eigvalsh(second[:k, :k][np.ix_(turns, turns)])
+        pulled = np.linalg.eigvalsh(-second[np.ix_(b, b)])
+        return bool((bent > 0).all() and (pulled > 0).all())
+
     @property
     def compliance(self) -> Array:
         """Derivatives (k, k) of the strains by the loads."""
@@ -101,17 +127,25 @@ class Presser:
         return state
 
     def settle(
-        self, guess: Array, before: Array | None, goal: Array | None, pressures: Array
+        self,
+        guess: Array,
+        before: Array | None,
+        pressures: Array,
+        goal: Array | None = None,
+        pull: Array | None = None,
     ) -> tuple[State, Array]:
         """An equilibrium from a guess (local,) that was extrapolated from the unknowns ``before``,
         and what unit loads of the prescribed unknowns and unit pressures move there (k + m, local).
 
-        goal: of the unknowns that may be prescribed; None: nothing is. Raises ArithmeticError where
+        goal: (k,) of the unknowns that may be prescribed, NaN where they are not; pull: (k,) loads
+        on them, where they are not. None: nothing is, nothing does. Raises ArithmeticError where
         Newton's method finds nothing.
         """
         state, k = self.state(guess, pressures), len(self._dofs)
-        if goal is not None:
-            state.x[self._dofs] = goal
+        goal = np.full(k, np.nan) if goal is None else goal
+        pull = np.zeros(k) if pull is None else pull
+        held = np.flatnonzero(~np.isnan(goal))
+        state.x[self._dofs[held]] = goal[held]
         self.model.follow(state.x)
         begun = state.x.copy()
         origin = None if before is None else Origin((before,), linearised=True)
@@ -124,10 +158,11 @@ class Presser:
                 change = self._solved(-self._force(state)[None])[0]
             columns = self._columns
             assert columns is not None
-            if goal is not None:
-                corner = columns[:k][:, self._dofs]
-                lacking = goal - state.x[self._dofs] - change[self._dofs]
-                change = change + np.linalg.solve(corner.T, lacking) @ columns[:k]
+            change = change + pull @ columns[:k]
+            if len(held):
+                at = self._dofs[held]
+                lacking = goal[held] - state.x[at] - change[at]
+                change = change + np.linalg.solve(columns[held][:, at].T, lacking) @ columns[held]
             moved = np.abs(change[self.model.displacement_dofs]).max() / self._size
             if not moved <= max(SLOWER * last, FAR * fresh):
                 # Those of another state lead astray: anew from the guess.
@@ -157,7 +192,7 @@ class Presser:
         change = pressures - before
         try:
             guess = np.asarray(state.x + change @ columns[len(self._dofs) :], dtype=float)
-            return self.settle(guess, state.x, None, pressures)
+            return self.settle(guess, state.x, pressures)
         except ArithmeticError:
             if not halvings:
                 raise
@@ -246,50 +281,81 @@ class Walker(Presser):
     def begin(self) -> Held:
         """The module at rest."""
         unknowns = np.zeros(self.model.unknowns.local)
-        return self._held(unknowns, None, None, np.zeros(len(self.groups)))
+        nothing = np.zeros(len(self.free), dtype=bool)
+        return self._held(unknowns, None, nothing, self.rest * 0.0, np.zeros(len(self.groups)))
 
     def to(self, start: Held, strain: Array, pressures: Array) -> Held:
         """The module at strains (k,) and pressures (m,), from another state. Raises
         NoEquilibriumError."""
-        return self._go(start, np.asarray(strain, float), np.asarray(pressures, float), HALVINGS)
+        everything = np.ones(len(self.free), dtype=bool)
+        return self._go(start, everything, np.asarray(strain, float), np.asarray(pressures, float))
 
     def released(self, start: Held, pressures: Array) -> Held:
         """The module under pressures (m,) that nothing holds. Raises NoEquilibriumError."""
-        return self._go(start, None, np.asarray(pressures, float), HALVINGS)
+        nothing = np.zeros(len(self.free), dtype=bool)
+        return self._go(start, nothing, np.zeros(len(self.free)), np.asarray(pressures, float))
 
-    def _go(self, start: Held, strain: Array | None, pressures: Array, halvings: int) -> Held:
+    def bent(self, start: Held, goal: Array, pressures: Array) -> Held:
+        """The module at curvatures, forces (k,) and pressures (m,). Raises NoEquilibriumError."""
+        return self._go(start, self.turns, np.asarray(goal, float), np.asarray(pressures, float))
+
+    @property
+    def turns(self) -> NDArray[np.bool_]:
+        """Which of the free strains are curvatures (k,)."""
+        return np.asarray(self.free < 3)
+
+    def _go(
+        self,
+        start: Held,
+        given: NDArray[np.bool_],
+        goal: Array,
+        pressures: Array,
+        halvings: int = HALVINGS,
+    ) -> Held:
+        """To strains where they are given, and else to loads."""
         k, change = len(self.free), pressures - start.pressures
-        if strain is None:
-            # Along the state that nothing holds: no load is left.
-            pull = start.load + start.second[:k, k:] @ change
-            moved = -start.compliance @ pull
-        else:
-            moved = strain - start.strain
+        moved = np.where(given, goal - start.strain, 0.0)
+        left = np.flatnonzero(~given)
+        pull = goal - start.load - start.second[:k, k:] @ change - start.second[:k, :k] @ moved
+        moved[left] = np.linalg.solve(start.second[np.ix_(left, left)], pull[left])
         guess = start.unknowns + start.rates @ np.concatenate([moved, change])
         try:
-            return self._held(guess, start.unknowns, strain, pressures)
+            return self._held(guess, start, given, goal, pressures)
         except (ArithmeticError, np.linalg.LinAlgError) as error:
             if not halvings:
                 raise NoEquilibriumError(f"the module finds no equilibrium: {error}") from None
-        between = None if strain is None else (start.strain + strain) / 2
-        middle = self._go(start, between, start.pressures + change / 2, halvings - 1)
-        return self._go(middle, strain, pressures, halvings - 1)
+        middle = (np.where(given, start.strain, start.load) + goal) / 2
+        half = self._go(start, given, middle, start.pressures + change / 2, halvings - 1)
+        return self._go(half, given, goal, pressures, halvings - 1)
 
-    def _unknowns(self, strain: Array) -> Array:
-        """Of the two faces (k,), from strains (k,)."""
-        six = np.zeros(6)
-        six[self.free] = strain
-        turn = self.repeat.length * six[:3]
-        ends = self.repeat.length * RotationVector(turn, integral=True).matrix @ six[3:]
-        moved = np.concatenate([turn, ends - self.repeat.pitch])
-        return np.asarray((moved / self.repeat.scale)[self.free])
+    def _turned(self, strain: Array) -> tuple[Array, Array]:
+        """Turn ω (3,) and the mean of the rotations V (3, 3) at strains (k,)."""
+        turn = np.zeros(6)
+        turn[self.free] = self.repeat.length * strain
+        return turn[:3], RotationVector(turn[:3], integral=True).matrix
 
     def _held(
-        self, guess: Array, before: Array | None, strain: Array | None, pressures: Array
+        self,
+        guess: Array,
+        start: Held | None,
+        given: NDArray[np.bool_],
+        goal: Array,
+        pressures: Array,
     ) -> Held:
         """The equilibrium at a guess, and what it answers."""
-        goal = None if strain is None else self._unknowns(strain)
-        state, columns = self.settle(guess, before, goal, pressures)
+        repeat, free = self.repeat, self.free
+        six, held = np.zeros((2, 6))
+        six[free], held[free] = np.where(given, goal, 0.0), given
+        turn, mean = self._turned(np.where(given, goal, 0.0))
+        moved = np.concatenate([turn, repeat.length * mean @ six[3:] - repeat.pitch])
+        unknowns = np.where(held > 0, moved / repeat.scale, np.nan)[free]
+        # A force on ν is one on t: where the turn is given, by V alone.
+        loads = np.zeros(6)
+        loads[free] = np.where(given, 0.0, goal)
+        loads[3:] = np.linalg.solve(mean.T, loads[3:])
+        pull = (loads * repeat.scale)[free] / self.model.mesh.layout.copies
+        before = None if start is None else start.unknowns
+        state, columns = self.settle(guess, before, pressures, unknowns, pull)
         return self._found(state, pressures, columns)
 
     def _found(self, state: State, pressures: Array, columns: Array) -> Held:
