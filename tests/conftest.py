@@ -37,7 +37,7 @@ report/test_animation export/test_formats estimate/test_estimate test_api starte
 preview/test_preview geometries/test_from_mesh geometries/test_step_slivers
 geometries/test_bending_tube geometries/test_own_parts cli/test_progress
 modules/test_wound_chain modules/test_round_chains modules/test_box_chains modules/test_command
-    modules/test_tube modules/test_antagonistic modules/test_stack
+    modules/test_tube modules/test_antagonistic modules/test_sheet_chains
 house/test_tutorials geometries/test_five_files geometries/test_gripper
 """.split()
 
