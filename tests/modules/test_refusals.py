@@ -97,6 +97,7 @@ def test_what_has_no_module_is_refused(geometry, line):
         {"type": "antagonistic", "chambers": 1},
         {"type": "woven_elongating", "n_a": 1},
         {"type": "woven_contracting", "n_a": 1},
+        {"type": "knit_strips", "n_r": 1, "kind": "elongating"},
         {"type": "slow_pneunet", "chambers": 1},
         {"type": "shell_reinforced", "cuts": 1, "kind": "linear"},
     ],
@@ -114,7 +115,6 @@ def test_one_module_of_no_chain_is_refused_once(geometry):
     [
         ("woven_bending", ": its pouches bend it by pressing on each other, and a module sees no"),
         ("woven_stiffening", ": it is one pouch"),
-        ("knit_strips", " yet: its mesh is not cut from strip to strip"),
     ],
 )
 def test_why_sheets_have_no_module_is_told(name, why):
@@ -122,6 +122,12 @@ def test_why_sheets_have_no_module_is_told(name, why):
         GEOMETRIES[name]().module()
     assert len(refused.value.lines) == 1
     assert f"geometry.type: {name} has no module that repeats{why}" in refused.value.lines[0]
+
+
+@pytest.mark.parametrize("kind", ["bending", "twisting"])
+def test_knit_strips_have_a_module_where_they_elongate(kind):
+    with pytest.raises(SpecError, match=f"geometry.kind: {kind} has no module that repeats yet"):
+        GEOMETRIES["knit_strips"](kind=kind).module()
 
 
 def test_sheets_are_refused():
