@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from softact.geometry.base import Layout
+from softact.geometry.chains import Chain, OneModule
 from softact.geometry.cutting_pattern import Pattern
 from softact.geometry.flat_sheets import BetweenLines, Lines, SheetGeometry, sides
 from softact.geometry.oblique import Oblique, pillow
@@ -23,7 +24,7 @@ MOST_STRIPS = 300  # on a sheet
 SMALL = 1e-6  # mm
 
 
-class KnitStrips(SheetGeometry):
+class KnitStrips(SheetGeometry, Chain):
     """Two equal sheets that are joined along both sides and at both ends, where they stay flat.
 
     Strips are bonded to the sheets, n_r to each, evenly over its size at right angles to them and
@@ -31,6 +32,7 @@ class KnitStrips(SheetGeometry):
     middle; seen from outside they have the same angle on both, as a helix round the tube. kind
     bending: the lower sheet is sewn along its middle to an inextensible layer, and the half y ≥ 0
     is meshed. kind elongating: a quarter, the upper sheet for y ≥ 0. kind twisting: all of it.
+    A module, where it elongates, is from the middle between two strips to the next such place.
     """
 
     type: Literal["knit_strips"] = "knit_strips"
@@ -60,46 +62,76 @@ class KnitStrips(SheetGeometry):
     )
     mesh_size: Length = Field(8.0, description="longest side of the triangles along the lines")
     between_lines: BetweenLines = None
+    module_alone: OneModule = None
+
+    def no_chain(self) -> Iterator[tuple[str, str]]:
+        yield from super().no_chain()
+        if self.kind != "elongating":
+            yield "kind", f"{self.kind} has no module that repeats yet; elongating has one"
+        elif self._strips == 1:
+            yield "n_r", "one strip is no chain; write 2 or more"
+
+    @property
+    def pitches(self) -> float:
+        return self._strips
+
+    @property
+    def _whole(self) -> Oblique:
+        return Oblique(self.l_i, self.w_i, self.alpha)
+
+    @property
+    def _span(self) -> float:
+        """Length of what is meshed."""
+        return self._pitch if self.alone else self.l_i
 
     @property
     def _sheet(self) -> Oblique:
-        return Oblique(self.l_i, self.w_i, self.alpha)
+        """As it is meshed."""
+        return Oblique(self._span, self.w_i, self.alpha)
 
     @property
     def _bends(self) -> bool:
         return self.kind == "bending"
 
     @property
+    def _strips(self) -> int:
+        """Number of strips on a whole sheet."""
+        return self.n_r if self.s_r is None else int(self._whole.extent / self.s_r + SMALL)
+
+    @property
     def _count(self) -> int:
-        """Number of strips on a sheet."""
-        return self.n_r if self.s_r is None else int(self._sheet.extent / self.s_r + SMALL)
+        """Of those on what is meshed."""
+        return 1 if self.alone else self._strips
 
     @property
     def _pitch(self) -> float:
-        return self._sheet.extent / self.n_r if self.s_r is None else self.s_r
+        return self._whole.extent / self.n_r if self.s_r is None else self.s_r
 
     @property
     def _seam(self) -> float:
         return self.w_z if self._bends else 0.0
 
     def faults(self) -> Iterator[tuple[str, str]]:
+        if no_chain := [*super().faults()]:
+            yield from no_chain
+            return
         if self.kind != "twisting" and self.alpha:
             yield "alpha", f"{self.alpha:g}° is for kind twisting; {self.kind} has strips at 0°"
             return
         if abs(self.alpha) > STEEPEST:
             yield "alpha", f"{self.alpha:g}°: write at most {STEEPEST:g}° either way"
             return
-        extent, pitch = self._sheet.extent, self._pitch
-        if not 1 <= self._count <= MOST_STRIPS:
+        extent, pitch = self._whole.extent, self._pitch
+        if not 1 <= self._strips <= MOST_STRIPS:
             yield (
                 "s_r",
-                f"{self._count} strips {pitch:g} mm apart on {extent:.4g} mm; write "
+                f"{self._strips} strips {pitch:g} mm apart on {extent:.4g} mm; write "
                 f"{extent / MOST_STRIPS:.4g} to {extent:.4g} mm",
             )
         elif self.w_r >= pitch:
             yield (
                 "w_r",
-                f"{self._count} strips of {self.w_r:g} mm leave no knit on {extent:g} mm; "
+                f"{self._strips} strips of {self.w_r:g} mm leave no knit on {extent:g} mm; "
                 f"write less than {pitch:.4g} mm",
             )
         if self._seam >= self.w_i:
@@ -115,19 +147,22 @@ class KnitStrips(SheetGeometry):
             regions=(),
             surfaces=(),
             sheets=sheets,
-            curves=tuple(dict.fromkeys(("clamp", "tip", "rim", *symmetry, *bending))),
+            curves=tuple(dict.fromkeys((*self.ends, "rim", *symmetry, *bending))),
             base="base" if self._bends else None,
             cavities={"air": sheets},
             bending_axis=(0.0, 1.0, 0.0) if self._bends else None,
             symmetry=symmetry,
-            length=self.l_i,
+            length=self._span,
+            clamp=self.ends[0],
+            tip=self.ends[1],
+            repeats=self.repeats,
         )
 
     def volumes(self) -> dict[str, float]:
         below = self._sheet.area_below(self._strip_edges())
         strips = float((below[1::2] - below[::2]).sum())
         free = 2 - self._seam / self.w_i  # of two sheets
-        areas = {"knit": (self.l_i * self.w_i - strips) * free, "strips": strips * free}
+        areas = {"knit": (self._span * self.w_i - strips) * free, "strips": strips * free}
         if self._bends:
             areas["seam"] = self.l_i * self._seam
         return {name: area / SHARED[self.kind] for name, area in areas.items()}
@@ -164,7 +199,7 @@ class KnitStrips(SheetGeometry):
         if len(y) % 2 == 0:  # an even number of divisions: see ``Lines.triangles``
             last = int((y > stops[-2] - 1e-9).sum())
             y = np.append(y[:-last], np.linspace(stops[-2], stops[-1], last + 1))
-        x = self.divided([0.0, *self._strip_edges(), self.l_i])
+        x = self.divided([0.0, *self._strip_edges(), self._span])
         lines = Lines(x, y)
         points, triangles = lines.points(), lines.triangles(mirrored=True)
         sewn: np.ndarray = np.zeros(len(triangles), dtype=bool)
@@ -191,13 +226,15 @@ class KnitStrips(SheetGeometry):
         def along(axis: int, value: float) -> np.ndarray:
             return edges[(np.abs(points[edges][:, :, axis] - value) < 1e-9).all(axis=1)]
 
-        curves = {"clamp": along(0, 0.0), "tip": along(0, self.l_i)}
+        curves = {self.ends[0]: along(0, 0.0), self.ends[1]: along(0, self._span)}
         sides_far = [along(1, self.w_i / 2)]
         if self.kind == "twisting":
             sides_far.append(along(1, -self.w_i / 2))
         else:
             curves["middle"] = along(1, 0.0)
         far = np.vstack(sides_far)
+        if self.alone:
+            return curves | {"rim": far}
         curves["rim"] = np.vstack([far, curves["clamp"], curves["tip"]])
         if self._bends:
             one, two, three = (self._next_edge(k * self.held) for k in (1, 2, 3))

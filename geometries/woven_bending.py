@@ -5,7 +5,7 @@ Nguyen and Zhang 2020, Sci. Rep. 10:9638, Fig. 3c.
 
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -24,6 +24,10 @@ class WovenBending(SheetGeometry):
     nothing at its top and at its sides. The first floor is the clamp, the last the tip. Half is
     meshed, y ≥ 0.
     """
+
+    why_no_module: ClassVar[str] = (
+        ": its pouches bend it by pressing on each other, and a module sees no contact"
+    )
 
     type: Literal["woven_bending"] = "woven_bending"
     n: int = Field(13, ge=3, le=100, description="number of pouches")

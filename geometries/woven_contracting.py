@@ -12,18 +12,19 @@ import numpy as np
 from pydantic import Field
 
 from softact.geometry.base import Layout
+from softact.geometry.chains import Chain, OneModule
 from softact.geometry.cutting_pattern import Pattern
 from softact.geometry.flat_sheets import BetweenLines, Lines, SheetGeometry, sides
 from softact.mesh.sheets import SheetMesh
 from softact.units import Length
 
 
-class WovenContracting(SheetGeometry):
+class WovenContracting(SheetGeometry, Chain):
     """Two equal sheets, sealed along their rim and between the pouches but for an air passage.
 
     A quarter is meshed: the upper sheet for y ≥ 0. The seams stay in the plane between the sheets.
     Those across the actuator may have a width, which is welded as the tabs are; that along the rim
-    is a line.
+    is a line. A module is from the middle of a pouch to that of the next.
     """
 
     type: Literal["woven_contracting"] = "woven_contracting"
@@ -37,6 +38,26 @@ class WovenContracting(SheetGeometry):
     )
     mesh_size: Length = Field(5.0, description="longest side of the triangles along the axes")
     between_lines: BetweenLines = None
+    module_alone: OneModule = None
+
+    def no_chain(self) -> Iterator[tuple[str, str]]:
+        yield from super().no_chain()
+        if self.n_a == 1:
+            yield "n_a", "one pouch is no chain; write 2 or more"
+
+    @property
+    def pitches(self) -> float:
+        return self.n_a
+
+    @property
+    def _span(self) -> float:
+        """Length of what is meshed."""
+        return self.h_a if self.alone else self.l_i
+
+    @property
+    def _welded(self) -> bool:
+        """Whether there is more than the pouches: tabs, or seams with a width."""
+        return not self.alone or self.seam > 0
 
     @property
     def _tab(self) -> float:
@@ -45,10 +66,14 @@ class WovenContracting(SheetGeometry):
     @property
     def _pouches(self) -> np.ndarray:
         """Where the air of each pouch begins and ends along x (n_a, 2)."""
+        if self.alone:
+            half, weld = self.h_a / 2, self.seam / 2
+            return np.array([[0.0, half - weld], [half + weld, self.h_a]])
         starts = self._tab + self.h_a * np.arange(self.n_a + 1)
         return np.column_stack([starts[:-1] + self.seam / 2, starts[1:] - self.seam / 2])
 
     def faults(self) -> Iterator[tuple[str, str]]:
+        yield from super().faults()
         if self._tab <= 0:
             yield (
                 "l_i",
@@ -64,18 +89,23 @@ class WovenContracting(SheetGeometry):
         return Layout(
             regions=(),
             surfaces=(),
-            sheets=("pouches", "tabs"),
-            curves=("clamp", "tip", "middle", "seams"),
+            sheets=("pouches", "tabs") if self._welded else ("pouches",),
+            curves=(*self.ends, "middle", "seams"),
             cavities={"air": ("pouches",)},
             symmetry={"middle": 1, "seams": 2},
-            length=self.l_i,
+            length=self._span,
+            clamp=self.ends[0],
+            tip=self.ends[1],
+            repeats=self.repeats,
         )
 
     def volumes(self) -> dict[str, float]:
         half = self.w_a / 2
-        pouches = self.n_a * (self.h_a - self.seam) * half
-        pouches += (self.n_a - 1) * self.seam * self.passage / 2
-        return {"pouches": pouches, "tabs": self.l_i * half - pouches}
+        count, passages = (1, 1) if self.alone else (self.n_a, self.n_a - 1)
+        pouches = count * (self.h_a - self.seam) * half + passages * self.seam * self.passage / 2
+        return {"pouches": pouches} | (
+            {"tabs": self._span * half - pouches} if self._welded else {}
+        )
 
     def _in_pouches(self, x: np.ndarray) -> np.ndarray:
         """Which places along the actuator are beside the air of a pouch, not beside a weld."""
@@ -85,7 +115,7 @@ class WovenContracting(SheetGeometry):
     def sheet_mesh(self) -> SheetMesh:
         pouches = self._pouches
         first, last, half, open_ = pouches[0, 0], pouches[-1, 1], self.w_a / 2, self.passage / 2
-        x = self.divided([0.0, *np.unique(pouches), self.l_i])
+        x = self.divided(np.unique([0.0, *pouches.ravel(), self._span]))
         lines = Lines(x, self.divided([0.0, open_, half]))
         points, triangles = lines.points(), lines.triangles()
         centre = points[triangles].mean(axis=1)
@@ -98,18 +128,22 @@ class WovenContracting(SheetGeometry):
             return (np.abs(points[edges][:, :, axis] - value) < 1e-9).all(axis=1)
 
         sealed = middle[:, 1] > open_
-        seams = (along(1, half) & self._in_pouches(middle[:, 0])) | along(0, first) | along(0, last)
+        seams = along(1, half) & self._in_pouches(middle[:, 0])
+        if not self.alone:
+            seams |= along(0, first) | along(0, last)
         for end in pouches.ravel()[1:-1]:
             seams |= along(0, end) & sealed
         between = (middle[:, 0] > first) & (middle[:, 0] < last)
         seams |= along(1, open_) & between & ~self._in_pouches(middle[:, 0])
         curves = {
-            "clamp": edges[along(0, 0.0)],
-            "tip": edges[along(0, self.l_i)],
+            self.ends[0]: edges[along(0, 0.0)],
+            self.ends[1]: edges[along(0, self._span)],
             "middle": edges[along(1, 0.0)],
             "seams": np.unique(np.vstack([edges[seams], sides(triangles[~inside])]), axis=0),
         }
-        parts = {"pouches": np.flatnonzero(inside), "tabs": np.flatnonzero(~inside)}
+        parts = {"pouches": np.flatnonzero(inside)}
+        if self._welded:
+            parts["tabs"] = np.flatnonzero(~inside)
         return SheetMesh(points, triangles, parts, curves, hinges=edges[seams])
 
     def pattern(self) -> Pattern:

@@ -4,7 +4,7 @@ Nguyen and Zhang 2020, Sci. Rep. 10:9638, Fig. 4a: the stiffening actuator.
 """
 
 from collections.abc import Iterator
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -23,6 +23,8 @@ class WovenStiffening(SheetGeometry):
     Up to ``free`` before the joint a strip along the middle of the lower sheet, ``strap`` wide, is
     fastened to a plate. Half is meshed, y ≥ 0. The moment of the reaction counts about the joint.
     """
+
+    why_no_module: ClassVar[str] = ": it is one pouch"
 
     type: Literal["woven_stiffening"] = "woven_stiffening"
     l_i: Length = Field(240.0, description="length of the pouch")

@@ -15,7 +15,7 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import (
@@ -172,13 +172,16 @@ class Geometry(BaseModel):
         given = (getattr(self, name, None) for name in STEPS)
         return next((number for number in given if number), 1)
 
+    #: Follows on "has no module that repeats", where ``module`` is not written.
+    why_no_module: ClassVar[str] = ", or none yet"
+
     def module(self) -> Self:
         """One module of the chain of equal ones that the actuator is, between two faces that
         repeat (``Layout.repeats``) and away from its ends. Raises SpecError where it is none.
         """
         kind = type(self).model_fields["type"].default
         raise SpecError(
-            f"geometry.type: {kind} has no module that repeats, or none yet; "
+            f"geometry.type: {kind} has no module that repeats{self.why_no_module}; "
             "docs/modules.md says which have one"
         )
 

@@ -73,6 +73,7 @@ def test_a_wrench_needs_a_module():
     ("geometry", "line"),
     [
         ("type: thick_sphere", "thick_sphere has no module that repeats"),
+        ("type: bellows", "bellows has no module that repeats"),
         ("type: pneunet, chambers: 1", "chambers: one chamber is no chain"),
         ("type: omnidirectional, modules: 1", "modules: one module is no chain"),
         ("type: shell_reinforced, cuts: 1, kind: linear", "cuts: 1 rows of slits are no chain"),
@@ -95,6 +96,8 @@ def test_what_has_no_module_is_refused(geometry, line):
         {"type": "pneunet", "chambers": 1},
         {"type": "antagonistic", "chambers": 1},
         {"type": "woven_elongating", "n_a": 1},
+        {"type": "woven_contracting", "n_a": 1},
+        {"type": "knit_strips", "n_r": 1, "kind": "elongating"},
         {"type": "slow_pneunet", "chambers": 1},
         {"type": "shell_reinforced", "cuts": 1, "kind": "linear"},
     ],
@@ -105,6 +108,26 @@ def test_one_module_of_no_chain_is_refused_once(geometry):
     with pytest.raises(ValidationError) as caught:
         kind.model_validate({**geometry, "module_alone": True})
     assert [(f["loc"], "no chain" in f["msg"]) for f in caught.value.errors()] == [((field,), True)]
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("woven_bending", ": its pouches bend it by pressing on each other, and a module sees no"),
+        ("woven_stiffening", ": it is one pouch"),
+    ],
+)
+def test_why_sheets_have_no_module_is_told(name, why):
+    with pytest.raises(SpecError) as refused:
+        GEOMETRIES[name]().module()
+    assert len(refused.value.lines) == 1
+    assert f"geometry.type: {name} has no module that repeats{why}" in refused.value.lines[0]
+
+
+@pytest.mark.parametrize("kind", ["bending", "twisting"])
+def test_knit_strips_have_a_module_where_they_elongate(kind):
+    with pytest.raises(SpecError, match=f"geometry.kind: {kind} has no module that repeats yet"):
+        GEOMETRIES["knit_strips"](kind=kind).module()
 
 
 def test_sheets_are_refused():

@@ -65,7 +65,7 @@ def table(folder):
 
 def test_states_that_are_not_in_the_fit(table):
     assert len(table.walked.samples.places) >= 25 and table.walked.lost == 0
-    assert table.energy.names == ("curvature_y", "stretch_x", "stretch_z", "pressure")
+    assert table.energy.names == ("curvature_y", "force_x", "force_z", "pressure")
     assert table.errors[[0, 1, 3]].max() < 1e-2
 
 
@@ -144,13 +144,13 @@ def test_what_a_rod_is_not_asked(spec, table):
     changes = {
         "contact": [{"self": "outer"}],
         "obstacles": {
-            "ball": {"type": "sphere", "center": ["9 mm"] * 3, "radius": "1 mm", "friction": 0.3}
+            "ball": {"type": "sphere", "center": ["9 mm"] * 3, "radius": "1 mm", "active": False}
         },
     }
     with pytest.raises(SpecError) as error:
         rod_run.check(spec.with_(changes))
     assert "contact: a rod does not meet itself" in str(error.value)
-    assert "obstacles.ball.friction: a rod slides" in str(error.value)
+    assert "obstacles.ball.active: what a rod may touch stands there" in str(error.value)
     with pytest.raises(SpecError, match=r"walked over its pressure; no step has one"):
         driven(spec.with_({"steps": SPEC["steps"][:1]}))
     across = spec.with_({"steps.weight.gravity": [0, 1, 0]})
@@ -226,7 +226,10 @@ def test_a_broken_table(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "why"),
     [
-        ({"steps.inflate.duration": "1 s"}, "steps.1.duration: a rod has no clock"),
+        (
+            {"steps.inflate.duration": "1 s"},
+            "steps.1.duration: a rod has a clock with dynamics: true alone",
+        ),
         ({"geometry": {"type": "thick_sphere"}}, "thick_sphere has no module that repeats"),
     ],
 )
