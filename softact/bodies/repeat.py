@@ -176,6 +176,18 @@ class Repeat:
             (np.append(values, same), (rows, columns)), shape=(size, size)
         )
 
+    def carried(self, x: np.ndarray) -> scipy.sparse.csr_matrix:
+        """The part of J (local, local) by which the right face follows the left one alone."""
+        matrix, n = self.turned(x).matrix, len(self.left)
+        rows = [np.repeat(self.right, 3, axis=1).ravel(), self._pressures[1]]
+        columns = [np.tile(self.left, 3).ravel(), self._pressures[0]]
+        values = [np.tile(matrix.ravel(), n), np.ones(len(self._pressures[0]))]
+        size = self._model.unknowns.local
+        return scipy.sparse.csr_matrix(
+            (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))),
+            shape=(size, size),
+        )
+
     def _lay_out(self) -> None:
         """Make room in the matrix for what the right face's rows and columns become."""
         assembler, size = self._model.assembler, self._model.unknowns.local

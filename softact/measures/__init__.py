@@ -14,6 +14,7 @@ from softact.measures.failure import FAILURE
 from softact.measures.fibres import FIBRES
 from softact.measures.held_tip import HELD_TIP
 from softact.measures.lateral import LATERAL
+from softact.measures.longer_waves import LONGER_WAVES
 from softact.measures.mass import MASS
 from softact.measures.module import MODULE
 from softact.measures.module_stiffness import MODULE_STIFFNESS
@@ -44,6 +45,7 @@ MEASURES: dict[str, Measure] = {
         TWIST,
         MODULE,
         MODULE_STIFFNESS,
+        LONGER_WAVES,
         VOLUME,
         AIR,
         REACTION,

@@ -250,6 +250,11 @@ class Assembler:
         beyond = [*self._extra, *(loose.entries for loose in self._loose)]
         return np.array([np.concatenate([p[k] for p in (blocks, *beyond)]) for k in range(2)])
 
+    @property
+    def entries(self) -> tuple[np.ndarray, np.ndarray]:
+        """Global row and column of each entry of ``values`` and ``extra_values``, in this order."""
+        return self._element_entries
+
     @functools.cached_property
     def _element_entries(self) -> tuple[np.ndarray, np.ndarray]:
         """Global row and column of each entry of ``values`` and ``extra_values``."""

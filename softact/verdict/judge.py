@@ -41,6 +41,7 @@ from softact.results.run_json import RUN, run_text
 from softact.verdict import gives_way
 from softact.verdict.overlap import first_overlap
 from softact.verdict.reached import moving_rows
+from softact.verdict.waves import first_waves
 
 GREEN, AMBER, RED = "green", "amber", "red"
 WORDS = {GREEN: "solved and trusted", AMBER: "solved, but", RED: "not solved"}
@@ -62,6 +63,7 @@ WITHIN, NOT_KNOWN, NOT_CONVERGED = "within", "not known", "not converged"
 TITLES = {
     "end": "End:",
     "limit": "What gives way:",
+    "waves": "Period:",
     "motion": "Motion:",
     "kinetic": "Kinetic energy:",
     "overlap": "Overlap:",
@@ -163,6 +165,7 @@ def _of_fields(results: Results) -> list[Reason]:
 def _of_run(results: Results) -> Iterator[Reason]:
     """What run.json, the curve and a study of the mesh say."""
     messages = [str(message) for message in results.run.get("messages") or []]
+    yield from _waves(results)
     if results.status == NO_EQUILIBRIUM:
         yield Reason("end", messages.pop(0) if messages else "no further equilibrium was found")
     elif results.status != COMPLETE:
@@ -296,6 +299,19 @@ def _mesh(results: Results) -> Iterator[Reason]:
 
 def _percent(bar: float, value: float) -> str:
     return f"{100 * bar / value:.0f} %" if value > 0 else "more than its own size"
+
+
+def _waves(results: Results) -> Iterator[Reason]:
+    """A module whose chain buckles with a longer period."""
+    if found := first_waves(results):
+        word, row = found
+        yield Reason(
+            "waves",
+            f"from {load_text(results, row)} on the chain buckles with a period of {word} modules: "
+            "its modules are no longer alike, and one of them does not stand for it; solve the "
+            "whole actuator",
+            row=row,
+        )
 
 
 def _overlap(results: Results) -> Iterator[Reason]:

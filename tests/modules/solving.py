@@ -23,6 +23,14 @@ def solved(
 
     kind: of geometry that makes the mesh, where it is not the spec's own.
     """
+    model, ends, _ = stepped(data, folder, kind)
+    return model, ends
+
+
+def stepped(
+    data: dict[str, Any], folder: Path, kind: type[Geometry] | None = None
+) -> tuple[Model, list[State], int]:
+    """The same, and how many modes of the last state are unstable."""
     spec = Spec.model_validate(data)
     folder.mkdir()
     mesh = folder / "mesh.msh"
@@ -39,4 +47,4 @@ def solved(
     supports = supports_of(spec.supports or ())
     progress = Stepper(model, settings, keep).run(load_steps(spec, model), supports)
     assert not progress.stopped, progress.stopped
-    return model, list(ends.values())
+    return model, list(ends.values()), progress.attempts[-1].unstable_modes

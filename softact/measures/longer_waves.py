@@ -1,0 +1,113 @@
+"""Whether a chain of equal modules buckles with a period of two or of three of them.
+
+A module between faces that repeat sees only what all modules do alike. A small motion that is
+another one by a phase θ from module to module has the second variation Jᴴ K J, with J that of the
+repeated faces times exp(i θ) and ω, t as they are (Bloch's theorem): θ = π is a period of two,
+θ = 2π/3 one of three. Its negative eigenvalues are counted by the inertia of its factors, as those
+of any state are. A period of one is the module's own business.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy.sparse
+
+from softact.measures.base import Measure
+
+if TYPE_CHECKING:
+    from softact.measures.snapshot import Snapshot
+    from softact.model import Model
+    from softact.system.term import State
+
+PERIODS = {2: "two", 3: "three"}
+NAME = "module_unstable_waves_of_"
+
+
+def asked(model: Model) -> bool:
+    """Whether a module can be asked: sheets, layers that bend, contact reach over the faces."""
+    bends = any(layer.bending is not None for layer in model.layers)
+    return not (bends or model.sheets or len(model.contacts))
+
+
+def unstable_waves(model: Model, state: State, modules: int) -> int:
+    """How many independent motions of so many modules' period lower the energy."""
+    stiffness, pressures = _folded(model, state, 2 * np.pi / modules)
+    return _negative(stiffness) - pressures
+
+
+def _folded(model: Model, state: State, phase: float) -> tuple[scipy.sparse.csr_matrix, int]:
+    """The real symmetric matrix of Jᴴ K J, and how many of its unknowns are pressures."""
+    assembler, repeat = model.assembler, model.repeat
+    assert repeat is not None
+    assembler.clear()
+    for term in model.terms:
+        term.add_tangent(state, None)
+    size = model.unknowns.local
+    rows, columns = assembler.entries
+    values = np.concatenate([assembler.values, assembler.extra_values])
+    raw = scipy.sparse.csr_matrix((values, (rows, columns)), shape=(size, size))
+    free = assembler.fixed == 0
+    free[model.unknowns.apart_dofs.ravel()] = False
+    free[repeat.follows] = False
+    kept = np.flatnonzero(free)
+    own = scipy.sparse.identity(size, format="csr")
+    right = repeat.carried(state.x)
+    parts = [np.cos(phase) * right + own, np.sin(phase) * right]
+    real, imaginary = (part[:, kept] for part in parts)
+    symmetric = real.T @ raw @ real + imaginary.T @ raw @ imaginary
+    pressures = int((~np.isin(kept, model.displacement_dofs)).sum())
+    if abs(np.sin(phase)) < np.finfo(float).eps * 8:
+        return symmetric.tocsr(), pressures
+    skew = real.T @ raw @ imaginary - imaginary.T @ raw @ real
+    both = scipy.sparse.bmat([[symmetric, skew], [skew.T, symmetric]], format="csr")
+    return both, 2 * pressures
+
+
+def _negative(matrix: scipy.sparse.csr_matrix) -> int:
+    """Eigenvalues below zero, by the inertia of its factors (Sylvester)."""
+    # Imported here: commands that solve nothing know the measures, too.
+    from petsc4py import PETSc
+
+    from softact.solve.factor import MUMPS_CONTROLS, SPACE
+
+    entries = (matrix + matrix.T).tocsr() / 2
+    entries.sort_indices()
+    csr = tuple(a.astype(PETSc.IntType) for a in (entries.indptr, entries.indices))
+    found = PETSc.Mat().createAIJ(entries.shape, csr=(*csr, entries.data), comm=PETSc.COMM_SELF)
+    factors = PETSc.PC().create(PETSc.COMM_SELF)
+    try:
+        found.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+        factors.setOperators(found)
+        factors.setType(PETSc.PC.Type.CHOLESKY)
+        factors.setFactorSolverType("mumps")
+        factors.setFactorSetUpSolverType()
+        for control, value in {**MUMPS_CONTROLS, 14: SPACE.usual}.items():
+            factors.getFactorMatrix().setMumpsIcntl(control, value)
+        factors.setUp()
+        return int(factors.getFactorMatrix().getInertia()[0])
+    finally:
+        factors.destroy()
+        found.destroy()
+
+
+def _evaluate(snapshot: Snapshot) -> dict[str, float]:
+    model = snapshot.model
+    if model.repeat is None or not asked(model):
+        return {}
+    return {
+        NAME + word: float(unstable_waves(model, snapshot.state, modules))
+        for modules, word in PERIODS.items()
+    }
+
+
+LONGER_WAVES = Measure(
+    "module_waves",
+    "of a module of a chain: in how many ways the chain buckles with a period longer than a module",
+    {
+        NAME + word: f"unstable ways with a period of {word} modules; 0: none"
+        for word in PERIODS.values()
+    },
+    _evaluate,
+)
