@@ -1,13 +1,13 @@
 """A rod of modules beside the whole finger: ``python -m benchmarks.rod``.
 
-A finger of ``rod_finger.yaml`` goes through its steps as a whole and as a rod, the table of the
+A finger of ``rods/finger.yaml`` goes through its steps as a whole and as a rod, the table of the
 rod's law is made before, each as many times as asked, in turn, in one process. Timed is processor
 time, so the machine may be busy: of the table with its short actuator and the masses of the
 actuator's mesh, of the rod's states, of the whole finger's load steps alone. Prints the medians,
 the ratios, and how far off the rod is at the ends of the steps.
 
 The finger with the mesh of ``benchmarks.module``:
-``python -m benchmarks.rod --spec benchmarks/rod_finger14.yaml``.
+``python -m benchmarks.rod --spec benchmarks/rods/finger14.yaml``.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from softact.results.folder import read
 from softact.run.start import run
 from softact.spec import Spec, load
 
-SPEC = Path(__file__).with_name("rod_finger.yaml")
+SPEC = Path(__file__).with_name("rods") / "finger.yaml"
 INCREMENTS = 10
 SHOWN = ("bending_angle_deg", "tip_x_mm", "tip_z_mm", "reaction_z_N")
 
