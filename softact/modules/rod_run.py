@@ -83,6 +83,7 @@ class Carried:
         self.grips: list[Grip] = []
         self.motion: Motion | None = None
         self.time = 0.0
+        self._way: list[Array] = []  # strains of the step's states so far
         self.before = chain.at_rest()
         standing = Standing(chain, self.before)
         self.frames: Frames = standing.rod.straight()
@@ -95,7 +96,7 @@ class Carried:
         after = self.chain.acting(number, self.before)
         timing = step.timing(self.chain.layout)
         if timing is None:
-            self.motion = None
+            self.motion, self._way = None, []
             for increment in range(0 if first else 1, self.increments + 1):
                 part = increment / self.increments
                 yield part, *self._settle(self.before.towards(after, part))
@@ -108,7 +109,12 @@ class Carried:
 
     def _settle(self, acting: Acting) -> tuple[Standing, Loads]:
         standing = Standing(self.chain, acting, self.grips)
-        self.frames, loads = standing.settled(self.frames)
+        guess = self.frames
+        if len(self._way) > 1 and not self.chain.spec.obstacles:
+            last, before = self._way[-1], self._way[-2]
+            guess = standing.rod.chained(2 * last - before)
+        self.frames, loads = standing.settled(guess)
+        self._way.append(standing.rod.strains(self.frames))
         self.grips = standing.rod.followed(self.frames, loads) if self.grips else []
         return standing, loads
 
