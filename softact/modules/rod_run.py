@@ -44,6 +44,10 @@ def faults(spec: Spec) -> Iterator[Fault]:
     for name, obstacle in spec.obstacles.items():
         if not obstacle.active:
             yield ("obstacles", name, "active"), "what a rod may touch stands there from the start"
+    moves = any(step.timing(spec.layout()) for step in spec.steps)
+    for name, material in spec.materials.items() if moves else ():
+        if material.remembers:
+            yield ("materials", name), "a rod in motion has no memory of its material; leave it out"
     for index, step in enumerate(spec.steps):
         for key in sorted(set(step.loads) - LOADED):
             yield ("steps", index, key), f"a rod takes {', '.join(sorted(LOADED))} alone"

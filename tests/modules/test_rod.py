@@ -230,6 +230,19 @@ def test_a_broken_table(tmp_path):
             {"steps.inflate.duration": "1 s"},
             "steps.1.duration: a rod has a clock with dynamics: true alone",
         ),
+        (
+            {
+                "steps.inflate.duration": "1 s",
+                "steps.inflate.dynamics": True,
+                "materials.body": {
+                    "law": "neo_hookean",
+                    "c10": "0.1 MPa",
+                    "density": "1000 kg/m^3",
+                    "viscoelastic": {"g": [0.2], "tau": ["1 s"], "constants": "long_time"},
+                },
+            },
+            "materials.body: a rod in motion has no memory of its material",
+        ),
         ({"geometry": {"type": "thick_sphere"}}, "thick_sphere has no module that repeats"),
     ],
 )
