@@ -119,14 +119,16 @@ def pressure(row: Row) -> float:
 def _plots(found: RodRun) -> list[Plot]:
     if not found.rows:
         return []
-    loaded = [pressure(row) for row in found.rows]
+    timed = "time_s" in found.rows[0]
+    along = [float(row["time_s"]) if timed else pressure(row) for row in found.rows]
+    below = "Time (s)" if timed else "Pressure (kPa)"
     plots = []
     for name in SAID:
         if name in found.rows[0]:
             label = labels.column(name)
             values = [float(row[name]) * label.factor for row in found.rows]
-            trace = base.xy(str(label.name), loaded, values)
-            plots.append(base.lines(str(label.name), "Pressure (kPa)", str(label), [trace]))
+            trace = base.xy(str(label.name), along, values)
+            plots.append(base.lines(str(label.name), below, str(label), [trace]))
     return plots
 
 
