@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 @click.option(
     "--table",
     is_flag=True,
-    help="Instead of the runs: table.json and table.h5, the energy of a module over curvature, "
+    help="Instead of the runs: table.json and table.h5, the energy of a module over curvatures, "
     "stretch and pressure.",
 )
 @click.option("-o", "--output", metavar="DIR", help="[default: results/<name>-module]")

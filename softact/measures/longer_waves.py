@@ -15,6 +15,7 @@ import numpy as np
 import scipy.sparse
 
 from softact.measures.base import Measure
+from softact.system.inertia import negative_eigenvalues
 
 if TYPE_CHECKING:
     from softact.measures.snapshot import Snapshot
@@ -34,7 +35,7 @@ def asked(model: Model) -> bool:
 def unstable_waves(model: Model, state: State, modules: int) -> int:
     """How many independent motions of so many modules' period lower the energy."""
     stiffness, pressures = _folded(model, state, 2 * np.pi / modules)
-    return _negative(stiffness) - pressures
+    return negative_eigenvalues(stiffness) - pressures
 
 
 def _folded(model: Model, state: State, phase: float) -> tuple[scipy.sparse.csr_matrix, int]:
@@ -63,33 +64,6 @@ def _folded(model: Model, state: State, phase: float) -> tuple[scipy.sparse.csr_
     skew = real.T @ raw @ imaginary - imaginary.T @ raw @ real
     both = scipy.sparse.bmat([[symmetric, skew], [skew.T, symmetric]], format="csr")
     return both, 2 * pressures
-
-
-def _negative(matrix: scipy.sparse.csr_matrix) -> int:
-    """Eigenvalues below zero, by the inertia of its factors (Sylvester)."""
-    # Imported here: commands that solve nothing know the measures, too.
-    from petsc4py import PETSc
-
-    from softact.solve.factor import MUMPS_CONTROLS, SPACE
-
-    entries = (matrix + matrix.T).tocsr() / 2
-    entries.sort_indices()
-    csr = tuple(a.astype(PETSc.IntType) for a in (entries.indptr, entries.indices))
-    found = PETSc.Mat().createAIJ(entries.shape, csr=(*csr, entries.data), comm=PETSc.COMM_SELF)
-    factors = PETSc.PC().create(PETSc.COMM_SELF)
-    try:
-        found.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-        factors.setOperators(found)
-        factors.setType(PETSc.PC.Type.CHOLESKY)
-        factors.setFactorSolverType("mumps")
-        factors.setFactorSetUpSolverType()
-        for control, value in {**MUMPS_CONTROLS, 14: SPACE.usual}.items():
-            factors.getFactorMatrix().setMumpsIcntl(control, value)
-        factors.setUp()
-        return int(factors.getFactorMatrix().getInertia()[0])
-    finally:
-        factors.destroy()
-        found.destroy()
 
 
 def _evaluate(snapshot: Snapshot) -> dict[str, float]:

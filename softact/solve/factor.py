@@ -9,14 +9,11 @@ from petsc4py import PETSc
 
 from softact.model import Model
 from softact.solve.analysis import Analysis, Analyst
+from softact.system.inertia import MUMPS_CONTROLS
 
 # MUMPS's INFOG(1) where it could not allocate its factors, and where its working space was too
 # small for them (users' guide, section 8).
 OUT_OF_MEMORY, OUT_OF_SPACE = (-13, -19), (-8, -9)
-MUMPS_CONTROLS = {
-    13: 1,  # no ScaLAPACK on the root: it would hide its inertia
-    24: 1,  # find null pivots; PETSc asks for it before it tells the inertia
-}
 
 
 @dataclass(frozen=True)
