@@ -17,8 +17,8 @@ from softact.modules.rod import Frames, Loads, Rod
 from softact.modules.screws import adjoints, crosses
 
 Array = NDArray[np.float64]
-STILL = 1e-6  # rad, or of a piece's length: an iteration below it is the last
-MOST = 16  # iterations
+STILL = 1e-5  # rad, or of a piece's length: an iteration below it is the last
+MOST = 12  # iterations
 SLOW = 0.1  # of the last change: after one that is larger all want the stiffness anew
 
 
@@ -116,7 +116,7 @@ class RodMotion:
             # The increment is one screw from its start: what small changes add up to.
             frames = motion.frames.moved(move)
             last, size = size, float(np.abs(change / scale).max())
-            if not np.isfinite(size):
+            if not np.isfinite(size) or (size > last and not often):
                 break
             if size < STILL:
                 later = held + (1 - d.alpha_f) / (1 - d.alpha_m) * acceleration
