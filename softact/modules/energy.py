@@ -21,6 +21,7 @@ AT_REST = 30.0  # times the weight of another state: nothing is bent by nothing
 NEAR = 0.1  # of the largest load: states with more count less, for a rod is seldom there
 OF_COMPLIANCE = 2  # degree of the compliance over the other variables, at most
 LEAST = 0.02  # of the largest compliance: smaller ones count as this
+MOST = 3  # terms for each state: more of them swing between the states
 CHECKED = 2000  # places at which a compliance shall be positive
 SECONDARY = 2  # the highest power of all strains that hardly change
 
@@ -227,7 +228,7 @@ def _fitted(
     size = np.linalg.norm(matrix, axis=0)
     size[size == 0] = 1.0
     constants, _, rank, _ = np.linalg.lstsq(matrix / size, np.concatenate(right), rcond=None)
-    if rank < len(powers) - 1:
+    if rank < len(powers) - 1 or len(powers) > MOST * len(terms):
         raise ValueError(f"{len(terms)} states are too few for an energy of degree {degree}")
     return replace(basis, constants=constants / size)
 

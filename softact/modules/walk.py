@@ -29,7 +29,7 @@ class Grid:
     """pressures: how many above zero, where one group of cavities is driven. bends: states each
     way from one that nothing holds, where that is far."""
 
-    pressures: int = 3
+    pressures: int = 4
     bends: int = 1
 
 

@@ -34,7 +34,7 @@ def answers(places):
 
 @pytest.fixture
 def samples():
-    places = np.random.default_rng(1).uniform(LOW, HIGH, size=(12, 4))
+    places = np.random.default_rng(1).uniform(LOW, HIGH, size=(30, 4))
     places[0] = 0.0, 1.0, 0.0, 0.0
     return answers(places)
 
@@ -69,7 +69,7 @@ def test_derivatives_are_those_of_the_value(samples):
 
 def test_too_few_states(samples):
     with pytest.raises(ValueError, match="2 states are too few for an energy of degree 5"):
-        fitted(samples.part(np.arange(12) < 2), 5)
+        fitted(samples.part(np.arange(30) < 2), 5)
 
 
 class AtPressure:
