@@ -15,7 +15,7 @@ from softact.spec import Spec
 PIECES = 16
 
 
-def _last_loads(spec: Spec) -> tuple[np.ndarray, np.ndarray]:
+def last_loads(spec: Spec) -> tuple[np.ndarray, np.ndarray]:
     """(3,) gravity in mm/s² and (3,) force on the tip in N, at the end of the steps."""
     gravity, force, tip = np.zeros(3), np.zeros(3), spec.geometry.layout().tip
     for step in spec.steps:
@@ -38,7 +38,7 @@ def mass(spec: Spec) -> float:
 def loaded(spec: Spec, beam: Beam, curve: Curve) -> np.ndarray | None:
     """(n, 2) radians about y and about −z under weight and a force on the tip; None where the
     beam has no equilibrium under them."""
-    gravity, force = _last_loads(spec)
+    gravity, force = last_loads(spec)
     if not (np.any(gravity) or np.any(force)):
         return curve.angle
     rod = _rod(spec, beam, curve)

@@ -12,12 +12,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.sparse
 
 from softact.measures.base import Measure
 from softact.system.inertia import negative_eigenvalues
 
 if TYPE_CHECKING:
+    import scipy.sparse
+
     from softact.measures.snapshot import Snapshot
     from softact.model import Model
     from softact.system.term import State
@@ -40,6 +41,9 @@ def unstable_waves(model: Model, state: State, modules: int) -> int:
 
 def _folded(model: Model, state: State, phase: float) -> tuple[scipy.sparse.csr_matrix, int]:
     """The real symmetric matrix of Jᴴ K J, and how many of its unknowns are pressures."""
+    # Imported here: commands that solve nothing know the measures, too.
+    import scipy.sparse
+
     assembler, repeat = model.assembler, model.repeat
     assert repeat is not None
     assembler.clear()

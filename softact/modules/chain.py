@@ -217,11 +217,12 @@ class Standing:
         whole -= self.lost_air
         volumes = [n.replace("pressure", "cavity_volume") for n in names]
         found |= {f"{n}_mm3": float(v) for n, v in zip(volumes, whole, strict=True)}
-        held, cells = -loads.forces.sum(axis=0) - chain.clamped * self.acting.gravity, []
+        # What holds the first frame, inertia or not, and what the clamp itself carries.
+        held = rod.unbalanced(frames, loads)[0, 3:] - chain.clamped * self.acting.gravity
+        cells = []
         pressed = rod.pressed(frames, loads)
         for (name, obstacle), forces in zip(chain.spec.obstacles.items(), pressed, strict=True):
             found |= _vector(f"contact_force_{name}", forces.sum(axis=0), "N")
-            held = held - forces.sum(axis=0)
             cells += [forces.sum(axis=0)] if obstacle.load_cell else []
         if cells:
             found["blocked_force_N"] = float(np.linalg.norm(np.sum(cells, axis=0)))

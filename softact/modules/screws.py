@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 #: 1e-11 for turns of up to 1 rad.
 EVEN = (1 / 12, -1 / 720, 1 / 30240, -1 / 1209600, 1 / 47900160, -691 / 1307674368000)
 SMALL = 1e-4  # rad
-TERMS = 2  # of EVEN in the tangent: 1e-6 at 0.5 rad
+TERMS = 3  # of EVEN in the tangent: 1e-8 at 0.5 rad
 
 
 def crosses(vectors: Array) -> Array:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-import scipy.sparse
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import scipy.sparse
 
 #: What MUMPS is told so that its factors say their inertia.
 MUMPS_CONTROLS = {

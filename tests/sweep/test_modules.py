@@ -245,14 +245,16 @@ def test_what_has_no_module_is_refused(tmp_path):
     (tmp_path / "study.yaml").write_text("""
 model: module
 base:
-  geometry: {type: tube}
+  geometry: {type: thick_sphere}
   materials: {body: elastosil-m4601}
-  supports: [{surface: outer, fix: [x, y, z]}]
-  steps: [{name: press, surface_pressure: {bore: 1 kPa}}]
+  supports: []
+  steps: [{name: press, pressure: 1 kPa}]
 axes: [{path: geometry.mesh_size, values: [3 mm, 4 mm]}]
 """)
     sweep, base = read(tmp_path / "study.yaml", Sweep)
-    with pytest.raises(SpecError, match=r"model: module: geometry\.type: tube has no module"):
+    with pytest.raises(
+        SpecError, match=r"model: module: geometry\.type: thick_sphere has no module"
+    ):
         open_study(sweep, base, Cache(tmp_path / "runs"))
 
 
