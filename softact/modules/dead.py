@@ -71,6 +71,12 @@ class Dead:
         weight = self.mass * np.linalg.norm(self.gravity, axis=1) / 2
         return np.asarray((weight + np.linalg.norm(self.force, axis=1)) * self.length)
 
+    @property
+    def largest(self) -> float:
+        """Weight and payload together at most, N."""
+        weight = self.mass * np.linalg.norm(self.gravity, axis=1)
+        return float((weight + np.linalg.norm(self.force, axis=1)).max(initial=0.0))
+
     def near(self, centres: Array) -> list[NDArray[np.int64]]:
         """For each of a table's pressures (c, m), which loads are met near it."""
         span = np.ptp(centres, axis=0)

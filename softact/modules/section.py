@@ -6,11 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softact.modules.energy import Energy
-from softact.modules.table import ROOM, Table
+from softact.modules.table import Table
 
 Array = NDArray[np.float64]
-STEPS = 30  # of the search for the forces
-FOUND = 1e-12  # of a stretch
 STIFFEST = 1e-9  # of the largest compliance: no direction is stiffer
 
 
@@ -18,8 +16,7 @@ class Section:
     """Energy of a rod by its length, over all six strains, as ``softact.modules.rod.Law`` asks.
 
     The table's energy is one over forces: at strains (κ, ν) the forces F are where
-    W* + F · (ν − ν₀) is largest, within what was walked; that is the energy W, and F is its
-    derivative by ν. Beyond these forces W grows as they say, no stiffer.
+    W* + F · (ν − ν₀) is largest; that is the energy W, and F is its derivative by ν.
 
     pressures: (m,) MPa. more: (k,) curvatures of a module beyond the rod's, where the ends of the
     rod bend less than its modules.
@@ -31,8 +28,6 @@ class Section:
         self._turns = np.flatnonzero(table.turns)
         self._pulls = np.flatnonzero(~table.turns)
         self._rest = np.eye(6)[3 + table.axis][table.free[self._pulls]]
-        low, high = (end[self._pulls] for end in (table.energy.low, table.energy.high))
-        self._reach = low - ROOM * (high - low), high + ROOM * (high - low)
         self._last: tuple[Array, Array] | None = None
 
     def states(self, strains: Array) -> Array:
@@ -47,36 +42,23 @@ class Section:
         places = np.zeros((n, k + len(self.pressures)))
         places[:, k:] = self.pressures
         places[:, self._turns] = (strains[:, self.table.free] + self.more)[:, self._turns]
-        stretched = strains[:, self.table.free[self._pulls]] - self._rest
-        if self._last is not None and len(self._last[1]) == n:
-            places[:, self._pulls] = self._last[1][:, self._pulls]
-        part = np.ones((n, 1))
-        lacking = np.full(n, np.inf)
-        for _ in range(STEPS):
-            first, second = self._energy.both(places)
-            short = stretched + first[:, self._pulls]
-            soft = _definite(-second[:, self._pulls[:, None], self._pulls])
-            step = np.linalg.solve(soft, short[..., None])[..., 0]
-            here = places[:, self._pulls]
-            goal = np.clip(here + part * step, *self._reach)
-            moved = goal - here
-            if np.abs(np.einsum("nij,nj->ni", soft, moved)).max(initial=0.0) < FOUND:
-                break
-            # To and fro about a kink: shorter steps.
-            size = np.abs(short).max(axis=1)
-            part = np.where((size > 0.9 * lacking)[:, None], np.maximum(part / 2, 0.1), part)
-            lacking = size
-            places[:, self._pulls] = goal
+        # The energy is quadratic in the forces, so one step finds them.
+        first, second = self._energy.both(places)
+        short = self._stretched(strains) + first[:, self._pulls]
+        soft = _definite(-second[:, self._pulls[:, None], self._pulls])
+        places[:, self._pulls] = np.linalg.solve(soft, short[..., None])[..., 0]
         self._last = strains.copy(), places
         return places
+
+    def _stretched(self, strains: Array) -> Array:
+        """ν − ν₀ (n, p) of the strains that have a force."""
+        return np.asarray(strains[:, self.table.free[self._pulls]] - self._rest)
 
     def energy(self, strains: Array) -> Array:
         """Of each of n pieces, mJ/mm, from (n, 6)."""
         places = self._places(strains)
-        stretched = strains[:, self.table.free[self._pulls]] - self._rest
-        return np.asarray(
-            self._energy.value(places) + (places[:, self._pulls] * stretched).sum(axis=1)
-        )
+        pulled = (places[:, self._pulls] * self._stretched(strains)).sum(axis=1)
+        return np.asarray(self._energy.value(places) + pulled)
 
     def conjugates(self, strains: Array) -> Array:
         """Moment and force (n, 6)."""
@@ -95,13 +77,7 @@ class Section:
         wrench = np.zeros((len(strains), 6))
         wrench[:, free[turns]] = first[:, turns]
         wrench[:, free[pulls]] = places[:, pulls]
-        soft = _definite(-second[:, pulls[:, None], pulls])
-        low, high = self._reach
-        inside = (places[:, pulls] > low) & (places[:, pulls] < high)
-        both = inside[:, :, None] & inside[:, None]
-        # Forces at the end of what was walked stay there.
-        soft = np.where(both, soft, np.eye(len(pulls)))
-        stiff = np.where(both, np.linalg.inv(soft), 0.0)
+        stiff = np.linalg.inv(_definite(-second[:, pulls[:, None], pulls]))
         across = second[:, turns[:, None], pulls]
         out = np.zeros((len(strains), 6, 6))
         t, p = free[turns], free[pulls]
