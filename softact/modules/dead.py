@@ -19,14 +19,15 @@ Array = NDArray[np.float64]
 PARTS = 8  # of a step
 PIECES = 12  # of the linear rod that says how far weight bends
 STEPS = 4  # of its load
+SWUNG = 3.0  # times weight and payload pull where they swing
 CENTRES = 2  # so many of a table's pressures make room for a load
 
 
 @dataclass(frozen=True)
 class Dead:
     """pressures (s, m), MPa, on the way, and there gravity (s, 3), mm/s², and force (s, 3), N, on
-    the tip of an actuator: its mass, tonne, length, mm, axis (3,), and which turns and shifts
-    symmetry leaves it (6,)."""
+    the tip of an actuator: its mass, tonne, length, mm, axis (3,), which turns and shifts
+    symmetry leaves it (6,), and whether a step has inertia."""
 
     pressures: Array
     gravity: Array
@@ -35,6 +36,7 @@ class Dead:
     length: float
     axis: Array
     free: NDArray[np.bool_]
+    swings: bool
 
     @classmethod
     def of(cls, spec: Spec, loads: Driven) -> Dead:
@@ -63,6 +65,7 @@ class Dead:
             layout.length,
             np.asarray(layout.axis, dtype=float),
             free_components(layout.symmetry).ravel(),
+            any(step.timing(layout) for step in spec.steps),
         )
 
     @property
@@ -72,10 +75,11 @@ class Dead:
         return np.asarray((weight + np.linalg.norm(self.force, axis=1)) * self.length)
 
     @property
-    def largest(self) -> float:
-        """Weight and payload together at most, N."""
+    def pull(self) -> float:
+        """Weight and payload together at most, and more of them where the actuator swings, N."""
         weight = self.mass * np.linalg.norm(self.gravity, axis=1)
-        return float((weight + np.linalg.norm(self.force, axis=1)).max(initial=0.0))
+        largest = float((weight + np.linalg.norm(self.force, axis=1)).max(initial=0.0))
+        return (SWUNG if self.swings else 1.0) * largest
 
     def near(self, centres: Array) -> list[NDArray[np.int64]]:
         """For each of a table's pressures (c, m), which loads are met near it."""

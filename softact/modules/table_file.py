@@ -98,7 +98,9 @@ class MadeTable:
         if self.made_from != made_from:
             return False
         room = dead.room(known.walked.centres[:, known.k :])
-        if np.any(room * (1 - ENOUGH) > known.room):
+        along = known.energy.names.index(f"force_{'xyz'[known.axis]}")
+        pull = min(-known.energy.low[along], known.energy.high[along])
+        if np.any(room * (1 - ENOUGH) > known.room) or dead.pull * (1 - ENOUGH) > pull:
             return False
         slack = ENOUGH * (known.high - known.low)
         return bool(

@@ -20,7 +20,6 @@ SAGS = 1.2  # times how far the dead loads bend a linear rod
 BEYOND = 0.3  # of the largest free curvature: how far the table goes past straight and past free
 FAR = 1.5  # times that: from here on a way has several states
 PULLED = 0.25  # of the force that keeps the length of a straight module
-SWUNG = 3.0  # times weight and payload, which pull more where they swing
 SHEARED = 0.25  # of that force: across the axis
 HARDLY = 0.02  # rad of a module, or of its length: strains below it are secondary
 
@@ -112,7 +111,7 @@ class Walk:
         beyond = BEYOND * max(bent, HARDLY / self.walker.repeat.length)
         blocked = [c.second[:k, :k] @ (rest.strain - c.strain) for c in self.centres]
         pull = PULLED * max(abs(load[self.along]) for load in blocked)
-        pull = max(pull, SWUNG * self.dead.largest)
+        pull = max(pull, SAGS * self.dead.pull)
         near = self.dead.near(np.array([c.pressures for c in self.centres]))
         stiffness = np.zeros((6, 6))
         stiffness[np.ix_(self.walker.free, self.walker.free)] = rest.second[:k, :k]

@@ -95,9 +95,32 @@ def test_less_load_takes_the_same_table_and_more_does_not(spec, folder):
         "steps.inflate.pressure": "14 kPa",
         "steps.weight.payload.force": ["0 N", "0 N", "-1 N"],
         "geometry.roof": "1.5 mm",
+        # It swings: weight and payload pull three times as much.
+        "steps.weight": SPEC["steps"][0]
+        | {"payload": {"force": ["0 N", "0 N", "-0.1 N"]}, "duration": "1 s", "dynamics": True},
     }.items():
         with pytest.raises(SpecError, match="is the table of another module, or of less than"):
             made(spec.with_({path: value}), folder, given=True)
+
+
+def test_a_finger_that_swings_comes_to_where_it_hangs(spec, table):
+    """Under its weight in two ways: the mean of a slow swing is the state at rest, and what holds
+    the clamp swings about the weight."""
+    slow = spec.with_({"steps": slow_steps()})
+    moving = [
+        dict(step, duration="2 s", dynamics=True, amplitude="smooth") for step in slow_steps()
+    ]
+    still = rod_run.run(Chain(slow, table), 2).rows
+    found = rod_run.run(Chain(spec.with_({"steps": moving}), table), 20)
+    assert not found.stopped
+    last = found.rows[-1]
+    assert last["time_s"] == pytest.approx(4.0)
+    assert last["bending_angle_deg"] == pytest.approx(still[-1]["bending_angle_deg"], abs=1.0)
+    assert last["reaction_z_N"] == pytest.approx(still[-1]["reaction_z_N"], rel=0.05)
+
+
+def slow_steps():
+    return [{"name": "weight", "gravity": [0, 0, -1]}, *SPEC["steps"][1:]]
 
 
 def test_beside_the_whole_actuator(spec, table, tmp_path):
