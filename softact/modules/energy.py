@@ -84,16 +84,6 @@ class Energy:
         n, terms = len(self.names), self.terms(places)
         return terms @ first.T, (terms @ second.reshape(n * n, -1).T).reshape(-1, n, n)
 
-    def at(self, pressures: Array) -> Energy:
-        """The energy over the strains alone, at given pressures (the last of the variables)."""
-        k = len(self.names) - len(pressures)
-        place = np.zeros((1, len(self.names)))
-        place[0, k:] = (pressures - (self.low + self.high)[k:] / 2) / self.half[k:]
-        weights = _monomials(place[:, k:], self.powers[:, k:])[0]
-        kept, at = np.unique(self.powers[:, :k], axis=0, return_inverse=True)
-        constants = np.bincount(at.ravel(), weights * self.constants, len(kept)).astype(float)
-        return Energy(self.names[:k], self.low[:k], self.high[:k], kept, constants)
-
 
 def _monomials(scaled: Array, powers: NDArray[np.int64]) -> Array:
     """Of places (m, n) in the range −1 to 1, (m, terms)."""
