@@ -75,6 +75,7 @@ def _refused(spec: Spec) -> Iterator[tuple[str, str]]:
     loose = [s for s in spec.supports or () if s.surface != clamp or s.spring or s.turn]
     yield "supports", "a rod is clamped at its base, and nowhere else" if loose else ""
     yield "module", "a rod is of a whole actuator" if spec.layout().repeats else ""
+    yield "sheets", "a rod is of a solid actuator, not of sheets" if spec.sheets else ""
     yield "masses", "a rod takes the weight of a mass as a payload" if spec.masses else ""
     yield "contact", "a rod does not meet itself; leave contact out" if spec.contact else ""
 

@@ -104,8 +104,12 @@ class Walk:
         does not reach them."""
         try:
             centres = self._let_go(pressures)
-        except NoEquilibriumError:
-            raise NoEquilibriumError("the free module does not reach the full pressure") from None
+        except NoEquilibriumError as error:
+            goal = ", ".join(f"{1e3 * p:.4g}" for p in self.loads.high)
+            raise NoEquilibriumError(
+                f"the module that nothing holds does not reach {goal} kPa: {error}; lower the "
+                "pressure of the steps, or solve the whole actuator"
+            ) from None
         k, rest = len(self.walker.free), self.rest
         bent = max(float(np.linalg.norm(c.strain[self.bends])) for c in self.centres)
         beyond = BEYOND * max(bent, HARDLY / self.walker.repeat.length)

@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -18,7 +19,7 @@ from softact.modules.rod_run import Chain
 from softact.modules.walk import Grid
 from softact.results.folder import read
 from softact.run.start import run
-from softact.spec import Spec
+from softact.spec import Spec, load
 
 GRID = Grid(3, 1)
 SPEC = {
@@ -278,3 +279,9 @@ def test_what_has_no_rod_is_told(spec, changes, why):
         changed = spec.with_(changes)
     with pytest.raises(SpecError, match=re.escape(why)):
         rod_run.check(changed)
+
+
+def test_sheets_have_no_rod():
+    pouches = load(Path("configs/woven_contracting.yaml"))
+    with pytest.raises(SpecError, match="sheets: a rod is of a solid actuator, not of sheets"):
+        rod_run.check(pouches)
