@@ -282,6 +282,6 @@ def test_what_has_no_rod_is_told(spec, changes, why):
 
 
 def test_sheets_have_no_rod():
-    pouches = load(Path("configs/woven_contracting.yaml"))
+    pouches = load(Path(__file__).parents[2] / "configs/woven_contracting.yaml")
     with pytest.raises(SpecError, match="sheets: a rod is of a solid actuator, not of sheets"):
         rod_run.check(pouches)
