@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     "--table",
     is_flag=True,
     help="Instead of the runs: table.json and table.h5, the energy of a module over curvatures, "
-    "stretch and pressure.",
+    "forces and pressures.",
 )
 @click.option("-o", "--output", metavar="DIR", help="[default: results/<name>-module]")
 @force_option

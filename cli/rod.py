@@ -41,7 +41,7 @@ def rod(
 ) -> None:
     """Solve a spec on a rod whose law is the table of the actuator's module.
 
-    Weight, payload, pressure and obstacles without friction are those of the spec. Writes
+    Weight, payload, pressures, obstacles and motion are those of the spec. Writes
     curve.csv, rod.html and the table, which the next call in the same folder takes again: only
     the first one solves finite elements.
 
@@ -67,7 +67,7 @@ def rod(
         law.write(*map(folder.file, FILES))
         found = rod_run.run(rod_run.Chain(loaded, law.table), increments)
         page = rod_page.write(found, law.table, loaded.name, folder)
-    for line in rod_page.lines(found):
+    for line in rod_page.lines(found, law.table):
         click.echo(line)
     click.echo(f"page: {page}")
     if found.stopped:

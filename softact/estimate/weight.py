@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -17,13 +17,19 @@ PIECES = 16
 
 def last_loads(spec: Spec) -> tuple[np.ndarray, np.ndarray]:
     """(3,) gravity in mm/s² and (3,) force on the tip in N, at the end of the steps."""
+    return list(loads_of_steps(spec))[-1]
+
+
+def loads_of_steps(spec: Spec) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """The same to which each step goes."""
     gravity, force, tip = np.zeros(3), np.zeros(3), spec.geometry.layout().tip
+    carried = carried_at(spec.masses, tip, tip)
     for step in spec.steps:
         if step.gravity is not None:
             gravity = np.asarray(step.gravity, float)
         loads = [p.force for p in entries(step.payload) if p.surface in (None, tip)]
         force = np.sum(loads, axis=0, dtype=float) if loads else force
-    return gravity, force + carried_at(spec.masses, tip, tip) * gravity
+        yield gravity, force + carried * gravity
 
 
 def mass(spec: Spec) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +11,7 @@ from softact.measures.base import Measure, continued
 
 if TYPE_CHECKING:
     from softact.measures.snapshot import Snapshot
+    from softact.mesh.layout import Layout
 
 # Below this the plane of bending is not known well enough to give the angle a sign.
 SMALL = 1.0
@@ -17,16 +19,24 @@ SMALL = 1.0
 
 def bending_axis(snapshot: Snapshot) -> np.ndarray:
     """Unit vector about which the tip has turned: the layout's, or the one that is seen."""
-    if snapshot.layout.bending_axis is not None:
-        return np.asarray(snapshot.layout.bending_axis)
     axis = np.asarray(snapshot.layout.axis)
-    normal = np.cross(axis, snapshot.tip_rotation @ axis)
+    return axis_of_bending(snapshot.layout, snapshot.tip_rotation @ axis, snapshot.previous)
+
+
+def axis_of_bending(
+    layout: Layout, direction: np.ndarray, previous: Mapping[str, float]
+) -> np.ndarray:
+    """The same where the tip's axis goes in a direction (3,). previous: the last columns."""
+    if layout.bending_axis is not None:
+        return np.asarray(layout.bending_axis)
+    axis = np.asarray(layout.axis)
+    normal = np.cross(axis, direction)
     length = np.linalg.norm(normal)
     if length > 1e-12:
         normal = normal / length
-        before = np.array([snapshot.previous.get(f"bending_axis_{c}", 0.0) for c in "xyz"])
+        before = np.array([previous.get(f"bending_axis_{c}", 0.0) for c in "xyz"])
         # Past half a turn the cross product flips; the axis of the last state says so.
-        turned = snapshot.previous.get("bending_angle_deg", 0.0) > SMALL
+        turned = previous.get("bending_angle_deg", 0.0) > SMALL
         return -normal if turned and before @ normal < 0 else normal
     return np.cross(axis, np.roll(axis, 1))
 

@@ -10,6 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softact.errors import SpecError
+from softact.loads.several import entries
+from softact.measures.base import continued
+from softact.measures.bending import axis_of_bending
 from softact.mesh.layout import free_components
 from softact.modules.driven import driven
 from softact.modules.grip import Grip
@@ -17,14 +20,12 @@ from softact.modules.rod import Distance, Frames, Loads, Points, Rod
 from softact.modules.rod_motion import inertias
 from softact.modules.section import Section
 from softact.modules.table import Table
-from softact.spec import Spec, Step
+from softact.spec import Spec
 
 Array = NDArray[np.float64]
 PIECES = 2  # by module
 NEAR = 1e-6  # mm/s² or N across the plane: none
 STRAIGHT = 1e-6  # 1/mm
-TINY = 1e-300
-BENT = 1.0  # degrees: below it the plane of bending is not known
 
 Row = dict[str, float | str]
 
@@ -42,12 +43,6 @@ class Acting:
         """On the way to another one."""
         pairs = zip(vars(self).values(), vars(other).values(), strict=True)
         return Acting(*((1 - part) * a + part * b for a, b in pairs))
-
-
-def payloads(step: Step) -> list[Any]:
-    """Of a step, those that it has."""
-    value = step.loads.get("payload")
-    return list(value) if isinstance(value, list | tuple) else [value] if value else []
 
 
 class Chain:
@@ -99,15 +94,15 @@ class Chain:
         return Points.joined(*sides, Points(np.full(len(edges), self.pieces), edges))
 
     def _pressures(self) -> Array:
-        """At the end of each step, of the table's groups (steps, m)."""
+        """Where each step goes to, of the table's groups (steps, m)."""
         mine = driven(self.spec)
-        ends = {
+        goals = {
             name: share * column
-            for group, column in zip(mine.groups, mine.ends.T, strict=True)
+            for group, column in zip(mine.groups, mine.goals.T, strict=True)
             for name, share in group.items()
         }
         return np.array(
-            [self.of_groups({n: c[i] for n, c in ends.items()}) for i in range(len(mine.ends))]
+            [self.of_groups({n: c[i] for n, c in goals.items()}) for i in range(len(mine.goals))]
         )
 
     def of_groups(self, pressures: Mapping[str, float]) -> Array:
@@ -124,7 +119,7 @@ class Chain:
         gravity, payload = before.gravity, before.payload
         if (given := step.loads.get("gravity")) is not None:
             gravity = self._in_plane(given, f"steps.{step.name}.gravity")
-        if loads := payloads(step):
+        if loads := entries(step.payload):
             forces = [self._in_plane(p.force, f"steps.{step.name}.payload") for p in loads]
             payload = np.sum(forces, axis=0)
         return Acting(gravity, payload, self.pressures[number])
@@ -240,18 +235,11 @@ def bending(chain: Chain, frames: Frames, before: Row) -> Row:
     which it turned; as ``softact.measures.bending``."""
     layout, axis = chain.layout, chain.axis
     tip = frames.turns[-1] @ axis
-    if layout.bending_axis is not None:
-        about = np.asarray(layout.bending_axis, dtype=float)
-    else:
-        about = np.cross(axis, tip)
-        size = np.linalg.norm(about)
-        about = about / size if size > TINY else np.cross(axis, np.roll(axis, 1))
-        seen = np.array([float(before.get(f"bending_axis_{c}", 0.0)) for c in "xyz"])
-        if float(before.get("bending_angle_deg", 0.0)) > BENT and seen @ about < 0:
-            about = -about
+    numbers = {name: value for name, value in before.items() if isinstance(value, float)}
+    about = axis_of_bending(layout, tip, numbers)
     angle = float(np.degrees(np.arctan2(tip @ np.cross(about, axis), tip @ axis)))
-    last = float(before.get("bending_angle_deg", 0.0))
-    found: Row = {"bending_angle_deg": angle + 360 * round((last - angle) / 360)}
+    unwrapped = continued(angle, numbers.get("bending_angle_deg"))
+    found: Row = {"bending_angle_deg": float(unwrapped)}
     if layout.bending_axis is None:
         found |= {f"bending_axis_{c}": float(v) for c, v in zip("xyz", about, strict=True)}
     return found

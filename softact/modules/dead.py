@@ -7,9 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from softact.bodies.carried_mass import carried_at
-from softact.estimate.weight import mass
-from softact.loads.several import entries
+from softact.estimate.weight import loads_of_steps, mass
 from softact.mesh.layout import free_components
 from softact.modules.driven import Driven
 from softact.modules.rod import Linear, Loads, Points, Rod
@@ -42,25 +40,19 @@ class Dead:
     def of(cls, spec: Spec, loads: Driven) -> Dead:
         """Of a spec, whose pressures are ``loads``."""
         layout = spec.geometry.layout()
-        weight, tip = np.zeros(3), layout.tip
-        payload, pressure = np.zeros(3), np.zeros(len(loads.groups))
-        hung = carried_at(spec.masses, tip, tip)
+        before = np.zeros(len(loads.groups)), np.zeros(3), np.zeros(3)
         found = []
-        for step, after in zip(spec.steps, loads.ends, strict=True):
-            before = pressure, weight, payload
-            if step.gravity is not None:
-                weight = np.asarray(step.gravity, float)
-            forces = [p.force for p in entries(step.payload) if p.surface in (None, tip)]
-            payload = np.sum(forces, axis=0, dtype=float) if forces else payload
-            pressure = after
+        for pressures, dead in zip(loads.goals, loads_of_steps(spec), strict=True):
+            after = pressures, *dead
             for part in np.arange(PARTS + 1) / PARTS:
-                ends = zip(before, (pressure, weight, payload), strict=True)
+                ends = zip(before, after, strict=True)
                 found.append([(1 - part) * a + part * b for a, b in ends])
+            before = after
         pressures, gravity, force = (np.array(column) for column in zip(*found, strict=True))
         return cls(
             pressures,
             gravity,
-            force + hung * gravity,
+            force,
             mass(spec),
             layout.length,
             np.asarray(layout.axis, dtype=float),

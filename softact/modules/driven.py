@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softact.errors import SpecError
-from softact.spec import Spec
+from softact.mesh.layout import Layout
+from softact.spec import Spec, Step
 
 Array = NDArray[np.float64]
 ALIKE = 1e-9  # of the largest pressure
@@ -19,12 +20,13 @@ ALIKE = 1e-9  # of the largest pressure
 class Driven:
     """groups: cavity -> share, of cavities whose pressures are multiples of each other in all
     steps; the largest share of a group is 1. low, high (m,): the least and the largest pressure of
-    each group on the way, zero among them, MPa. ends (steps, m): at the end of each step."""
+    each group on the way, zero among them, MPa. goals (steps, m): where each step goes to, from
+    where the last one ended."""
 
     groups: tuple[Mapping[str, float], ...]
     low: Array
     high: Array
-    ends: Array
+    goals: Array
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -34,23 +36,22 @@ class Driven:
 
 def driven(spec: Spec) -> Driven:
     """By the steps of a spec. Raises SpecError where no step has a pressure."""
-    rows: list[dict[str, float]] = []
+    goals, between = [], []
     now: dict[str, float] = {}
     for step in spec.steps:
-        given = step.loads.get("pressure")
-        if given is not None:
-            cavities = spec.layout().cavities
-            named = given if isinstance(given, dict) else dict.fromkeys(cavities, given)
-            now = now | {name: float(value) for name, value in named.items()}
-        rows.append(now)
+        goal, on_the_way = _way(step, spec.layout(), now)
+        now = on_the_way[-1]
+        goals.append(goal)
+        between += on_the_way
+    rows = [*goals, *between]
     names = [name for name in spec.layout().cavities if any(row.get(name) for row in rows)]
     if not names:
         raise SpecError("a table of a module is walked over its pressure; no step has one")
     table = np.array([[row.get(name, 0.0) for name in names] for row in rows])
     groups: list[dict[str, float]] = []
-    ends: list[Array] = []
+    columns: list[Array] = []
     for name, column in zip(names, table.T, strict=True):
-        for group, leading in zip(groups, ends, strict=True):
+        for group, leading in zip(groups, columns, strict=True):
             at = int(np.abs(leading).argmax())
             share = column[at] / leading[at]
             if np.abs(column - share * leading).max() <= ALIKE * np.abs(table).max():
@@ -58,11 +59,30 @@ def driven(spec: Spec) -> Driven:
                 break
         else:
             groups.append({name: 1.0})
-            ends.append(column)
+            columns.append(column)
     for number, group in enumerate(groups):
         largest = max(group.values(), key=abs)
-        ends[number] = ends[number] * largest
+        columns[number] = columns[number] * largest
         groups[number] = {name: share / largest for name, share in group.items()}
-    found = np.array(ends).T
+    found = np.array(columns).T
     low, high = np.minimum(found.min(axis=0), 0.0), np.maximum(found.max(axis=0), 0.0)
-    return Driven(tuple(groups), low, high, found)
+    return Driven(tuple(groups), low, high, found[: len(goals)])
+
+
+def _way(
+    step: Step, layout: Layout, before: Mapping[str, float]
+) -> tuple[dict[str, float], list[dict[str, float]]]:
+    """Pressures of cavities to which a step goes, and those where its loads turn and at its end:
+    an amplitude may come back, or give pressures in time."""
+    given = step.loads.get("pressure")
+    named = given if isinstance(given, dict) else dict.fromkeys(layout.cavities, given)
+    goal = {**before} | {name: float(p) for name, p in named.items() if p is not None}
+    timing = step.timing(layout)
+    if timing is None:
+        return goal, [goal]
+    found = []
+    for part in (0.0, *timing.amplitude.turns, 1.0):
+        share = timing.amplitude.at(part)
+        here = {n: (1 - share) * before.get(n, 0.0) + share * p for n, p in goal.items()}
+        found.append(here | dict(timing.amplitude.pressures(part)))
+    return goal, found

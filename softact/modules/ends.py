@@ -129,14 +129,16 @@ def ends_of(spec: Spec, loads: Driven, module: FreeModule) -> Ends:
     size = (free**2).sum(axis=1)
     bent = np.sqrt(size) > LEAST * np.sqrt(size.max())  # elsewhere nothing shows what is idle
     ratio = (turns * free).sum(axis=1) / np.where(bent, size, 1.0) / module.pitch
-    idle = pitches - np.where(bent, ratio, 0.0)
+    bends = 2 * turned * module.bending / (push * length)
+    stiff = float(pitches - bends / module.pitch)
+    # What bends under no pressure shows nothing but how stiff the ends are.
+    idle = np.where(bent, pitches - ratio, stiff)
     shown = np.flatnonzero(bent)
     for number in np.flatnonzero(~bent) if len(shown) else ():
         gaps = np.linalg.norm(module.pressures[shown] - module.pressures[number], axis=1)
         idle[number] = idle[shown[gaps.argmin()]]
-    bends = 2 * turned * module.bending / (push * length)
     air = pitches * module.pitch * module.air - volumes
-    return Ends(float(pitches - bends / module.pitch), module.pressures, idle, air)
+    return Ends(stiff, module.pressures, idle, air)
 
 
 def _turned(model: Model, state: State) -> Array:

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from softact.modules.grip import Grip
-from softact.modules.screws import Between, crosses, exponential, logarithm
+from softact.modules.screws import Between, exponential, logarithm
+from softact.system.rotation import cross_with
 
 Array = NDArray[np.float64]
 STIFFNESSES = (1.0, 10.0, 100.0, 1000.0)  # N/mm, of an obstacle: the last one counts
@@ -378,10 +379,10 @@ def _push(
     """Add what an energy of the points' places gives to frames: slopes (m, 3) are its derivatives
     by the places, second (m, 3, 3) its second ones."""
     local = _pull(residual, frames, points, slopes)
-    turns, arms = frames.turns[points.at], crosses(points.arms)
+    turns, arms = frames.turns[points.at], cross_with(points.arms)
     blocks = np.zeros((len(points.at), 6, 6))
     # Along exp η a place moves by R (u + θ × s), and to second order by R θ × (u + θ × s) / 2.
-    force = crosses(local)
+    force = cross_with(local)
     blocks[:, :3, :3] = _symmetric(force @ arms)
     blocks[:, :3, 3:] = -force / 2
     blocks[:, 3:, :3] = force / 2
@@ -396,6 +397,6 @@ def _pull(residual: Array, frames: Frames, points: Points, slopes: Array) -> Arr
     """Add the first derivatives alone; returns the slopes in the frames' axes (m, 3)."""
     local = np.einsum("nji,nj->ni", frames.turns[points.at], slopes)
     n = len(residual)
-    wrenches = np.concatenate([(crosses(points.arms) @ local[..., None])[..., 0], local], axis=1)
+    wrenches = np.concatenate([(cross_with(points.arms) @ local[..., None])[..., 0], local], axis=1)
     residual += np.stack([np.bincount(points.at, w, n) for w in wrenches.T], axis=1)
     return local

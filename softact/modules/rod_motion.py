@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from softact.loads.dynamics import Dynamics
 from softact.modules.rod import Frames, Loads, Rod
-from softact.modules.screws import adjoints, crosses
+from softact.modules.screws import adjoints
+from softact.system.rotation import cross_with
 
 Array = NDArray[np.float64]
 STILL = 1e-5  # rad, or of a piece's length: an iteration below it is the last
@@ -43,7 +44,7 @@ def inertias(at: NDArray[np.int64], masses: Array, arms: Array, spreads: Array, 
     """Of n frames in their axes (n, 6, 6), from lumps on frames ``at``: masses (s,), tonne, arms
     (s, 3), mm, second moments (s, 3, 3) about the lumps' middles, tonne mm²."""
     found = np.zeros((len(at), 6, 6))
-    levers = crosses(arms)
+    levers = cross_with(arms)
     trace = np.trace(spreads, axis1=1, axis2=2)
     found[:, :3, :3] = trace[:, None, None] * np.eye(3) - spreads
     found[:, :3, :3] -= masses[:, None, None] * (levers @ levers)

@@ -10,7 +10,7 @@ from markupsafe import Markup
 from softact.files.text import csv_text, write_atomic
 from softact.modules.chain import Row
 from softact.modules.rod_run import RodRun
-from softact.modules.table import Table
+from softact.modules.table import GOOD, Table
 from softact.report import base, labels
 from softact.report.base import Plot, Section
 from softact.results.own_folder import Output
@@ -38,19 +38,33 @@ def html(found: RodRun, table: Table, name: str) -> str:
         Section("table", "All states", _table(found.rows), "Table"),
         Section("law", "The law of the rod", base.note(law(table)), "Law"),
     ]
-    return base.page(name, sections, kicker="A rod of modules", kind="rod", lead=_lead(found))
+    return base.page(
+        name, sections, kicker="A rod of modules", kind="rod", lead=_lead(found, table)
+    )
 
 
-def _lead(found: RodRun) -> Markup:
-    said = warnings(found)
+def _lead(found: RodRun, table: Table) -> Markup:
+    said = warnings(found, table)
     if not said:
         return Markup("")
     return base.banner("bad" if found.stopped else "warn", "Look at this first", "", said)
 
 
-def warnings(found: RodRun) -> list[str]:
+def warnings(found: RodRun, table: Table) -> list[str]:
     """What is to be thought of it, where that is anything."""
     said = [found.stopped] if found.stopped else []
+    worst = int(table.errors.argmax())
+    if table.errors[worst] > GOOD:
+        what = labels_of(table.energy.names[worst])
+        said.append(
+            "at states of the module that were held out the law is off by up to "
+            f"{100 * table.errors[worst]:.2g}% of the largest ({what})"
+        )
+    if not table.ends.known:
+        said.append(
+            "what the two ends of the actuator take from its bending is not known for this "
+            "geometry: they count as modules, and the angle may be some percent too large"
+        )
     steepest = max((float(row["curvature_change_percent"]) for row in found.rows), default=0.0)
     if steepest > STEEP:
         said.append(
@@ -143,10 +157,10 @@ def _table(rows: list[Row]) -> Markup:
     return base.table(heads, shown, file="curve.csv")
 
 
-def lines(found: RodRun) -> list[str]:
+def lines(found: RodRun, table: Table) -> list[str]:
     """What the last state says, in a few lines."""
     if not found.rows:
-        return warnings(found)
+        return warnings(found, table)
     last, said = found.rows[-1], []
     for name in SAID:
         if name in last:
@@ -154,4 +168,4 @@ def lines(found: RodRun) -> list[str]:
             value = labels.number(float(last[name]) * label.factor)
             said.append(f"  {label.name}: {value} {label.unit}".rstrip())
     at = f"at {labels.number(pressure(last))} kPa:"
-    return [*(f"rod: {text}" for text in warnings(found)), at, *said]
+    return [*(f"rod: {text}" for text in warnings(found, table)), at, *said]

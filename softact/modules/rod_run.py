@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from softact.errors import SpecError
 from softact.fields import Fault
+from softact.loads.several import entries
 from softact.loads.timing import Timing
-from softact.modules.chain import Acting, Chain, Row, Standing, payloads
+from softact.modules.chain import Acting, Chain, Row, Standing
 from softact.modules.driven import driven
 from softact.modules.grip import Grip
 from softact.modules.rod import Frames, Loads
@@ -56,7 +57,7 @@ def faults(spec: Spec) -> Iterator[Fault]:
         timing = step.timing(spec.layout())
         if timing is not None and timing.dynamics is None:
             yield ("steps", index, "duration"), "a rod has a clock with dynamics: true alone"
-        for load in payloads(step):
+        for load in entries(step.payload):
             if load.surface not in (None, spec.layout().tip):
                 yield ("steps", index, "payload"), "a rod is loaded at its tip"
 

@@ -9,6 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from softact.system.rotation import cross_with
+
 Array = NDArray[np.float64]
 #: B₂ₖ / (2k)! of the series of the inverse of the exponential's derivative, k = 1 to 6: exact to
 #: 1e-11 for turns of up to 1 rad.
@@ -17,18 +19,9 @@ SMALL = 1e-4  # rad
 TERMS = 3  # of EVEN in the tangent: 1e-8 at 0.5 rad
 
 
-def crosses(vectors: Array) -> Array:
-    """Matrices (..., 3, 3) of w -> v × w."""
-    out = np.zeros((*vectors.shape, 3))
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        out[..., j, k] = -vectors[..., i]
-        out[..., k, j] = vectors[..., i]
-    return out
-
-
 def exponential(screws: Array) -> tuple[Array, Array]:
     """R (..., 3, 3) and x (..., 3)."""
-    turn = crosses(screws[..., :3])
+    turn = cross_with(screws[..., :3])
     square = turn @ turn
     angle = np.linalg.norm(screws[..., :3], axis=-1)[..., None, None]
     safe = np.maximum(angle, SMALL)
@@ -57,7 +50,7 @@ def logarithm(turns: Array, shifts: Array) -> Array:
     vector = skew / 2 * factor[..., None]
     safe = np.where(small, 1.0, angle)
     lacking = np.where(small, 1 / 12 + angle**2 / 720, (1 - safe / 2 / np.tan(safe / 2)) / safe**2)
-    turn = crosses(vector)
+    turn = cross_with(vector)
     inverse = np.eye(3) - turn / 2 + lacking[..., None, None] * (turn @ turn)
     return np.concatenate([vector, np.einsum("...ij,...j", inverse, shifts)], axis=-1)
 
@@ -65,16 +58,16 @@ def logarithm(turns: Array, shifts: Array) -> Array:
 def adjoints(screws: Array) -> Array:
     """Matrices (..., 6, 6) of the bracket with a screw: η -> (ω × θ, ω × u + v × θ)."""
     out = np.zeros((*screws.shape, 6))
-    turn = crosses(screws[..., :3])
+    turn = cross_with(screws[..., :3])
     out[..., :3, :3] = out[..., 3:, 3:] = turn
-    out[..., 3:, :3] = crosses(screws[..., 3:])
+    out[..., 3:, :3] = cross_with(screws[..., 3:])
     return out
 
 
 def pulled(wrenches: Array) -> Array:
     """Matrices (..., 6, 6) of ξ -> ad(ξ)ᵀ f, of wrenches (moment, force) (..., 6)."""
     out = np.zeros((*wrenches.shape, 6))
-    moment, force = crosses(wrenches[..., :3]), crosses(wrenches[..., 3:])
+    moment, force = cross_with(wrenches[..., :3]), cross_with(wrenches[..., 3:])
     out[..., :3, :3], out[..., :3, 3:], out[..., 3:, :3] = moment, force, force
     return out
 

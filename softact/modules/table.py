@@ -193,8 +193,9 @@ def table(
     pressures = ["pressure"] if len(loads.groups) == 1 else [f"pressure_{n}" for n in loads.names]
     names = (*(COMPONENTS[i] for i in walker.free), *pressures)
     energy, off, degree = best_fit(walk.walked, names, walk.secondary)
-    if off[~np.array(walk.secondary)].max() > GOOD:
-        tell(f"table: off by {100 * off.max():.2g} % at states held out; more states")
+    worst = off[~np.array(walk.secondary)].max()
+    if worst > GOOD:
+        tell(f"table: off by {100 * worst:.2g} % at states held out; more states")
         walk.refine()
         energy, off, degree = best_fit(walk.walked, names, walk.secondary)
     walked = walk.walked

@@ -119,10 +119,11 @@ class Walk:
         near = self.dead.near(np.array([c.pressures for c in self.centres]))
         stiffness = np.zeros((6, 6))
         stiffness[np.ix_(self.walker.free, self.walker.free)] = rest.second[:k, :k]
+        furthest = max(centres, key=lambda c: float(np.linalg.norm(c.pressures)))
         for number, centre in enumerate(centres, 1):
             (at,) = (i for i, c in enumerate(self.centres) if c is centre)
             sags = [SAGS * s[self.walker.free] for s in self.dead.sags(stiffness, near[at])]
-            ends = centre is rest or np.allclose(centre.pressures, self.loads.high)
+            ends = centre is rest or centre is furthest
             around = self._around(centre, (sags[0], sags[1]), (beyond, pull), bends, ends)
             self.samples += [state for state in around if state is not rest]
             self.tell(
@@ -135,7 +136,9 @@ class Walk:
         more the corners of what they reach, the middles of its axes, and its middle."""
         low, high = self.loads.low, self.loads.high
         if len(low) == 1:
-            return np.linspace(low, high, self.grid.pressures + 1)
+            return np.unique(
+                np.vstack([np.linspace(low, high, self.grid.pressures + 1), [[0.0]]]), axis=0
+            )
         corners = np.array(list(product(*zip(low, high, strict=True))))
         halves = np.diag((low + high) / 2)
         return np.unique(np.vstack([corners, halves, (low + high) / 2]), axis=0)

@@ -22,7 +22,7 @@ from softact.system.rotation import RotationVector
 from softact.system.term import Origin, State
 
 Array = NDArray[np.float64]
-STILL = 1e-5  # of the pitch: a step below it is the last one
+STILL = 3e-6  # of the pitch: a step below it is the last one
 NEAR = 3e-3  # of the pitch: factors of a state that is nearer do for its stiffness
 SLOWER = 0.4  # of the last step: after a larger one there are new factors
 FAR = 1.0  # pitch: no step is longer
@@ -177,7 +177,7 @@ class Presser:
             gone, last = gone + moved, moved
             if moved < STILL:
                 if gone > NEAR:
-                    self._factorised(state, origin)
+                    self._factorised(state, None)
                 assert self._columns is not None
                 return state, self._columns
             fresh = False

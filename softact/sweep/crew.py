@@ -6,7 +6,6 @@ import threading
 from collections.abc import Callable
 from contextlib import nullcontext
 from queue import SimpleQueue
-from types import TracebackType
 from typing import Self
 
 from softact.run.staying import Staying
@@ -31,12 +30,7 @@ class Crew:
             threading.Thread(target=self._wait, daemon=True).start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *problem: object) -> None:
         for _ in range(self._count):
             self._work.put(None)
 

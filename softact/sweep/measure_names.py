@@ -23,9 +23,10 @@ def measure_fault(measure: str, spec: Spec, blocked: Sequence[str] | None) -> st
     """
     if blocked is None:
         return column_fault(measure, spec)
-    if measure.startswith(f"{SLOW}_"):
-        why = f"a study leaves it out unless 'measures' in the base names {SLOW}"
-        return "" if SLOW in spec.measures else why
+    for slow in SLOW:
+        if measure.startswith(f"{slow}_") or measure in MEASURES[slow].columns:
+            why = f"a study leaves it out unless 'measures' in the base names {slow}"
+            return "" if slow in spec.measures else why
     for word, kind in KINDS.items():
         if measure in _exerted(spec, [kind]) and kind not in blocked:
             return f"takes a run of a blocked module: write 'blocked: [{word}]' beside 'model'"

@@ -47,7 +47,11 @@ class RotationVector:
 
 def cross_with(v: np.ndarray) -> np.ndarray:
     """Matrices (..., 3, 3) of w -> v × w, of vectors (..., 3)."""
-    return np.moveaxis(np.cross(v[..., None, :], np.eye(3)), -1, -2)
+    out = np.zeros((*v.shape, 3))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        out[..., j, k] = -v[..., i]
+        out[..., k, j] = v[..., i]
+    return out
 
 
 def _series(first: int) -> list[np.ndarray]:

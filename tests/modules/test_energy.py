@@ -45,7 +45,7 @@ def fitted(samples, degree=3):
 
 def test_held_out_states(samples):
     inside = answers(np.random.default_rng(2).uniform(LOW, HIGH, size=(20, 4)))
-    assert errors(fitted(samples), inside, np.abs(inside.first).max(axis=0)).max() < 1e-9
+    assert errors(fitted(samples), inside, np.abs(inside.first).max(axis=0)).max() < 1e-10
     assert errors(fitted(samples, 2), inside, np.abs(inside.first).max(axis=0)).max() > 1e-3
 
 

@@ -134,7 +134,7 @@ def test_balance_is_the_derivative_of_the_energy(obstacles):
     step = 1e-4
     unit = step * np.eye(36)
     slopes = [(energy(u) - energy(-u)) / (2 * step) for u in unit]
-    assert residual.ravel() == pytest.approx(slopes, abs=1e-6)
+    assert residual.ravel() == pytest.approx(slopes, abs=1e-7)
     tangent = np.zeros((6, 6, 6, 6))
     for n in range(6):
         tangent[n, :, n] = diagonal[n]
@@ -147,7 +147,7 @@ def test_balance_is_the_derivative_of_the_energy(obstacles):
         ]
         for a in unit
     ]
-    assert tangent.reshape(36, 36) == pytest.approx(np.array(curved), abs=1e-5)
+    assert tangent.reshape(36, 36) == pytest.approx(np.array(curved), abs=1e-6)
 
 
 def test_propped_cantilever():
