@@ -6,7 +6,7 @@ Palacios-Lazo et al. (2025), Actuators 14:540. Run by itself it writes a mesh:
 
 from collections.abc import Iterator
 from math import acos, cos, pi, sin, sqrt
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
@@ -68,15 +68,7 @@ class Antagonistic(Corrugated):
     )
     module_alone: OneModule = None
 
-    def no_chain(self) -> Iterator[tuple[str, str]]:
-        yield from super().no_chain()
-        if self.chambers == 1:
-            yield "chambers", "one chamber is no chain; write 2 or more"
-
-    @property
-    def pitches(self) -> float:
-        """Of the pair of which a module is taken."""
-        return self.chambers
+    counted: ClassVar[tuple[str, str] | None] = ("chambers", "chamber")
 
     def faults(self) -> Iterator[tuple[str, str]]:
         yield from super().faults()

@@ -6,7 +6,7 @@ Xavier et al. (2021), Sensors and Actuators A 332:113199. Run by itself it write
 
 from collections.abc import Iterator
 from math import asin, cos, pi, sin, sqrt, tan
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
@@ -69,14 +69,7 @@ class Omnidirectional(Corrugated):
     through_wall: ThroughWall = None
     module_alone: OneModule = None
 
-    def no_chain(self) -> Iterator[tuple[str, str]]:
-        yield from super().no_chain()
-        if self.modules == 1:
-            yield "modules", "one module is no chain; write 2 or more"
-
-    @property
-    def pitches(self) -> float:
-        return self.modules
+    counted: ClassVar[tuple[str, str] | None] = ("modules", "module")
 
     def short(self) -> dict[str, Any]:
         return {"modules": SHORT}

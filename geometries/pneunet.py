@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 from types import ModuleType
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -21,7 +21,7 @@ from softact.geometry.base import (
     main,
 )
 from softact.geometry.boxes import OUTSIDE, Box, Boxes, Counts, Plane
-from softact.geometry.chains import Chain, OneModule
+from softact.geometry.chains import OneModule
 from softact.geometry.filleted import Filleted, FilletSize
 from softact.geometry.fillets import CORNER, Rounded, beside, mouth, too_large
 from softact.geometry.steps import steps
@@ -44,7 +44,7 @@ OF_EACH = {
 Lengths = Annotated[tuple[Length, ...] | None, Field(strict=False)]
 
 
-class Pneunet(Filleted, Chain):
+class Pneunet(Filleted):
     """A fast PneuNet finger, straight and with flat walls.
 
     Along x: clamp plug, chambers (their inner walls face the gaps between them), tip plug.
@@ -98,6 +98,8 @@ class Pneunet(Filleted, Chain):
     fillet_mesh_size: FilletSize = None
     through_wall: ThroughWall = None
     module_alone: OneModule = None
+
+    counted: ClassVar[tuple[str, str] | None] = ("chambers", "chamber")
 
     def faults(self) -> Iterator[tuple[str, str]]:
         yield from super().faults()
@@ -251,12 +253,6 @@ class Pneunet(Filleted, Chain):
         yield from super().no_chain()
         if self.lists:
             yield next(iter(self.lists)), "chambers of several sizes are no chain of equal ones"
-        if self.chambers == 1:
-            yield "chambers", "one chamber is no chain; write 2 or more"
-
-    @property
-    def pitches(self) -> float:
-        return self.chambers
 
     def short(self) -> dict[str, Any]:
         row = self.row

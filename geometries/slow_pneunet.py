@@ -7,13 +7,13 @@ the linear kind has the same wall below as above. Run by itself it writes a mesh
 
 from collections.abc import Iterator
 from types import ModuleType
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
 from softact.geometry.base import Layout, ThroughWall, main
 from softact.geometry.boxes import Box, Boxes, Counts, Plane
-from softact.geometry.chains import Chain, OneModule
+from softact.geometry.chains import OneModule
 from softact.geometry.filleted import Filleted, FilletSize
 from softact.geometry.fillets import Rounded, beside, too_large
 from softact.geometry.steps import steps
@@ -25,7 +25,7 @@ SHORT = 4  # chambers of a finger whose middle ones know nothing of the ends
 FILM, FLOOR = 0.5, 7.0  # mm, where nothing is given
 
 
-class SlowPneunet(Filleted, Chain):
+class SlowPneunet(Filleted):
     """A slow PneuNet: a block with a row of chambers, joined by a tunnel.
 
     Along x: clamp wall, chambers with walls between them, tip wall. Across y: outer wall, chamber,
@@ -70,18 +70,11 @@ class SlowPneunet(Filleted, Chain):
     through_wall: ThroughWall = None
     module_alone: OneModule = None
 
+    counted: ClassVar[tuple[str, str] | None] = ("chambers", "chamber")
+
     @property
     def fillets(self) -> dict[str, float]:
         return {"fillet": self.fillet}
-
-    def no_chain(self) -> Iterator[tuple[str, str]]:
-        yield from super().no_chain()
-        if self.chambers == 1:
-            yield "chambers", "one chamber is no chain; write 2 or more"
-
-    @property
-    def pitches(self) -> float:
-        return self.chambers
 
     def short(self) -> dict[str, Any]:
         return {"chambers": SHORT}

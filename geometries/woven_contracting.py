@@ -6,7 +6,7 @@ al., Soft Robotics 2 (2015) 59.
 
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -40,14 +40,7 @@ class WovenContracting(SheetGeometry, Chain):
     between_lines: BetweenLines = None
     module_alone: OneModule = None
 
-    def no_chain(self) -> Iterator[tuple[str, str]]:
-        yield from super().no_chain()
-        if self.n_a == 1:
-            yield "n_a", "one pouch is no chain; write 2 or more"
-
-    @property
-    def pitches(self) -> float:
-        return self.n_a
+    counted: ClassVar[tuple[str, str] | None] = ("n_a", "pouch")
 
     @property
     def _span(self) -> float:

@@ -4,7 +4,7 @@ Nguyen and Zhang 2020, Sci. Rep. 10:9638, Fig. 3b.
 """
 
 from collections.abc import Iterator
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -36,14 +36,7 @@ class WovenElongating(SheetGeometry, Chain):
     between_lines: BetweenLines = None
     module_alone: OneModule = None
 
-    def no_chain(self) -> Iterator[tuple[str, str]]:
-        yield from super().no_chain()
-        if self.n_a == 1:
-            yield "n_a", "one pouch is no chain; write 2 or more"
-
-    @property
-    def pitches(self) -> float:
-        return self.n_a
+    counted: ClassVar[tuple[str, str] | None] = ("n_a", "pouch")
 
     @property
     def _sheets(self) -> tuple[str, ...]:

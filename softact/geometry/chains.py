@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field
 
@@ -23,9 +23,18 @@ OneModule = Annotated[
 class Chain(Geometry):
     """A geometry with a field ``module_alone: OneModule``; one without it has no module."""
 
+    #: The field that says how many modules there are, and what one is called; None: another does.
+    counted: ClassVar[tuple[str, str] | None] = None
+
     def no_chain(self) -> Iterator[tuple[str, str]]:
         """Field and reason why there is no module, such as a single chamber."""
-        return iter(())
+        if self.counted and getattr(self, self.counted[0]) == 1:
+            yield self.counted[0], f"one {self.counted[1]} is no chain; write 2 or more"
+
+    @property
+    def pitches(self) -> float:
+        """See ``Geometry.pitches``."""
+        return getattr(self, self.counted[0]) if self.counted else super().pitches
 
     def short(self) -> dict[str, Any]:
         """Fields of the same chain of few modules, whose two ends are as far apart as they need to

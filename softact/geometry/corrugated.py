@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING
 
 from softact.geometry.base import THINNEST
 from softact.geometry.boxes import Plane
-from softact.geometry.chains import Chain
 from softact.geometry.filleted import Filleted
 from softact.geometry.fillets import halves
 from softact.geometry.prisms import Prisms
 from softact.mesh.layout import Layout
 
 
-class Corrugated(Filleted, Chain):
+class Corrugated(Filleted):
     """Base of bellows; their parameters ``pitch``, ``gap``, ``side_wall``, ``top_wall``,
     ``midsection_radius``, ``symmetry`` and ``mesh_size`` are in mm.
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from softact.geometry.base import Geometry
+from softact.geometry.chains import Chain
 from softact.geometry.fillets import around, chord_error, fill_rounded
 from softact.geometry.subdivide import cut_mesh
 from softact.units import Length
@@ -26,7 +26,7 @@ FilletSize = Annotated[
 ]
 
 
-class Filleted(Geometry):
+class Filleted(Chain):
     """A geometry with a field ``fillet_mesh_size: FilletSize`` and radii, 0 mm where edges are
     sharp."""
 
@@ -55,6 +55,7 @@ class Filleted(Geometry):
 
     def no_chain(self) -> Iterator[tuple[str, str]]:
         """Why there is no module: the faces of a mesh of gmsh's do not repeat."""
+        yield from super().no_chain()
         for name, radius in self.fillets.items():
             if radius:
                 yield name, "a module of its own has sharp edges; leave it out"
