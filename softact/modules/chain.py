@@ -57,6 +57,8 @@ class Chain:
         self.pieces = max(1, round(PIECES * self.modules))
         beside = table.origin - (table.origin @ self.axis) * self.axis
         along = (np.asarray(self.layout.origin) @ self.axis) * self.axis
+        near = np.arange(min(PIECES, self.pieces))
+        self.last_modules = np.union1d(near, self.pieces - 1 - near)  # pieces of both ends
         self.base = along + beside
         self.pressures = self._pressures()
         bending = self.modules - table.ends.stiff
@@ -145,15 +147,21 @@ class Standing:
     def __init__(self, chain: Chain, acting: Acting, grips: Sequence[Grip] = ()):
         self.chain, self.acting, self.grips = chain, acting, grips
         table, pressures = chain.table, acting.pressures
-        bending = chain.modules - table.ends.stiff
-        more = np.zeros(table.k)
         idle, self.lost_air = table.ends.at(pressures)
+        more = np.zeros((chain.pieces, table.k))
         if table.ends.known:
-            lacking = (idle - table.ends.stiff) / bending
-            more = table.turns * table.free_curvature(pressures) * lacking
+            more[chain.last_modules] = self._lacking(idle)
         self.law = Section(table, pressures, more)
         self.rod = Rod(self.law, chain.pieces, chain.length, chain.axis, chain.free)
         self.loads = self._loads(acting)
+
+    def _lacking(self, idle: float) -> Array:
+        """Curvatures (k,) that the first and the last module lack where so many modules do not
+        bend under the pressures."""
+        chain, table = self.chain, self.chain.table
+        length = len(chain.last_modules) * chain.length
+        lacking = (idle - table.ends.stiff) * table.pitch / length
+        return np.asarray(table.turns * table.free_curvature(self.acting.pressures) * lacking)
 
     def _loads(self, acting: Acting) -> Loads:
         chain = self.chain

@@ -18,8 +18,8 @@ class Section:
     The table's energy is one over forces: at strains (κ, ν) the forces F are where
     W* + F · (ν − ν₀) is largest; that is the energy W, and F is its derivative by ν.
 
-    pressures: (m,) MPa. more: (k,) curvatures of a module beyond the rod's, where the ends of the
-    rod bend less than its modules.
+    pressures: (m,) MPa. more: (n, k) curvatures of a module beyond those of each of n pieces, where
+    the ends of the rod bend less than its modules.
     """
 
     def __init__(self, table: Table, pressures: Array, more: Array):

@@ -29,7 +29,7 @@ class Grid:
     """pressures: how many above zero, where one group of cavities is driven. bends: states each
     way from one that nothing holds, where that is far."""
 
-    pressures: int = 4
+    pressures: int = 2
     bends: int = 1
 
 

@@ -28,6 +28,9 @@ SLOWER = 0.4  # of the last step: after a larger one there are new factors
 FAR = 1.0  # pitch: no step is longer
 MOST = 24  # iterations of one state
 HALVINGS = 6  # of the way to a state that is not found in one go
+ALIKE = 0.9  # cosine between two ways from state to state from which on one tells of the other
+TINY = 1e-300  # no length
+LONGER = 2.0  # times the way that it is told of, at most
 
 
 @dataclass(frozen=True)
@@ -89,6 +92,17 @@ class Held:
         """Derivatives (k, k) of the strains by the loads."""
         k = len(self.strain)
         return np.linalg.inv(self.second[:k, :k])
+
+
+@dataclass(frozen=True)
+class Way:
+    """From one state to the next: a change (k + m,) of strains and pressures, and by how much the
+    unknowns (local,) came elsewhere than the first state's rates said. given: (k,) which strains
+    were."""
+
+    given: NDArray[np.bool_]
+    change: Array
+    missed: Array
 
 
 class Presser:
@@ -276,6 +290,7 @@ class Walker(Presser):
         self._size = self.repeat.length
         pitch = self.repeat.pitch / self.repeat.length
         self.rest = np.concatenate([np.zeros(3), pitch])[self.free]
+        self._ways: list[Way] = []
         self._keep_fixed()
 
     def begin(self) -> Held:
@@ -318,15 +333,35 @@ class Walker(Presser):
         left = np.flatnonzero(~given)
         pull = goal - start.load - start.second[:k, k:] @ change - start.second[:k, :k] @ moved
         moved[left] = np.linalg.solve(start.second[np.ix_(left, left)], pull[left])
-        guess = start.unknowns + start.rates @ np.concatenate([moved, change])
+        change = np.concatenate([moved, change])
+        straight = start.unknowns + start.rates @ change
+        guess = straight + self._missed(start, given, change)
         try:
-            return self._held(guess, start, given, goal, pressures)
+            found = self._held(guess, start, given, goal, pressures)
+            self._ways.append(Way(given, change, found.unknowns - straight))
+            return found
         except (ArithmeticError, np.linalg.LinAlgError) as error:
             if not halvings:
                 raise NoEquilibriumError(f"the module finds no equilibrium: {error}") from None
         middle = (np.where(given, start.strain, start.load) + goal) / 2
-        half = self._go(start, given, middle, start.pressures + change / 2, halvings - 1)
+        between = (start.pressures + pressures) / 2
+        half = self._go(start, given, middle, between, halvings - 1)
         return self._go(half, given, goal, pressures, halvings - 1)
+
+    def _missed(self, start: Held, given: NDArray[np.bool_], change: Array) -> Array:
+        """By how much the rates of a state will miss the next one (local,): as on the way most
+        alike, to or fro, by the square of its length; nothing where none is alike."""
+        size = np.abs(start.rates).max(axis=0)
+        alike, longer, missed = ALIKE, 0.0, start.unknowns * 0.0
+        for way in self._ways:
+            if not np.array_equal(way.given, given):
+                continue
+            mine, other = size * change, size * way.change
+            along = abs(float(mine @ other))
+            cosine = along / max(float(np.linalg.norm(mine) * np.linalg.norm(other)), TINY)
+            if cosine > alike:
+                alike, longer, missed = cosine, along / float(other @ other), way.missed
+        return min(longer, LONGER) ** 2 * missed
 
     def _turned(self, strain: Array) -> tuple[Array, Array]:
         """Turn ω (3,) and the mean of the rotations V (3, 3) at strains (k,)."""

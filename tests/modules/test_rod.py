@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -14,6 +15,7 @@ from softact.cli.main import softact
 from softact.errors import SpecError
 from softact.modules import rod_run, table_file
 from softact.modules import table as table_rooms
+from softact.modules.chain import Standing
 from softact.modules.driven import driven
 from softact.modules.rod_run import Chain
 from softact.modules.walk import Grid
@@ -87,6 +89,21 @@ def test_what_the_ends_take_from_three_modules(table):
     idle, air = table.ends.at(np.array([6e-3]))
     assert table.ends.idle.min() <= idle <= table.ends.idle.max()
     assert 0.3 < idle < 1.0 and 0 < air[0] < 500
+
+
+def test_the_ends_bend_less_and_the_rest_as_a_module_let_go(spec, table):
+    """Under a pressure alone every piece is free of moment; what is idle lies at the ends."""
+    pressures = np.array([9e-3])
+    chain = Chain(spec.with_({"steps": [{"name": "up", "pressure": "9 kPa"}]}), table)
+    standing = Standing(chain, replace(chain.at_rest(), pressures=pressures))
+    rod = standing.rod
+    curved = rod.strains(rod.settle(rod.straight(), standing.loads))[:, 1]
+    (free,) = table.free_curvature(pressures)[table.turns]
+    idle, _ = table.ends.at(pressures)
+    assert curved[2:-2] == pytest.approx(free, rel=1e-8)
+    whole = (chain.modules - idle) * table.pitch * free
+    assert curved.sum() * chain.length == pytest.approx(whole, rel=1e-8)
+    assert curved[:2].sum() == pytest.approx(curved[-2:].sum(), rel=1e-8)
 
 
 def test_less_load_takes_the_same_table_and_more_does_not(spec, folder):
