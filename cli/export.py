@@ -70,23 +70,17 @@ def export(
     """
     from softact.export import page, sources, statement
     from softact.export.job import prepare
-    from softact.files.text import write_atomic
     from softact.results.own_folder import Output
 
     first = Path(folders[0]).resolve().name
     folder = Output(output or Path("results") / f"{first}-export", "export", force)
     folder.check()  # before anything is fitted
     job = prepare(sources.runs(folders, cache_folder), pieces, damping_ratio)
-    files: dict[str, str | bytes] = {}
-    for name in dict.fromkeys(formats):
-        files |= FORMATS[name].files(job)
-    files["reduced.html"] = page.html(job)
-    with folder.opened(list(files)):
-        for name, content in files.items():
-            write_atomic(folder.file(name), content)
+    with folder.opened():
+        written = page.write_all(job, formats, folder)
     for line in job.about:
         click.echo(line)
     for line in statement.warnings(job.model):
         click.echo(f"warning: {line}", err=True)
-    for name in files:
-        click.echo(f"wrote {folder.directory / name}")
+    for path in written:
+        click.echo(f"wrote {path}")

@@ -10,6 +10,7 @@ import click
 from softact.cli._force import force_option
 from softact.cli._options import set_option
 from softact.errors import NoEquilibriumError
+from softact.export import FORMATS
 
 
 @click.command(short_help="The whole actuator as a rod of its modules, in milliseconds a load.")
@@ -29,6 +30,14 @@ from softact.errors import NoEquilibriumError
     show_default=True,
     help="States in each step.",
 )
+@click.option(
+    "--to",
+    "formats",
+    multiple=True,
+    type=click.Choice(list(FORMATS)),
+    help="Also write a reduced model for a simulator, as 'softact export' does of runs. May be "
+    "repeated.",
+)
 @click.option("-o", "--output", metavar="DIR", help="[default: results/<name>-rod]")
 @force_option
 def rod(
@@ -36,6 +45,7 @@ def rod(
     overrides: tuple[str, ...],
     table: Path | None,
     increments: int,
+    formats: tuple[str, ...],
     output: str | None,
     force: bool,
 ) -> None:
@@ -43,7 +53,8 @@ def rod(
 
     Weight, payload, pressures, obstacles and motion are those of the spec. Writes
     curve.csv, rod.html and the table, which the next call in the same folder takes again: only
-    the first one solves finite elements.
+    the first one solves finite elements. With --to also a model for simulators, and reduced.html,
+    which sets it beside the rod.
 
     Exits with 4 where the rod stops before the last load.
 
@@ -51,9 +62,11 @@ def rod(
     Examples:
       softact rod benchmarks/pneunet8.yaml
       softact rod benchmarks/pneunet8.yaml --set steps.inflate.pressure='15 kPa'
+      softact rod benchmarks/pneunet8.yaml --to mujoco --to json
     """
     from softact import spec as specs
-    from softact.modules import rod_page, rod_run
+    from softact.export.page import write_all
+    from softact.modules import rod_page, rod_run, twin
     from softact.modules.table_file import FILES, JSON, made_or_read
     from softact.results.own_folder import Output
 
@@ -65,10 +78,14 @@ def rod(
         known = table or directory / JSON
         law = made_or_read(loaded, known, given=table is not None, tell=click.echo)
         law.write(*map(folder.file, FILES))
-        found = rod_run.run(rod_run.Chain(loaded, law.table), increments)
+        chain = rod_run.Chain(loaded, law.table)
+        found = rod_run.run(chain, increments)
         page = rod_page.write(found, law.table, loaded.name, folder)
+        twins = write_all(twin.prepare(chain, found), formats, folder) if formats else []
     for line in rod_page.lines(found, law.table):
         click.echo(line)
     click.echo(f"page: {page}")
+    for path in twins:
+        click.echo(f"wrote {path}")
     if found.stopped:
         sys.exit(NoEquilibriumError.exit_code)

@@ -1,25 +1,42 @@
-"""reduced.html: the reduced model over the finite-element states it was fitted to."""
+"""reduced.html: the reduced model over the states that it is compared with."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 from markupsafe import Markup
 
-from softact.export import reduced, statement
+from softact.export import FORMATS, reduced, statement
 from softact.export.errors import Deviation
 from softact.export.job import Job
 from softact.export.to_json import document
+from softact.files.text import write_atomic
 from softact.report import base
 from softact.report.base import Plot, Section
 from softact.report.base.templates import macros
+from softact.results.own_folder import Output
 
+PAGE = "reduced.html"
 TITLES = {"bending_y": "bending", "bending_z": "bending across", "twist": "twist",
           "stretch": "stretch"}  # fmt: skip
 #: What turns by less is straight (degrees).
 STRAIGHT = 1.0
+
+
+def write_all(job: Job, formats: Sequence[str], folder: Output) -> list[Path]:
+    """Write a model in formats, and its page, into a folder that is held; their paths. Raises
+    SpecError, before anything is written."""
+    files: dict[str, str | bytes] = {}
+    for name in dict.fromkeys(formats):
+        files |= FORMATS[name].files(job)
+    files[PAGE] = html(job)
+    folder.check(list(files))
+    for name, content in files.items():
+        write_atomic(folder.file(name), content)
+    return [folder.directory / name for name in files]
 
 
 def html(job: Job) -> str:
@@ -28,11 +45,16 @@ def html(job: Job) -> str:
     warned = statement.warnings(model)
     first = "bending angle" if _bends(job) else "tip's place"
     (shown,) = [deviation for deviation in job.seen if deviation.name == first]
-    told = f"From the finite-element states, {shown.text()}."
-    kind, head = ("warn", "Not all of it is fitted.") if warned else ("good", "Fitted.")
+    told = f"From the {model.origin.beside}, {shown.text()}."
+    made = "Fitted." if model.origin.fitted else "Of the module, nothing fitted."
+    kind, head = ("warn", "Not all of it is fitted.") if warned else ("good", made)
+    shown_states = pieces.states(base.figures(_over_states(job)), model.origin.beside)
     sections = [
         Section(
-            "states", "Model and states", pieces.states(base.figures(_over_states(job))), "States"
+            "states",
+            "Model and states",
+            shown_states,
+            "States",
         ),
         Section("deviations", "Deviations", _deviations(job), "Deviations"),
         Section("law", "What follows the pressure", base.figures(_law(job)), "Law"),
@@ -55,7 +77,7 @@ def _cases(job: Job) -> Iterator[tuple[str, np.ndarray]]:
     """Name and states of each run, by the force on the tip in its last state."""
     found = job.model.states
     seen: Counter[str] = Counter()
-    for number in range(len(job.model.runs)):
+    for number in np.unique(found.run):
         chosen = np.flatnonzero(found.run == number)
         if not len(chosen):
             continue
@@ -89,11 +111,11 @@ def _over_states(job: Job) -> list[Plot]:
 
 
 def _plot(job: Job, title: str, label: str, solved: np.ndarray, model: np.ndarray) -> Plot:
-    traces = []
+    traces, beside = [], job.model.origin.beside
     for number, (name, chosen) in enumerate(_cases(job)):
         colour, x = f"@c{number % 6 + 1}", job.model.states.pressure[chosen]
         traces.append(
-            base.xy(f"{name}: finite elements", x, solved[chosen], colour=colour, mode="markers",
+            base.xy(f"{name}: {beside}", x, solved[chosen], colour=colour, mode="markers",
                     showlegend=False)
         )  # fmt: skip
         traces.append(base.xy(name, x, model[chosen], colour=colour, mode="lines"))
@@ -120,7 +142,9 @@ def _law(job: Job) -> list[Plot]:
 
 
 def _deviations(job: Job) -> Markup:
-    groups: list[tuple[str, Sequence[Deviation]]] = [("the states it was fitted to", job.seen)]
+    origin = job.model.origin
+    states = "the states it was fitted to" if origin.fitted else origin.beside
+    groups: list[tuple[str, Sequence[Deviation]]] = [(states, job.seen)]
     if job.unseen:
         groups.append((job.unseen[0], job.unseen[1]))
     rows: list[list[str | float | None]] = [

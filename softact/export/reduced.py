@@ -5,6 +5,7 @@ curvature whose rest shape, stiffness and volume follow the pressure; see ``rod`
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -15,6 +16,7 @@ from softact.export import fitting, masses, states
 from softact.export.rod import COMPONENTS, Rod, rotations
 from softact.export.stiffness import ASSUMED, FITTED, SAME, assumed
 from softact.results.folder import Results
+from softact.verdict.judge import from_data
 
 TABLE_ROWS = 41
 #: A piece turns by no more, degrees; and there are no fewer and no more pieces.
@@ -46,11 +48,22 @@ class Body:
 
 
 @dataclass(frozen=True)
+class Origin:
+    """Where a model is from, in words. source: what it was made of; beside: the states that it is
+    compared with; verdict: on the source. fitted: whether it was fitted to these states."""
+
+    source: str
+    beside: str
+    verdict: str
+    fitted: bool = True
+
+
+@dataclass(frozen=True)
 class Reduced:
-    """A fitted model.
+    """A reduced model.
 
     data: the model in numbers, as ``model.json`` holds it. rod: the model itself. states: what it
-    was fitted to. body: the undeformed actuator. runs: their results.
+    is compared with. body: the undeformed actuator. runs: results that it was fitted to.
     """
 
     data: dict
@@ -58,6 +71,7 @@ class Reduced:
     states: states.States
     body: Body
     runs: tuple[Results, ...]
+    origin: Origin
 
 
 def fit(runs: Sequence[Results], pieces: int | None = None) -> Reduced:
@@ -70,7 +84,7 @@ def fit(runs: Sequence[Results], pieces: int | None = None) -> Reduced:
     states.check(runs)
     body = _body(runs[0])
     found = states.gather(runs, body.base)
-    return fit_states(runs, body, found, pieces or _pieces(found))
+    return fit_states(runs, body, found, pieces or pieces_for(found))
 
 
 def fit_states(runs: tuple[Results, ...], body: Body, found: states.States, pieces: int) -> Reduced:
@@ -81,7 +95,7 @@ def fit_states(runs: tuple[Results, ...], body: Body, found: states.States, piec
     data |= {"components": free, "table": table, "stiffness_from": sources}
     rod = Rod(data)
     _fill_volume(data, found, rod, shapes(rod, found, mean))
-    return Reduced(data, Rod(data), found, body, runs)
+    return Reduced(data, Rod(data), found, body, runs, _origin(runs))
 
 
 def refit(model: Reduced, found: states.States) -> Reduced:
@@ -89,7 +103,19 @@ def refit(model: Reduced, found: states.States) -> Reduced:
     return fit_states(model.runs, model.body, found, model.data["pieces"])
 
 
-def _pieces(found: states.States) -> int:
+def _origin(runs: Sequence[Results]) -> Origin:
+    names = [run.directory.name for run in runs]
+    verdicts = [from_data(run.run.get("verdict")) for run in runs]
+    cells = Counter(found.cell if found else "without one" for found in verdicts)
+    return Origin(
+        names[0] if len(names) == 1 else f"{len(names)} runs",
+        "finite-element states",
+        "the runs: " + ", ".join(f"{count} {said}" for said, count in cells.items()),
+    )
+
+
+def pieces_for(found: states.States) -> int:
+    """So many that in no state one turns by more than ``PIECE_TURN``."""
     turned = np.degrees(np.linalg.norm(found.turned, axis=1)).max()
     return int(np.clip(np.ceil(turned / PIECE_TURN), FEWEST, MOST))
 
@@ -118,21 +144,26 @@ def _body(run: Results) -> Body:
 
 
 def _geometry(run: Results, body: Body, found: states.States, pieces: int) -> dict:
-    """What the model holds of the undeformed actuator."""
+    """What the model holds of the undeformed actuator, its line where states say."""
+    name = {"name": str(run.spec.get("name") or "actuator")}
+    y, z = _neutral(found, undeformed(body, pieces, (0.0, 0.0)), body.box)
+    return name | undeformed(body, pieces, (y, z))
+
+
+def undeformed(body: Body, pieces: int, offset: tuple[float, float]) -> dict:
+    """Lengths and masses of a model whose line lies at an offset (y, z), mm."""
     start, stop = body.active
-    data = {
-        "name": str(run.spec.get("name") or "actuator"),
+    y, z = offset
+    data: dict = {
         "pieces": pieces,
         "start_mm": start,
         "active_length_mm": stop - start,
         "end_mm": body.length - stop,
         "tip_y_mm": float(body.tip[1]),
         "tip_z_mm": float(body.tip[2]),
-        "offset_y_mm": 0.0,
-        "offset_z_mm": 0.0,
+        "offset_y_mm": y,
+        "offset_z_mm": z,
     }
-    y, z = _neutral(found, data, body.box)
-    data |= {"offset_y_mm": y, "offset_z_mm": z}
     borders = [0.0, *np.linspace(start, stop, pieces + 1), body.length]
     lumps = masses.lumps(body.places, body.masses, borders)
     middles = (np.array(borders[1:]) + borders[:-1]) / 2

@@ -4,7 +4,6 @@ assumed."""
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Sequence
 from importlib.metadata import version
 from typing import Any
@@ -14,9 +13,8 @@ import numpy as np
 
 from softact.export.errors import Deviation
 from softact.export.reduced import Reduced
-from softact.export.stiffness import FITTED
-from softact.results.folder import INCOMPLETE, Results
-from softact.verdict.judge import from_data
+from softact.export.stiffness import FITTED, OF_MODULE
+from softact.results.folder import INCOMPLETE
 
 Unseen = tuple[str, Sequence[Deviation]] | None
 
@@ -25,30 +23,16 @@ def lines(
     model: Reduced, seen: Sequence[Deviation], unseen: Unseen, damping_ratio: float
 ) -> list[str]:
     """Plain sentences for the head of a file."""
+    origin = model.origin
     return [
         f"{model.data['name']}: reduced model, written by softact {version('softact')}",
-        f"from {_runs(model)}: {fitted_to(model)}",
-        f"verdict on {_verdicts(model)}",
-        *(f"deviation from the finite-element states, {text}" for text in deviations(seen)),
-        *_unseen(unseen),
+        f"from {origin.source}: {compared_with(model)}",
+        f"verdict on {origin.verdict}",
+        *(f"deviation from the {origin.beside}, {text}" for text in deviations(seen)),
+        *(_unseen(unseen) if origin.fitted else []),
         *(f"stiffness of {name}: {why}" for name, why in model.data["stiffness_from"].items()),
         *assumptions(damping_ratio),
     ]
-
-
-def _runs(model: Reduced) -> str:
-    names = [run.directory.name for run in model.runs]
-    return names[0] if len(names) == 1 else f"{len(names)} runs"
-
-
-def _verdicts(model: Reduced) -> str:
-    found = Counter(_verdict(run) for run in model.runs)
-    return "the runs: " + ", ".join(f"{count} {said}" for said, count in found.items())
-
-
-def _verdict(run: Results) -> str:
-    verdict = from_data(run.run.get("verdict"))
-    return verdict.cell if verdict else "without one"
 
 
 def comment(about: Sequence[str]) -> Any:
@@ -74,7 +58,7 @@ def _unseen(unseen: Unseen) -> list[str]:
     return [f"deviation of {how}, {text}" for text in deviations(found)]
 
 
-def fitted_to(model: Reduced) -> str:
+def compared_with(model: Reduced) -> str:
     """The states and their ranges in words."""
     found = model.states
     force = np.linalg.norm(found.force, axis=1).max()
@@ -109,7 +93,7 @@ def warnings(model: Reduced) -> list[str]:
     found = [
         f"stiffness of {name} is {why}"
         for name, why in model.data["stiffness_from"].items()
-        if why != FITTED and name.startswith("bending")
+        if why not in (FITTED, OF_MODULE) and name.startswith("bending")
     ]
     if found:
         found.append(

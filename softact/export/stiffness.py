@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from softact.export.reduced import Body
 
 FITTED = "fitted to the loads of the runs"
+OF_MODULE = "of the module at each pressure"
 SAME = "taken from the other plane of bending"
 ASSUMED = "assumed: initial moduli and plane sections; no load of the runs tells it"
 #: Slices, and how many points of the mesh each should have at least.

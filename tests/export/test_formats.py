@@ -254,7 +254,7 @@ def test_the_head_of_each_file_says_how_far_it_is_off(written, prepared):
 
 def test_the_page_shows_model_and_states(prepared):
     text = page.html(prepared)
-    for words in ("Points are states of the runs", "tip force 0, 0, -0.05 N", "bending angle",
+    for words in ("Points are finite-element states", "tip force 0, 0, -0.05 N", "bending angle",
                   "Stiffness of bending", "each run by a fit to the others"):  # fmt: skip
         assert words in text
 
