@@ -25,6 +25,8 @@ LOADED = {"gravity", "pressure", "payload"}
 FIRST = 1e-3  # of a step's duration: the first increment with inertia
 SHORTEST = 1e-7  # of it: below that a rod does not go on
 TINY = 1e-12
+TOO_STEEP = 50.0  # % of the largest curvature, from one module to the next ...
+TURNED = 1.0  # ... and degrees of a module: what changes by more is no chain of equal modules
 LONGER, SHORTER, SAFE = 2.0, 0.3, 0.9  # an increment beside the last one, and its safety
 
 
@@ -172,6 +174,17 @@ class Carried:
         return standing, RodMotion(standing.rod, self.chain.inertia, timing.dynamics)
 
 
+def _refuse_steep(chain: Chain, strains: Array, percent: float) -> None:
+    """Raise ValueError where neighbours bend so differently that no module stands for them.
+    percent: the change from module to module, of the largest curvature."""
+    turns = np.degrees(np.linalg.norm(strains[:, :3], axis=1).max() * chain.table.pitch)
+    if percent > TOO_STEEP and percent / 100 * turns > TURNED:
+        raise ValueError(
+            f"the curvature changes by {percent:.0f} % of its largest from one module to the next; "
+            f"a module is one among equals, and its rod is told up to {TOO_STEEP:g} %"
+        )
+
+
 def run(chain: Chain, increments: int) -> RodRun:
     """Carry a rod through the steps of its spec, each in so many increments, or with inertia at
     least so many."""
@@ -189,6 +202,7 @@ def run(chain: Chain, increments: int) -> RodRun:
                 place: Row = {"step": step.name, "increment": float(count), "step_fraction": part}
                 row = standing.row(frames, loads, row)
                 place |= {"time_s": carried.time} if timed else {}
+                _refuse_steep(chain, strains, float(row["curvature_change_percent"]))
                 found.rows.append(place | row)
                 found.lines.append(standing.line(frames))
                 found.strains.append(strains)

@@ -319,3 +319,17 @@ def test_sheets_have_no_rod():
     pouches = load(Path(__file__).parents[2] / "configs/woven_contracting.yaml")
     with pytest.raises(SpecError, match="sheets: a rod is of a solid actuator, not of sheets"):
         rod_run.check(pouches)
+
+
+def test_a_gradient_that_is_too_strong_is_refused(spec, table, monkeypatch):
+    """Few modules that bend by a load at the tip: the last one hardly does. With the limit where it
+    is five chambers pass, and with a lower one they do not."""
+    chain = Chain(spec, table)
+    steepest = max(row["curvature_change_percent"] for row in rod_run.run(chain, 4).rows)
+    assert 25 < steepest < rod_run.TOO_STEEP
+    monkeypatch.setattr(rod_run, "TOO_STEEP", 0.8 * steepest)
+    monkeypatch.setattr(rod_run, "TURNED", 0.1)
+    found = rod_run.run(chain, 4)
+    assert "from one module to the next; a module is one among equals" in found.stopped
+    shown = [row["curvature_change_percent"] for row in found.rows]
+    assert len(shown) < 9 and max(shown, default=0.0) <= 0.8 * steepest
