@@ -60,7 +60,7 @@ class LayerBending:
         number = nodes.number
         stiffness, ratio = _of_each(facets, rigidity, poisson)
         self._facets, self._made_of = facets, (stiffness, ratio)
-        self._seam: Seam | None = None
+        self.seam: Seam | None = None
         each = number[facets], nodes.places[facets], stiffness, ratio
         triangles, x, stiffness, ratio = (
             np.concatenate(nodes.comm.allgather(values)) for values in each
@@ -93,7 +93,7 @@ class LayerBending:
         stiffness, ratio = (np.concatenate([v[right], v[left]]) for v in self._made_of)
         matrix = matrix_between(meeting.places, meeting.elements, stiffness, ratio, len(right))
         if matrix.nnz:
-            self._seam = Seam(self._assembler, meeting, matrix)
+            self.seam = Seam(self._assembler, meeting, matrix)
 
     def _gather(self, mine: np.ndarray) -> np.ndarray:
         """Values (n, 3) at all nodes of the layer, from those at each process's own."""
@@ -106,8 +106,8 @@ class LayerBending:
 
     def add_force(self, state: State, out: np.ndarray) -> None:
         out[self._owned_dofs] += self._forces(state)
-        if self._seam:
-            self._seam.add_force(state, out)
+        if self.seam:
+            self.seam.add_force(state, out)
 
     def add_tangent(self, state: State, origin: Origin | None) -> None:
         free = self._gather(self._assembler.fixed[self._owned_dofs]) == 0
@@ -116,12 +116,12 @@ class LayerBending:
             data * (mine[row, c] & free[col, c]) for c, (row, col, data) in enumerate(self._entries)
         ]
         self._assembler.extra_values[self._slots] += np.concatenate(values)
-        if self._seam:
-            self._seam.add_tangent(state, origin)
+        if self.seam:
+            self.seam.add_tangent(state, origin)
 
     def energy(self, state: State) -> float:
         inside = float(np.sum(self._forces(state) * state.x[self._owned_dofs])) / 2
-        return inside + self._seam.energy(state) if self._seam else inside
+        return inside + self.seam.energy(state) if self.seam else inside
 
 
 def bending_matrices(

@@ -65,13 +65,13 @@ def _touching(facets: np.ndarray, face: np.ndarray) -> np.ndarray:
 class Seam:
     """½ Σ_c v_cᵀ M v_c with the displacements v of both sides: M bends no plane.
 
-    matrix: (n, n) M, N/mm, of the meeting's nodes.
+    matrix: (n, n) M, N/mm, of the meeting's nodes; kept as (3 n, 3 n), of their displacements.
     """
 
     def __init__(self, assembler: Assembler, meeting: Meeting, matrix: scipy.sparse.csr_matrix):
         self._assembler, self._matrix = assembler, matrix
         self._own, self._images = meeting.own, meeting.images
-        self._three = scipy.sparse.kron(matrix, np.eye(3)).tocsr()
+        self.matrix = scipy.sparse.kron(matrix, np.eye(3)).tocsr()
         self._size = assembler.unknowns.local
         self._lay_out()
 
@@ -93,21 +93,26 @@ class Seam:
         moved = self._displacements(state.x)
         return float(np.sum(moved * (self._matrix @ moved))) / 2
 
+    def sides(self, x: np.ndarray) -> tuple[scipy.sparse.csr_matrix, scipy.sparse.csr_matrix]:
+        """Derivatives (3 n, local) of the displacements: those of the own nodes, of the images."""
+        rows = np.arange(3 * self._matrix.shape[0]).reshape(-1, 3)
+        mine = rows[: len(self._own)].ravel()
+        i, j, values = self._images.jacobian(x, rows[len(self._own) :])
+        parts = (np.ones(len(mine)), (mine, self._own.ravel())), (values, (i, j))
+        own, images = (scipy.sparse.csr_matrix(p, shape=(rows.size, self._size)) for p in parts)
+        return own, images
+
     def _jacobian(self, x: np.ndarray) -> scipy.sparse.csr_matrix:
         """Derivatives (3 n, local) of the displacements."""
-        rows = np.arange(3 * self._matrix.shape[0]).reshape(-1, 3)
-        mine = len(self._own)
-        i, j, values = self._images.jacobian(x, rows[mine:])
-        entries = np.append(rows[:mine], i), np.append(self._own, j)
-        values = np.append(np.ones(3 * mine), values)
-        return scipy.sparse.csr_matrix((values, entries), shape=(rows.size, self._size))
+        own, images = self.sides(x)
+        return own + images
 
     def _lay_out(self) -> None:
         """Make room in the matrix."""
         rest = np.zeros(self._size)
         ones = self._jacobian(rest)
         ones.data[:] = 1.0
-        each = self._three.copy()
+        each = self.matrix.copy()
         each.data[:] = 1.0
         found = (ones.T @ each @ ones).tocoo()
         rows, columns, _ = self._images.second(rest, np.zeros((len(self._images.dofs), 3)))
@@ -122,7 +127,7 @@ class Seam:
     def add_tangent(self, state: State, origin: Origin | None) -> None:
         """See ``Term``."""
         jacobian = self._jacobian(state.x)
-        folded = (jacobian.T @ self._three @ jacobian).tocoo()
+        folded = (jacobian.T @ self.matrix @ jacobian).tocoo()
         rows, columns, values = self._images.second(state.x, self._forces(state.x)[1])
         keys = np.append(self._key(folded.row, folded.col), self._key(rows, columns))
         at = np.searchsorted(self._keys, keys)

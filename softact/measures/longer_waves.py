@@ -19,6 +19,7 @@ from softact.system.inertia import negative_eigenvalues
 if TYPE_CHECKING:
     import scipy.sparse
 
+    from softact.bodies.seam import Seam
     from softact.measures.snapshot import Snapshot
     from softact.model import Model
     from softact.system.term import State
@@ -28,9 +29,8 @@ NAME = "module_unstable_waves_of_"
 
 
 def asked(model: Model) -> bool:
-    """Whether a module can be asked: sheets, layers that bend, contact reach over the faces."""
-    bends = any(layer.bending is not None for layer in model.layers)
-    return not (bends or model.sheets or len(model.contacts))
+    """Whether a module can be asked: not one of sheets, nor with contact."""
+    return not (model.sheets or len(model.contacts))
 
 
 def unstable_waves(model: Model, state: State, modules: int) -> int:
@@ -61,13 +61,37 @@ def _folded(model: Model, state: State, phase: float) -> tuple[scipy.sparse.csr_
     right = repeat.carried(state.x)
     parts = [np.cos(phase) * right + own, np.sin(phase) * right]
     real, imaginary = (part[:, kept] for part in parts)
-    symmetric = real.T @ raw @ real + imaginary.T @ raw @ imaginary
+    symmetric, skew = _of_motion(raw, real, imaginary)
+    for seam in _seams(model):
+        # That of a motion without a phase is among the terms.
+        own, images = seam.sides(state.x)
+        all_alike = [(own + images) @ part for part in (real, imaginary)]
+        ahead = np.cos(phase) * images, np.sin(phase) * images
+        phased = (
+            (own + ahead[0]) @ real - ahead[1] @ imaginary,
+            ((own + ahead[0]) @ imaginary + ahead[1] @ real),
+        )
+        more, less = (_of_motion(seam.matrix, *pair) for pair in (phased, all_alike))
+        symmetric, skew = symmetric + more[0] - less[0], skew + more[1] - less[1]
     pressures = int((~np.isin(kept, model.displacement_dofs)).sum())
     if abs(np.sin(phase)) < np.finfo(float).eps * 8:
         return symmetric.tocsr(), pressures
-    skew = real.T @ raw @ imaginary - imaginary.T @ raw @ real
     both = scipy.sparse.bmat([[symmetric, skew], [skew.T, symmetric]], format="csr")
     return both, 2 * pressures
+
+
+def _of_motion(
+    matrix: scipy.sparse.spmatrix, real: scipy.sparse.spmatrix, imaginary: scipy.sparse.spmatrix
+) -> tuple[scipy.sparse.spmatrix, scipy.sparse.spmatrix]:
+    """Real and imaginary part of Jᴴ M J, with J = real + i imaginary."""
+    symmetric = real.T @ matrix @ real + imaginary.T @ matrix @ imaginary
+    return symmetric, real.T @ matrix @ imaginary - imaginary.T @ matrix @ real
+
+
+def _seams(model: Model) -> list[Seam]:
+    """Of the layers that bend across the border to the next module."""
+    bent = [layer.bending for layer in model.layers if layer.bending is not None]
+    return [plate.seam for plate in bent if plate.seam is not None]
 
 
 def _evaluate(snapshot: Snapshot) -> dict[str, float]:

@@ -10,8 +10,10 @@ from softact.measures.longer_waves import asked, unstable_waves
 from softact.verdict.waves import first_waves
 from tests.modules.solving import stepped
 
+SHIM = {"youngs_modulus": "2 MPa", "poissons_ratio": 0.3, "density": "1000 kg/m^3"}
 
-def pressed(folder, length, strain):
+
+def pressed(folder, length, strain, layers=()):
     """The module of a bar 4 mm high, shorter by a strain, its one state, and how many of its modes
     are unstable."""
     data = {
@@ -24,6 +26,7 @@ def pressed(folder, length, strain):
             "mesh_size": "2.5 mm",
         },
         "materials": {"body": {"law": "neo_hookean", "c10": "0.05 MPa", "density": "1000 kg/m^3"}},
+        "layers": list(layers),
         "supports": [],
         "module": {
             "left": "x_min",
@@ -46,6 +49,21 @@ def test_as_many_modules_in_a_row(tmp_path, strain, two, three):
     found = {modules: unstable_waves(model, state, modules) for modules in (2, 3)}
     for modules in (2, 3):
         *_, seen = pressed(tmp_path / f"row{modules}", 10 * modules, strain)
+        assert 0 <= own + found[modules] - seen <= 1
+        assert bool(seen > own) == bool(found[modules])
+    assert [bool(n) for n in found.values()] == [two, three]
+
+
+@pytest.mark.parametrize(("strain", "two", "three"), [(0.02, 0, 0), (0.08, 0, 1), (0.2, 1, 1)])
+def test_a_layer_that_bends_across_the_border(tmp_path, strain, two, three):
+    """The same with a stiff layer on its top, half of whose bending at a border is the next
+    module's."""
+    layer = {"surface": "z_max", "thickness": "0.5 mm", "material": {"law": "linear", **SHIM}}
+    model, state, own = pressed(tmp_path / "one", 10, strain, [layer])
+    assert model.layers[0].bending.seam is not None
+    found = {modules: unstable_waves(model, state, modules) for modules in (2, 3)}
+    for modules in (2, 3):
+        *_, seen = pressed(tmp_path / f"row{modules}", 10 * modules, strain, [layer])
         assert 0 <= own + found[modules] - seen <= 1
         assert bool(seen > own) == bool(found[modules])
     assert [bool(n) for n in found.values()] == [two, three]
