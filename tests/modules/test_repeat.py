@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.sparse
 from scipy.integrate import quad
-from scipy.optimize import fsolve
+from scipy.optimize import brentq, fsolve
 from scipy.spatial import cKDTree
 
 from softact.bodies.layer import BondedLayer
@@ -153,20 +153,25 @@ def test_the_air_of_a_module_is_that_between_its_openings():
     assert model.cavity_volume(longer, "cavity") == pytest.approx(2.5, rel=1e-12)
 
 
+def rivlin_walls(curvature, half_height):
+    """Radii of a bent block whose outsides are free; see ``rivlin``."""
+    bend = 2 * curvature * half_height  # λ₂² − λ₁² = 2 κ times the height, which keeps the volume
+    outer = np.sqrt(bend + np.sqrt(1 + bend**2))
+    return 1 / (curvature * outer), outer / curvature
+
+
 def rivlin(curvature, half_height, modulus):
     """Moment per width of a bent block in plane strain, N.
 
     Rivlin 1949, Proc. R. Soc. A 195:463: planes x = const. turn, z = const. become cylinders. With
     the stretch λ = κ r, both outsides free, λ₁ λ₂ = 1, and M = −∫ r (W − W(λ₂)) dr.
     """
-    bend = 2 * curvature * half_height  # λ₂² − λ₁² = 2 κ times the height, which keeps the volume
-    outer = np.sqrt(bend + np.sqrt(1 + bend**2))
 
     def energy(radius):
         square = (curvature * radius) ** 2
         return modulus / 2 * (square + 1 / square - 2)
 
-    ends = 1 / (curvature * outer), outer / curvature
+    ends = rivlin_walls(curvature, half_height)
     return -quad(lambda r: r * (energy(r) - energy(ends[1])), *ends)[0]
 
 
@@ -188,6 +193,46 @@ def test_a_bent_block_has_rivlin_s_moment(turn):
     slope = 2 * (rivlin(curvature + step, 2.0, 0.2) - rivlin(curvature - step, 2.0, 0.2))
     free_of_force = np.linalg.inv(np.linalg.inv(section.stiffness())[:1, :1])
     assert free_of_force[0, 0] == pytest.approx(slope / (2 * step), rel=2e-3)
+
+
+@pytest.mark.parametrize(("turn", "pressure"), [(0.3, 0.02), (0.3, 0.05), (0.4, 0.02)])
+def test_an_arch_of_a_pressurised_cylinder(turn, pressure):
+    """The same block, bent to a part of a ring with air in it, about the axis of this ring: the
+    radii of its walls, with no force needed to keep it there.
+
+    With λ = κ r and λ₁ λ₂ no longer 1, dσ_r/dr = μ (κ² r² − 1/(κ² r²)) / r gives the pressure by
+    r₂² − r₁² = 2 H / κ (Rivlin 1949); p r₁ pulls at the faces.
+    """
+    curvature, height = turn / 2.0, 4.0
+    thicker = 2 * height / curvature
+
+    def lacking(inner):
+        low, high = (curvature**2 * square for square in (inner**2, inner**2 + thicker))
+        return 0.1 * (high + 1 / high - low - 1 / low) - pressure
+
+    free = rivlin_walls(curvature, height / 2)[0]
+    inner = brentq(lacking, 0.9 * free, 3 * free)
+    outer = np.sqrt(inner**2 + thicker)
+    assert inner > 1.01 * free
+    # The left face stays where it is in the mean.
+    axis = np.array([0.0, 0.0, -curvature * (outer**3 - inner**3) / (3 * height)])
+    way = axis - RotationVector(np.array([0.0, turn, 0.0])).matrix @ axis
+    motion = {"turn_y": turn, "shift_x": way[0], "shift_z": way[2]}
+    model = build(
+        block((2, 1, 6), (2.0, 1.0, height)),
+        LAWS["neo_hookean"].of(c10=0.1, bulk_modulus=1e4),
+        symmetry={"y_min": 1},
+        repeats=Repeats("x_min", "x_max", motion),
+    )
+    step = LoadStep("press", surface_pressure={"z_min": pressure})
+    found = solve(model, step, [Support("y_max", {1: 0.0})], 0.25, tolerance=1e-10)
+    places, left = model.nodes.places, model.repeat.left_nodes
+    for z, radius in ((0.0, inner), (height, outer)):
+        at = left[places[left, 2] == z]
+        here = places[at] + found.state.x[model.nodes.dofs[at]]
+        apart = np.linalg.norm(next_module(model.repeat, found.state.x, here) - here, axis=1)
+        assert apart / (2 * np.sin(turn / 2)) == pytest.approx(radius, rel=1e-3)
+    assert np.abs(found.state.x[model.repeat.rows_of_multipliers]).max() < 1e-4
 
 
 INNER, OUTER, SIDES = 2.0, 4.0, 32  # of the tube, mm; its outside is a polygon of so many sides
