@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import scipy.sparse
 
-from softact.bodies.images import Images
+from softact.bodies.images import Images, Triplets
 from softact.system.term import Origin, State
 
 if TYPE_CHECKING:
@@ -95,17 +95,26 @@ class Seam:
 
     def sides(self, x: np.ndarray) -> tuple[scipy.sparse.csr_matrix, scipy.sparse.csr_matrix]:
         """Derivatives (3 n, local) of the displacements: those of the own nodes, of the images."""
-        rows = np.arange(3 * self._matrix.shape[0]).reshape(-1, 3)
-        mine = rows[: len(self._own)].ravel()
-        i, j, values = self._images.jacobian(x, rows[len(self._own) :])
-        parts = (np.ones(len(mine)), (mine, self._own.ravel())), (values, (i, j))
-        own, images = (scipy.sparse.csr_matrix(p, shape=(rows.size, self._size)) for p in parts)
+        own, images = map(self._sparse, self._entries_of(x))
         return own, images
 
+    def _entries_of(self, x: np.ndarray) -> tuple[Triplets, Triplets]:
+        rows = np.arange(3 * self._matrix.shape[0]).reshape(-1, 3)
+        mine = rows[: len(self._own)].ravel()
+        own = mine, self._own.ravel(), np.ones(len(mine))
+        return own, self._images.jacobian(x, rows[len(self._own) :])
+
+    def _sparse(self, entries: Triplets) -> scipy.sparse.csr_matrix:
+        rows, columns, values = entries
+        shape = self.matrix.shape[0], self._size
+        return scipy.sparse.csr_matrix((values, (rows, columns)), shape=shape)
+
     def _jacobian(self, x: np.ndarray) -> scipy.sparse.csr_matrix:
-        """Derivatives (3 n, local) of the displacements."""
-        own, images = self.sides(x)
-        return own + images
+        """Derivatives (3 n, local) of the displacements, zeros among them, so that all states have
+        the same entries."""
+        pairs = zip(*self._entries_of(x), strict=True)
+        rows, columns, values = (np.concatenate(pair) for pair in pairs)
+        return self._sparse((rows, columns, values))
 
     def _lay_out(self) -> None:
         """Make room in the matrix."""
