@@ -25,7 +25,7 @@ from softact.modules.walk import Grid, Walked
 from softact.spec import Spec
 
 Array = NDArray[np.float64]
-FORMAT = 3
+FORMAT = 4
 JSON, HDF5 = "table.json", "table.h5"
 FILES = (JSON, HDF5)
 ENOUGH = 1e-9  # of the range of pressures
