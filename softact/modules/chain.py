@@ -175,13 +175,16 @@ class Standing:
 
     def _ends(self, pressures: Array, ends: float) -> tuple[Array, Array]:
         """What so many ends of an actuator take from a segment at pressures (m,): curvatures (k,)
-        times modules, beyond what they take under a force, and air (m,), mm³."""
+        times modules, beyond what they take under a force, and air (m,), mm³. Where a cavity ends
+        at the next segment, its walls move as in a module, but no channel goes on."""
         table = self.chain.table
-        if not (table.ends.known and ends):
+        if not table.ends.known:
             return np.zeros(table.k), np.zeros(len(pressures))
         idle, air = table.ends.at(pressures)
+        _, closed = table.ends.at(np.zeros_like(pressures))
         lacking = (idle - table.ends.stiff) * ends / 2
-        return table.turns * table.free_curvature(pressures) * lacking, air * ends / 2
+        curvature = table.turns * table.free_curvature(pressures)
+        return curvature * lacking, (air * ends + closed * (2 - ends)) / 2
 
     def _loads(self, acting: Acting) -> Loads:
         chain = self.chain
