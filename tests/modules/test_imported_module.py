@@ -2,7 +2,6 @@
 
 import re
 
-import numpy as np
 import pytest
 from mpi4py import MPI
 from pydantic import ValidationError
