@@ -5,7 +5,7 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import ModuleType
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field
@@ -100,6 +100,10 @@ class Imported(Geometry):
             length=self.pitch or 0.0,
             repeats=Repeats(*self.repeats) if self.repeats else None,
         )
+
+    def module(self) -> Self:
+        """See ``Geometry.module``: the part itself, where it is one."""
+        return self if self.repeats else super().module()
 
     def _bending_axis(self) -> tuple[float, float, float] | None:
         if "y" not in self.symmetry:

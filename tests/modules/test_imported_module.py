@@ -6,10 +6,11 @@ import pytest
 from mpi4py import MPI
 from pydantic import ValidationError
 
-from softact.errors import MeshError
+from softact.errors import MeshError, SpecError
 from softact.geometries import GEOMETRIES
 from softact.geometry.base import export, make_mesh
 from softact.measures.cross_section import CrossSection
+from softact.modules import rod_run
 from softact.modules.module_spec import module_specs
 from softact.run.from_spec import build_model
 from softact.spec import Spec
@@ -123,6 +124,11 @@ def test_curved_faces_of_a_script_repeat(pipe, tmp_path):
 def test_its_blocked_module_keeps_the_pitch(pipe):
     runs = module_specs(Spec.model_validate(of(pipe)), {}).runs
     assert runs["clamped"].layout().repeats.hold["shift_x"] == pytest.approx(6.0)
+
+
+def test_it_is_no_rod(pipe):
+    with pytest.raises(SpecError, match="module: a rod is of a whole actuator"):
+        rod_run.check(Spec.model_validate(of(pipe)))
 
 
 @pytest.mark.parametrize(
