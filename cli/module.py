@@ -87,6 +87,8 @@ def module(
         return
     held = dict(_split(text) for text in hold)
     pair = module_specs(loaded, held, not no_weight, not no_contact)
+    if len(loaded.geometry.in_segments()) > 1:
+        click.echo("of several segments: the one at the clamp, under its pressures")
     with folder.opened(files.FILES):
         for name in pair.runs:
             folder.file(name)

@@ -4,7 +4,7 @@ Xavier et al. (2021), Sensors and Actuators A 332:113199. Run by itself it write
 ``python geometries/omnidirectional.py --cavities 4 -o bellows.msh``.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from math import asin, cos, pi, sin, sqrt, tan
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -31,11 +31,21 @@ class Omnidirectional(Corrugated):
     on to the next module. The inner walls are planes through the axis, as long as the actuator.
     The outer half gaps of the two ends are solid. cavity_1 is the topmost; the others follow
     towards y and down.
+
+    An arm of several segments has so many modules in each, and cavities that end with it:
+    segment_1_cavity_1 is the topmost at the clamp. The gap between two segments is solid.
     """
 
     type: Literal["omnidirectional"] = "omnidirectional"
     cavities: Annotated[int, Field(ge=3, le=6)] = Field(3, description="number of cavities")
-    modules: Annotated[int, Field(ge=1, le=100)] = Field(11, description="number of modules")
+    modules: Annotated[int, Field(ge=1, le=100)] = Field(
+        11, description="number of modules, of each segment"
+    )
+    segments: Annotated[int, Field(ge=1, le=20)] = Field(
+        1,
+        description="segments in a row with cavities of their own, from two on named "
+        "segment_1_cavity_1 and so on, from the clamp",
+    )
     pitch: Length = Field(10.0, description="length of a module")
     gap: Length = Field(3.0, description="length of the gap between two chambers, outside")
     actuator_radius: Length = Field(12.0, description="radius r_a of the outside")
@@ -72,10 +82,34 @@ class Omnidirectional(Corrugated):
     counted: ClassVar[tuple[str, str] | None] = ("modules", "module")
 
     def short(self) -> dict[str, Any]:
-        return {"modules": SHORT}
+        return {"modules": SHORT, "segments": 1}
+
+    @property
+    def pitches(self) -> float:
+        return self._total
+
+    @property
+    def _total(self) -> int:
+        """Modules of all segments."""
+        return self.segments * self.modules
+
+    def in_segments(self) -> tuple[Mapping[str, str], ...]:
+        sectors = self._sectors()
+        return tuple({name: self._named(n, name) for name in sectors} for n in self._numbers)
+
+    @property
+    def _numbers(self) -> range:
+        """Of the segments, from the clamp."""
+        return range(1, self.segments + 1)
+
+    def _named(self, segment: int, cavity: str) -> str:
+        """A cavity of a segment as the whole arm calls it."""
+        return f"segment_{segment}_{cavity}" if self.segments > 1 else cavity
 
     def faults(self) -> Iterator[tuple[str, str]]:
         yield from super().faults()
+        if self.alone and self.segments > 1:
+            yield "segments", "a module alone is of one segment; leave segments out"
         inside = max(
             self._apex, self.core_radius or 0.0, self.channel_radius if self.channels else 0.0
         )
@@ -126,7 +160,7 @@ class Omnidirectional(Corrugated):
     @property
     def length(self) -> float:
         """Length of the actuator."""
-        return self.modules * self.pitch
+        return self._total * self.pitch
 
     @property
     def _apex(self) -> float:
@@ -140,6 +174,11 @@ class Omnidirectional(Corrugated):
 
     def _meshed(self) -> dict[str, tuple[float, float]]:
         """Cavity -> direction of its middle, and which part of it is meshed."""
+        sectors = self._sectors().items()
+        return {self._named(n, name): which for n in self._numbers for name, which in sectors}
+
+    def _sectors(self) -> dict[str, tuple[float, float]]:
+        """The same of one segment."""
         found = {}
         for number in range(self.cavities):
             angle = self._middle(number)
@@ -156,7 +195,7 @@ class Omnidirectional(Corrugated):
     @property
     def _gaps(self) -> int:
         """Gaps of what is meshed."""
-        return 1 if self.alone else self.modules - 1
+        return 1 if self.alone else self._total - 1
 
     @property
     def _opening(self) -> float:
@@ -193,16 +232,17 @@ class Omnidirectional(Corrugated):
         """Volume of a whole cavity."""
         if self.fillet:
             return self._rounded_cavity()
-        chambers = self.span / self.pitch * self.chamber_length * self._opening
+        chambers = (1 if self.alone else self.modules) * self.chamber_length * self._opening
         if not self.channels:
             return chambers
-        between = self._gaps * (self.pitch - self.chamber_length)
+        passages = 1 if self.alone else self.modules - 1
+        between = passages * (self.pitch - self.chamber_length)
         return chambers + between * self._sector(self.channel_radius)
 
     def walls(self) -> tuple[Wall, ...] | None:
         if self.filleted:
             return None
-        sides = {"side_wall": self.side_wall} if self.modules > 1 else {}
+        sides = {"side_wall": self.side_wall} if self._total > 1 else {}
         round_ = self.walls_between_curves(top_wall=self.top_wall, inner_wall=self.inner_wall)
         return (*round_, *self.walls_between_planes(**sides))
 
@@ -212,7 +252,7 @@ class Omnidirectional(Corrugated):
         disc, midsection = (pi * r**2 for r in (self.actuator_radius, self.midsection_radius))
         outside = self.span * disc - notches * (disc - midsection)
         cavities = {name: part * self._cavity() for name, (_, part) in self._meshed().items()}
-        body = half * (outside - self.cavities * self._cavity())
+        body = half * (outside - self.segments * self.cavities * self._cavity())
         face = disc - self.cavities * self._opening if self.alone else disc
         return {"body": body, **dict.fromkeys(self.ends, half * face), **cavities}
 
@@ -221,7 +261,7 @@ class Omnidirectional(Corrugated):
             """Area between a circle and its polygon, at most."""
             return pi * radius**2 * lacking(radius, self.mesh_size)
 
-        share = 1 if name in ("body", *self.ends) else 1 / self.cavities
+        share = 1 if name in ("body", *self.ends) else 1 / (self.segments * self.cavities)
         if name in self.ends:
             face = self.volumes()[name] * (2 if self.symmetry else 1)
             chambers = lost(self.chamber_radius) if self.alone else 0.0
@@ -231,7 +271,7 @@ class Omnidirectional(Corrugated):
         air += self.span * lost(inner) if inner else 0.0
         if self.fillet:
             edges = self._rounded(self.chamber_radius).round_edges(self.chamber_length)
-            air += self.cavities * self.modules * edges * self.chord_error(self.fillet)
+            air += self.cavities * self._total * edges * self.chord_error(self.fillet)
         if share < 1:
             return share * air / self._cavity()
         skin = self.span * (lost(self.actuator_radius) + lost(self.midsection_radius))
@@ -243,7 +283,7 @@ class Omnidirectional(Corrugated):
             "wide": [(2, occ.addDisk(0, 0, 0, *[self.actuator_radius] * 2))],
             "narrow": [(2, occ.addDisk(0, 0, 0, *[self.midsection_radius] * 2))],
         }
-        for name, (angle, _) in self._meshed().items():
+        for name, (angle, _) in self._sectors().items():
             for kind, radius in (
                 ("chamber", self.chamber_radius),
                 ("channel", self.channel_radius),
@@ -279,25 +319,33 @@ class Omnidirectional(Corrugated):
 
     def solid(self) -> Prisms:
         """The actuator as prisms painted over each other."""
-        pitch, length = self.pitch, self.span
-        prisms = [Prism("body", "wide", 0.0, length)]
-        middles = [(i + 0.5) * pitch for i in range(self.modules)]
-        borders = [i * pitch for i in range(1, self.modules)]
-        if self.alone:
-            middles, borders = [0.0, pitch], [pitch / 2]
+        pitch = self.pitch
+        prisms = [Prism("body", "wide", 0.0, self.span)]
+        borders = [pitch / 2] if self.alone else [i * pitch for i in range(1, self._total)]
         notches = [(x - self.gap / 2, x + self.gap / 2) for x in borders]
         prisms += [Prism(OUTSIDE, "wide", *notch) for notch in notches]
         prisms += [Prism("body", "narrow", *notch) for notch in notches]
-        for name in self._meshed():
-            if self.channels and self.modules > 1:
-                channel = middles[0], middles[-1], self.fillet, True
-                prisms.append(Prism(name, f"channel of {name}", *channel))
-            for middle in middles:
-                start, end = middle - self.chamber_length / 2, middle + self.chamber_length / 2
-                inside = max(start, 0.0), min(end, length)
-                prisms.append(Prism(name, f"chamber of {name}", *inside, rounded=self.fillet))
+        for number, chambers in enumerate(self._middles(), 1):
+            for sector in self._sectors():
+                prisms += self._air(self._named(number, sector), sector, chambers)
         cavities = tuple(self._meshed())
         return Prisms(self._shapes, tuple(prisms), ("body",), cavities, planes=self.planes())
+
+    def _middles(self) -> list[list[float]]:
+        """Where along x the middles of the chambers lie, segment by segment, mm."""
+        if self.alone:
+            return [[0.0, self.pitch]]
+        places = [(i + 0.5) * self.pitch for i in range(self._total)]
+        return [places[i : i + self.modules] for i in range(0, self._total, self.modules)]
+
+    def _air(self, name: str, sector: str, middles: Sequence[float]) -> Iterator[Prism]:
+        """A cavity: its channel, and its chambers around middles along x, mm."""
+        if self.channels and self.modules > 1:
+            yield Prism(name, f"channel of {sector}", middles[0], middles[-1], self.fillet, True)
+        for middle in middles:
+            start, end = middle - self.chamber_length / 2, middle + self.chamber_length / 2
+            inside = max(start, 0.0), min(end, self.span)
+            yield Prism(name, f"chamber of {sector}", *inside, rounded=self.fillet)
 
 
 if __name__ == "__main__":

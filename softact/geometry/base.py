@@ -190,6 +190,11 @@ class Geometry(BaseModel):
         """Pitches of a module in the part of the actuator's length that its modules fill."""
         raise NotImplementedError
 
+    def in_segments(self) -> tuple[Mapping[str, str], ...]:
+        """For each of the equal parts in a row, from the clamp, that have cavities of their own:
+        cavity of a module alone -> what the whole actuator calls it there."""
+        return ({name: name for name in self.layout().cavities},)
+
     def build(self, gmsh: ModuleType) -> None:
         """Adds the solid as OCC entities to the current gmsh model, with named groups and mesh
         sizes unless ``mesh`` is written too."""

@@ -5,7 +5,7 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import ModuleType
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field
@@ -19,12 +19,13 @@ from softact.geometry.gmsh_groups import add_mesh
 from softact.geometry.part_axis import Direction
 from softact.geometry.part_names import PartName, PartNameOrNone
 from softact.geometry.part_size import Drawn
+from softact.geometry.periodic import match
 from softact.geometry.saying import tell
 from softact.geometry.subdivide import cut_mesh, fill
 from softact.mesh.components import components, gap, part_names
 from softact.mesh.file_mesh import FileMesh, of_model, only_named, without_inner_walls
 from softact.mesh.joining import joined
-from softact.mesh.layout import Layout
+from softact.mesh.layout import Layout, Repeats
 from softact.units import Length, is_utf8
 
 Names = Annotated[tuple[PartName, ...], Field(strict=False)]
@@ -44,6 +45,13 @@ class Imported(Geometry):
     )
     clamp: PartNameOrNone = Field("clamp", description="surface at the clamped end; '' for none")
     tip: PartNameOrNone = Field("tip", description="surface at the tip; '' for none")
+    repeats: tuple[PartName, PartName] | None = Field(
+        None,
+        strict=False,
+        description="where the part is one module of a chain: its face at the module before and "
+        "that at the module after, [left, right], in place of clamp and tip",
+    )
+    pitch: Length | None = Field(None, description="how far these two faces are apart along axis")
     axis: Direction = Field("x", description="runs from the clamp to the tip: x, -x, y, -y, z, -z")
     symmetry: dict[Axis, PartName] = Field(
         {}, description="coordinate that is zero in a symmetry plane -> surface in that plane"
@@ -64,6 +72,10 @@ class Imported(Geometry):
         yield from file_faults("file", self.file, self.suffixes)
         if not self.regions:
             yield "regions", "no solid is named; write the names of all solids of the file"
+        if self.repeats and self.repeats[0] == self.repeats[1]:
+            yield "repeats", f"'{self.repeats[0]}' is both faces; name the opposite one second"
+        if (self.pitch is None) != (self.repeats is None):
+            yield "pitch", "is the distance of the faces that repeats names; write both or none"
         for cavity, walls in self.cavities.items():
             if not walls:
                 yield "cavities", f"'{cavity}' has no walls; write the names of its surfaces"
@@ -75,17 +87,23 @@ class Imported(Geometry):
         """See ``Geometry.layout``."""
         planes = {name: "xyz".index(axis) for axis, name in self.symmetry.items()}
         walls = [name for names in self.cavities.values() for name in names]
-        ends = [name for name in (self.clamp, self.tip) if name]
+        ends = [name for name in self.ends if name]
         return Layout(
             regions=tuple(self.regions),
             surfaces=tuple(dict.fromkeys((*ends, *walls, *self.surfaces, *planes))),
             cavities={name: tuple(walls) for name, walls in self.cavities.items()},
-            clamp=self.clamp,
-            tip=self.tip,
+            clamp=self.ends[0],
+            tip=self.ends[1],
             axis=part_axis.unit(self.axis),
             bending_axis=self._bending_axis(),
             symmetry=planes,
+            length=self.pitch or 0.0,
+            repeats=Repeats(*self.repeats) if self.repeats else None,
         )
+
+    def module(self) -> Self:
+        """See ``Geometry.module``: the part itself, where it is one."""
+        return self if self.repeats else super().module()
 
     def _bending_axis(self) -> tuple[float, float, float] | None:
         if "y" not in self.symmetry:
@@ -130,6 +148,7 @@ class Imported(Geometry):
         if not _tetrahedra(gmsh):
             drawn.refuse(self.mesh_size)
             gmsh.option.setNumber("Mesh.ElementOrder", 1)
+            self._match_ends(gmsh)
             fill(gmsh, self.mesh_size, self.least_steps)
             if not _tetrahedra(gmsh):
                 raise MeshError("gmsh made no tetrahedra in the solids of the file")
@@ -138,6 +157,12 @@ class Imported(Geometry):
         cut_mesh(gmsh, self.least_steps)
         found = of_model(gmsh, self.scale, tell, are_curved())
         self._put_back(gmsh, only_named(found, self.layout(), _tetrahedra(gmsh)))
+
+    def _match_ends(self, gmsh: ModuleType) -> None:
+        """Have the two faces of a module meshed alike."""
+        if self.repeats and self.pitch:
+            shift = self.pitch * np.array(part_axis.unit(self.axis))
+            match(gmsh, *self.repeats, shift)
 
     def look(self, gmsh: ModuleType) -> None:
         """See ``Geometry.look``: a finished mesh is read as for a run."""
@@ -159,7 +184,7 @@ class Imported(Geometry):
         """Raises MeshError where the tip lies on the wrong side of the clamp: measures along
         ``axis`` would have the wrong sign."""
         surfaces = mesh.surfaces
-        if not {self.clamp, self.tip} <= surfaces.keys():
+        if not {*self.ends} <= surfaces.keys():
             return
         clamp, tip = (mesh.points[surfaces[name]].mean(axis=(0, 1)) for name in self.ends)
         way = tip - clamp
@@ -167,14 +192,15 @@ class Imported(Geometry):
             longest = int(np.argmax(np.abs(way)))
             wanted = ("-" if way[longest] < 0 else "") + "xyz"[longest]
             raise MeshError(
-                f"'{self.tip}' lies behind '{self.clamp}' along {self.axis}, which has to run from "
-                f"the clamp to the tip; write axis: {wanted}"
+                f"'{self.ends[1]}' lies behind '{self.ends[0]}' along {self.axis}, which has to "
+                f"run from the clamp to the tip; write axis: {wanted}"
             )
 
     @property
     def ends(self) -> tuple[str, str]:
-        """Names of clamp and tip."""
-        return self.clamp, self.tip
+        """Names of clamp and tip, or of the faces at which a module goes on."""
+        left, right = self.repeats or (self.clamp, self.tip)
+        return left, right
 
 
 def file_faults(field: str, name: str, suffixes: Sequence[str]) -> Iterator[tuple[str, str]]:

@@ -19,11 +19,11 @@ from softact.modules.grip import Grip
 from softact.modules.rod import Distance, Frames, Loads, Points, Rod
 from softact.modules.rod_motion import inertias
 from softact.modules.section import Section
+from softact.modules.segments import PIECES, Segments
 from softact.modules.table import Table
 from softact.spec import Spec
 
 Array = NDArray[np.float64]
-PIECES = 2  # by module
 NEAR = 1e-6  # mm/s² or N across the plane: none
 STRAIGHT = 1e-6  # 1/mm
 
@@ -32,8 +32,8 @@ Row = dict[str, float | str]
 
 @dataclass(frozen=True)
 class Acting:
-    """What acts at the end of a step. gravity (3,): mm/s², payload (3,): N; pressures (m,): MPa of
-    the table's groups of cavities."""
+    """What acts at the end of a step. gravity (3,): mm/s², payload (3,): N; pressures
+    (segments, m): MPa of the table's groups of cavities."""
 
     gravity: Array
     payload: Array
@@ -53,19 +53,21 @@ class Chain:
         self.layout = spec.layout()
         self.axis = np.asarray(self.layout.axis, dtype=float)
         self.free = free_components(self.layout.symmetry).ravel()
-        self.modules = spec.geometry.pitches
-        self.pieces = max(1, round(PIECES * self.modules))
+        self.cavities = spec.geometry.in_segments()
+        self.segments = Segments.of_chain(
+            spec.geometry.pitches, len(self.cavities), table.ends.stiff
+        )
         beside = table.origin - (table.origin @ self.axis) * self.axis
         along = (np.asarray(self.layout.origin) @ self.axis) * self.axis
-        near = np.arange(min(PIECES, self.pieces))
-        self.last_modules = np.union1d(near, self.pieces - 1 - near)  # pieces of both ends
         self.base = along + beside
         self.pressures = self._pressures()
-        bending = self.modules - table.ends.stiff
-        self.length = bending * table.pitch / self.pieces
-        self.spare = (self.layout.length - self.pieces * self.length) / 2
+        self.lengths = self.segments.spread(self.segments.bending) * table.pitch
+        self.pieces = len(self.lengths)
+        near = np.arange(min(PIECES, self.pieces))
+        self.last_modules = near, self.pieces - 1 - near  # pieces of those at the clamp and the tip
+        self.spare = (self.layout.length - self.lengths.sum()) / 2
         self.start = self.base + self.spare * self.axis
-        self.tip_arm = table.lumps.tip - self.start - self.pieces * self.length * self.axis
+        self.tip_arm = table.lumps.tip - self.start - self.lengths.sum() * self.axis
         self.carried, self.masses, self.clamped = self._weights()
         self.touching = self._touching()
         self.inertia = inertias(
@@ -81,8 +83,9 @@ class Chain:
         and that which the clamp holds, tonne."""
         lumps = self.table.lumps
         places = lumps.centres - self.start
-        at = np.clip(np.round(places @ self.axis / self.length).astype(int), 0, self.pieces)
-        arms = places - np.outer(at * self.length, self.axis)
+        frames = np.concatenate([[0.0], np.cumsum(self.lengths)])
+        at = np.abs((places @ self.axis)[:, None] - frames).argmin(axis=1)
+        arms = places - np.outer(frames[at], self.axis)
         clamped = at == 0
         hanging = np.where(clamped, 0.0, lumps.masses)
         return Points(at, arms), hanging, float(lumps.masses[clamped].sum())
@@ -96,24 +99,38 @@ class Chain:
         return Points.joined(*sides, Points(np.full(len(edges), self.pieces), edges))
 
     def _pressures(self) -> Array:
-        """Where each step goes to, of the table's groups (steps, m)."""
+        """Where each step goes to, of the table's groups (steps, segments, m)."""
         mine = driven(self.spec)
-        goals = {
-            name: share * column
-            for group, column in zip(mine.groups, mine.goals.T, strict=True)
-            for name, share in group.items()
-        }
-        return np.array(
-            [self.of_groups({n: c[i] for n, c in goals.items()}) for i in range(len(mine.goals))]
-        )
+        steps = [[self._of_module(mine.cavities(p)) for p in step] for step in mine.goals]
+        return np.array(steps)
+
+    def _of_module(self, pressures: Mapping[str, float]) -> list[float]:
+        """Pressures of the table's groups from those of a module's cavities, MPa."""
+        pairs = zip(self.leading, self.table.groups, strict=True)
+        return [float(pressures.get(name, 0.0)) / group[name] for name, group in pairs]
 
     def of_groups(self, pressures: Mapping[str, float]) -> Array:
-        """Pressures (m,) of the table's groups from those of cavities, MPa."""
+        """Pressures (segments, m) of the table's groups from those of the actuator's cavities,
+        MPa."""
         found = []
-        for group in self.table.groups:
-            name = max(group, key=group.__getitem__)
-            found.append(float(pressures.get(name, 0.0)) / group[name])
+        for names in self.cavities:
+            known = {
+                alone: pressures[whole] for alone, whole in names.items() if whole in pressures
+            }
+            found.append(self._of_module(known))
         return np.array(found)
+
+    @property
+    def leading(self) -> list[str]:
+        """Of each of the table's groups, the cavity of a module with the largest share."""
+        return [max(group, key=group.__getitem__) for group in self.table.groups]
+
+    def called(self, what: str) -> list[list[str]]:
+        """Titles of columns, without units, of what each segment has of each group: ``pressure``,
+        ``cavity_volume``."""
+        if len(self.table.groups) * len(self.cavities) == 1:
+            return [[what]]
+        return [[f"{what}_{names[name]}" for name in self.leading] for names in self.cavities]
 
     def acting(self, number: int, before: Acting) -> Acting:
         """What acts at the end of a step. Raises SpecError."""
@@ -128,7 +145,8 @@ class Chain:
 
     def at_rest(self) -> Acting:
         """Without any load."""
-        return Acting(np.zeros(3), np.zeros(3), np.zeros(len(self.table.groups)))
+        nothing = np.zeros((len(self.cavities), len(self.table.groups)))
+        return Acting(np.zeros(3), np.zeros(3), nothing)
 
     def _in_plane(self, vector: Any, where: str) -> Array:
         given = np.asarray(vector, dtype=float)
@@ -146,22 +164,34 @@ class Standing:
 
     def __init__(self, chain: Chain, acting: Acting, grips: Sequence[Grip] = ()):
         self.chain, self.acting, self.grips = chain, acting, grips
-        table, pressures = chain.table, acting.pressures
-        idle, self.lost_air = table.ends.at(pressures)
-        more = np.zeros((chain.pieces, table.k))
-        if table.ends.known:
-            more[chain.last_modules] = self._lacking(idle)
-        self.law = Section(table, pressures, more)
-        self.rod = Rod(self.law, chain.pieces, chain.length, chain.axis, chain.free)
+        of = chain.segments.of
+        more = np.zeros((chain.pieces, chain.table.k))
+        for at, pressures in zip(chain.last_modules, acting.pressures[[0, -1]], strict=True):
+            more[at] += self._lacking(pressures, float(chain.lengths[at].sum()))
+        pairs = zip(acting.pressures, chain.segments.ends, strict=True)
+        self.lost_air = np.array([self._lost(*pair) for pair in pairs])
+        self.law = Section(chain.table, acting.pressures[of], more)
+        self.rod = Rod(self.law, chain.pieces, chain.lengths, chain.axis, chain.free)
         self.loads = self._loads(acting)
 
-    def _lacking(self, idle: float) -> Array:
-        """Curvatures (k,) that the first and the last module lack where so many modules do not
-        bend under the pressures."""
-        chain, table = self.chain, self.chain.table
-        length = len(chain.last_modules) * chain.length
-        lacking = (idle - table.ends.stiff) * table.pitch / length
-        return np.asarray(table.turns * table.free_curvature(self.acting.pressures) * lacking)
+    def _lacking(self, pressures: Array, length: float) -> Array:
+        """Curvatures (k,) that the module at one end, which bends over a length, lacks at pressures
+        (m,): what that end takes beyond what it takes under a force."""
+        table = self.chain.table
+        if not table.ends.known:
+            return np.zeros(table.k)
+        idle, _ = table.ends.at(pressures)
+        lacking = (idle - table.ends.stiff) / 2 * table.pitch / length
+        return np.asarray(table.turns * table.free_curvature(pressures) * lacking)
+
+    def _lost(self, pressures: Array, ends: float) -> Array:
+        """Air (m,), mm³, that so many ends of an actuator take from a segment at pressures (m,).
+        Where a cavity ends at the next segment, its walls move as in a module, but no channel goes
+        on."""
+        table = self.chain.table
+        _, air = table.ends.at(pressures)
+        _, closed = table.ends.at(np.zeros_like(pressures))
+        return np.asarray(air * ends + closed * (2 - ends)) / 2
 
     def _loads(self, acting: Acting) -> Loads:
         chain = self.chain
@@ -209,17 +239,12 @@ class Standing:
     def row(self, frames: Frames, loads: Loads, before: Row) -> Row:
         """The measures of a state under loads; before: those of the last one."""
         chain, rod, strains = self.chain, self.rod, self.rod.strains(frames)
-        names = ["pressure"] if len(chain.table.groups) == 1 else chain.table.pressure_names
-        found: Row = {
-            f"{name}_kPa": 1e3 * float(p)
-            for name, p in zip(names, self.acting.pressures, strict=True)
-        }
+        found = _each(chain.called("pressure"), 1e3 * self.acting.pressures, "kPa")
         found |= bending(chain, frames, before)
         found |= _vector("tip", self.tip(frames), "mm")
-        whole = chain.modules * chain.table.pitch * self.law.air(strains).mean(axis=0)
-        whole -= self.lost_air
-        volumes = [n.replace("pressure", "cavity_volume") for n in names]
-        found |= {f"{n}_mm3": float(v) for n, v in zip(volumes, whole, strict=True)}
+        by_length = chain.segments.means(self.law.air(strains))
+        air = chain.segments.modules * chain.table.pitch * by_length - self.lost_air
+        found |= _each(chain.called("cavity_volume"), air, "mm3")
         # What holds the first frame, inertia or not, and what the clamp itself carries.
         held = rod.unbalanced(frames, loads)[0, 3:] - chain.clamped * self.acting.gravity
         cells = []
@@ -231,10 +256,9 @@ class Standing:
             found["blocked_force_N"] = float(np.linalg.norm(np.sum(cells, axis=0)))
         found |= _vector("reaction", held, "N")
         curved = strains[:, :3]
-        steps = np.linalg.norm(np.diff(curved, axis=0), axis=1)
-        steepest = steps.max(initial=0.0) * chain.pieces / chain.modules
+        steepest = chain.segments.steepest(curved)
         most = np.linalg.norm(curved, axis=1).max()
-        found["curvature_change_percent"] = float(100 * steepest / most) if most > STRAIGHT else 0.0
+        found["curvature_change_percent"] = 100 * steepest / float(most) if most > STRAIGHT else 0.0
         return found
 
 
@@ -251,6 +275,12 @@ def bending(chain: Chain, frames: Frames, before: Row) -> Row:
     if layout.bending_axis is None:
         found |= {f"bending_axis_{c}": float(v) for c, v in zip("xyz", about, strict=True)}
     return found
+
+
+def _each(names: Sequence[Sequence[str]], values: Array, unit: str) -> Row:
+    """Of segments and groups (segments, m)."""
+    pairs = zip(np.ravel(names), values.ravel(), strict=True)
+    return {f"{name}_{unit}": float(value) for name, value in pairs}
 
 
 def _vector(name: str, vector: Array, unit: str) -> Row:

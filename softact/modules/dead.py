@@ -23,9 +23,9 @@ CENTRES = 2  # so many of a table's pressures make room for a load
 
 @dataclass(frozen=True)
 class Dead:
-    """pressures (s, m), MPa, on the way, and there gravity (s, 3), mm/s², and force (s, 3), N, on
-    the tip of an actuator: its mass, tonne, length, mm, axis (3,), which turns and shifts
-    symmetry leaves it (6,), and whether a step has inertia."""
+    """pressures (s, m), MPa, of any segment on the way, and there gravity (s, 3), mm/s², and force
+    (s, 3), N, on the tip of an actuator: its mass, tonne, length, mm, axis (3,), which turns and
+    shifts symmetry leaves it (6,), and whether a step has inertia."""
 
     pressures: Array
     gravity: Array
@@ -40,13 +40,14 @@ class Dead:
     def of(cls, spec: Spec, loads: Driven) -> Dead:
         """Of a spec, whose pressures are ``loads``."""
         layout = spec.geometry.layout()
-        before = np.zeros(len(loads.groups)), np.zeros(3), np.zeros(3)
+        before = np.zeros_like(loads.goals[0]), np.zeros(3), np.zeros(3)
         found = []
         for pressures, dead in zip(loads.goals, loads_of_steps(spec), strict=True):
             after = pressures, *dead
             for part in np.arange(PARTS + 1) / PARTS:
                 ends = zip(before, after, strict=True)
-                found.append([(1 - part) * a + part * b for a, b in ends])
+                here, *weight = ((1 - part) * a + part * b for a, b in ends)
+                found += [(segment, *weight) for segment in here]
             before = after
         pressures, gravity, force = (np.array(column) for column in zip(*found, strict=True))
         return cls(

@@ -18,10 +18,10 @@ ALIKE = 1e-9  # of the largest pressure
 
 @dataclass(frozen=True)
 class Driven:
-    """groups: cavity -> share, of cavities whose pressures are multiples of each other in all
-    steps; the largest share of a group is 1. low, high (m,): the least and the largest pressure of
-    each group on the way, zero among them, MPa. goals (steps, m): where each step goes to, from
-    where the last one ended."""
+    """groups: cavity of a module -> share, of cavities whose pressures are multiples of each other
+    in all segments and steps; the largest share of a group is 1. low, high (m,): the least and the
+    largest pressure of each group on the way, zero among them, MPa. goals (steps, segments, m):
+    where each step goes to, from where the last one ended."""
 
     groups: tuple[Mapping[str, float], ...]
     low: Array
@@ -32,6 +32,14 @@ class Driven:
     def names(self) -> tuple[str, ...]:
         """Of the groups: the cavity with the largest share."""
         return tuple(max(group, key=group.__getitem__) for group in self.groups)
+
+    def cavities(self, pressures: Array) -> dict[str, float]:
+        """Pressures of a module's cavities from those (m,) of its groups."""
+        return {
+            name: share * float(pressure)
+            for group, pressure in zip(self.groups, pressures, strict=True)
+            for name, share in group.items()
+        }
 
 
 def driven(spec: Spec) -> Driven:
@@ -44,10 +52,11 @@ def driven(spec: Spec) -> Driven:
         goals.append(goal)
         between += on_the_way
     rows = [*goals, *between]
-    names = [name for name in spec.layout().cavities if any(row.get(name) for row in rows)]
+    segments = spec.geometry.in_segments()
+    names = [n for n in segments[0] if any(row.get(s[n]) for row in rows for s in segments)]
     if not names:
         raise SpecError("a table of a module is walked over its pressure; no step has one")
-    table = np.array([[row.get(name, 0.0) for name in names] for row in rows])
+    table = np.array([[row.get(s[n], 0.0) for n in names] for row in rows for s in segments])
     groups: list[dict[str, float]] = []
     columns: list[Array] = []
     for name, column in zip(names, table.T, strict=True):
@@ -66,7 +75,8 @@ def driven(spec: Spec) -> Driven:
         groups[number] = {name: share / largest for name, share in group.items()}
     found = np.array(columns).T
     low, high = np.minimum(found.min(axis=0), 0.0), np.maximum(found.max(axis=0), 0.0)
-    return Driven(tuple(groups), low, high, found[: len(goals)])
+    by_segments = found.reshape(len(rows), len(segments), -1)
+    return Driven(tuple(groups), low, high, by_segments[: len(goals)])
 
 
 def _way(

@@ -23,6 +23,7 @@ from softact.modules.screws import logarithm
 from softact.modules.walker import Presser
 from softact.run.from_spec import build_model, supports_of
 from softact.spec import Spec
+from softact.spec.one_module import first_segment
 from softact.system.term import State
 
 Array = NDArray[np.float64]
@@ -31,12 +32,12 @@ TURNED = 1e-4  # rad of the tip by the force that shows how stiff the ends are
 
 
 def short_spec(spec: Spec) -> Spec | None:
-    """The same actuator of a few modules, from a spec of its pressures alone; None where its
-    geometry does not say which is short, or the actuator is no longer than that."""
+    """One segment of a few modules of the same actuator, from a spec of its pressures alone; None
+    where its geometry does not say how many those are, or the actuator has no more."""
     changes = spec.geometry.short() if isinstance(spec.geometry, Chain) else {}
     if not changes:
         return None
-    short = spec.with_(
+    short = first_segment(spec).with_(
         {f"geometry.{name}": value for name, value in changes.items()}
         | {"contact": "none", "supports": None}
     )

@@ -16,7 +16,8 @@ class ModuleSpecs:
     """runs: ``free``: what nothing holds but ``--hold``; ``straight`` and ``clamped``: see
     ``blocked_modules``.
 
-    pitches: modules of the whole actuator, None where the spec is that of a module itself.
+    pitches: modules of the whole actuator, of several segments those of the first; None where the
+    spec is that of a module itself.
     """
 
     runs: dict[str, Spec]
@@ -32,6 +33,5 @@ def module_specs(
     """
     free = free_module(spec, hold, weight, contact)
     alone = spec.layout().repeats is not None
-    return ModuleSpecs(
-        {"free": free} | blocked_modules(free), None if alone else spec.geometry.pitches
-    )
+    modules = None if alone else spec.geometry.pitches / len(spec.geometry.in_segments())
+    return ModuleSpecs({"free": free} | blocked_modules(free), modules)

@@ -8,6 +8,7 @@ bent and stretched evenly is one of its own shapes (Sonneville, Cardona and Brü
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Protocol
@@ -126,18 +127,23 @@ class Loads:
 
 @dataclass(frozen=True)
 class Rod:
-    """Pieces of a length, mm, along an axis (3,) at first. free: (6,) which turns and shifts of a
-    frame there are: a plane of symmetry leaves one and two."""
+    """Pieces of a length, mm, or of lengths (pieces,), along an axis (3,) at first. free: (6,)
+    which turns and shifts of a frame there are: a plane of symmetry leaves one and two."""
 
     law: Law
     pieces: int
-    length: float
+    length: float | Array
     axis: Array
     free: NDArray[np.bool_]
 
+    @functools.cached_property
+    def lengths(self) -> Array:
+        """Of the pieces (pieces, 1), mm."""
+        return np.broadcast_to(self.length, self.pieces)[:, None]
+
     def straight(self) -> Frames:
         """Unstretched along the axis."""
-        along = self.length * np.arange(self.pieces + 1)
+        along = np.concatenate([[0.0], np.cumsum(self.lengths)])
         return Frames(np.tile(np.eye(3), (self.pieces + 1, 1, 1)), np.outer(along, self.axis))
 
     def alike(self, strains: Array) -> Frames:
@@ -146,7 +152,7 @@ class Rod:
 
     def chained(self, strains: Array) -> Frames:
         """Pieces at strains (n, 6)."""
-        turns, shifts = exponential(self.length * strains)
+        turns, shifts = exponential(self.lengths * strains)
         frames = [(np.eye(3), np.zeros(3))]
         for turn, shift in zip(turns, shifts, strict=True):
             before, place = frames[-1]
@@ -157,13 +163,13 @@ class Rod:
         """Of the pieces, (n, 6)."""
         back = np.swapaxes(frames.turns[:-1], 1, 2)
         steps = np.einsum("nij,nj->ni", back, np.diff(frames.places, axis=0))
-        return logarithm(back @ frames.turns[1:], steps) / self.length
+        return logarithm(back @ frames.turns[1:], steps) / self.lengths
 
     # --- energy, force, stiffness ---------------------------------------------------------------
 
     def energy(self, frames: Frames, loads: Loads, stiffness: float) -> float:
         """Potential energy, mJ: of the rod, of the forces, and of what enters obstacles."""
-        stored = self.length * self.law.energy(self.strains(frames)).sum()
+        stored = self.lengths[:, 0] @ self.law.energy(self.strains(frames))
         done = (loads.forces * loads.points.places(frames)).sum()
         for distance in loads.obstacles:
             gaps = distance(loads.touching.places(frames))[0]
@@ -203,8 +209,9 @@ class Rod:
 
     def inner(self, frames: Frames) -> tuple[Array, Array, Array]:
         """``balance`` of the rod alone."""
-        screws = self.length * self.strains(frames)
-        wrench, stiffness = self.law.derivatives(screws / self.length)
+        strains = self.strains(frames)
+        screws = self.lengths * strains
+        wrench, stiffness = self.law.derivatives(strains)
         between = Between(screws)
         one, two = between.at_start, between.at_end
         one_back, two_back = np.swapaxes(one, 1, 2), np.swapaxes(two, 1, 2)
@@ -212,7 +219,7 @@ class Rod:
         residual[:-1] += np.einsum("nij,nj->ni", one_back, wrench)
         residual[1:] += np.einsum("nij,nj->ni", two_back, wrench)
         by_one, by_two = between.second(wrench)
-        stiff = stiffness / self.length
+        stiff = stiffness / self.lengths[:, None]
         diagonal = np.zeros((self.pieces + 1, 6, 6))
         diagonal[:-1] += _symmetric((one_back @ stiff + by_one) @ one)
         diagonal[1:] += _symmetric((two_back @ stiff + by_two) @ two)
@@ -223,8 +230,8 @@ class Rod:
 
     def unbalanced(self, frames: Frames, loads: Loads) -> Array:
         """The out-of-balance wrench of ``balance`` alone."""
-        screws = self.length * self.strains(frames)
-        wrench, between = self.law.conjugates(screws / self.length), Between(screws)
+        strains = self.strains(frames)
+        wrench, between = self.law.conjugates(strains), Between(self.lengths * strains)
         residual = np.zeros((self.pieces + 1, 6))
         residual[:-1] += np.einsum("nji,nj->ni", between.at_start, wrench)
         residual[1:] += np.einsum("nji,nj->ni", between.at_end, wrench)
@@ -294,14 +301,13 @@ class Rod:
             change = self.downhill(residual, diagonal, beside)
             # The strains take the step, not the frames: a piece that turns carries all beyond it
             # along, so that what hardly stretches is not stretched on the way.
-            screws = self.length * self.strains(frames)
+            screws = self.lengths * self.strains(frames)
             step = _change(screws, change)
-            scale = np.repeat([1.0, self.length], 3)
-            size = float(np.abs(step / scale).max())
+            size = float(np.abs(step / self.scale[1:]).max())
             if not np.isfinite(size):
                 break
             if size < STILL:
-                return self.chained((screws + step) / self.length)
+                return self.chained((screws + step) / self.lengths)
             part = min(1.0, LARGEST / size)
             slope = part * float((residual * change).sum())
             frames = self._lower(frames, (screws, part * step), slope, loads, stiffness)
@@ -321,10 +327,16 @@ class Rod:
         rounding = 1e-12 * abs(before) + 1e-15
         screws, step = way
         for part in 0.5 ** np.arange(16):
-            moved = self.chained((screws + part * step) / self.length)
+            moved = self.chained((screws + part * step) / self.lengths)
             if self.energy(moved, loads, stiffness) <= before + 1e-4 * part * slope + rounding:
                 return moved
-        return self.chained((screws + step) / self.length)
+        return self.chained((screws + step) / self.lengths)
+
+    @functools.cached_property
+    def scale(self) -> Array:
+        """What moves of frames (n + 1, 6) count by: 1 rad, and the length of the piece before."""
+        before = np.vstack([self.lengths[:1], self.lengths])
+        return np.hstack([np.ones_like(before)] * 3 + [before] * 3)
 
     def downhill(self, residual: Array, diagonal: Array, beside: Array) -> Array:
         """Newton's step (n + 1, 6), or where the stiffness is indefinite one of a stiffer rod; the

@@ -95,7 +95,6 @@ class RodMotion:
         velocity = velocity + by_velocity * acceleration / by_place
         for array in (velocity, move):
             array[0], array[:, ~free] = 0.0, 0.0
-        scale = np.repeat([1.0, self.rod.length], 3)
         frames = motion.frames.moved(move)
         stiffness: tuple[Array, Array] | None = None
         size, last, slow = np.inf, np.inf, often
@@ -116,7 +115,7 @@ class RodMotion:
             acceleration = acceleration + by_place * change
             # The increment is one screw from its start: what small changes add up to.
             frames = motion.frames.moved(move)
-            last, size = size, float(np.abs(change / scale).max())
+            last, size = size, float(np.abs(change / self.rod.scale).max())
             if not np.isfinite(size) or (size > last and not often):
                 break
             if size < STILL:

@@ -197,7 +197,7 @@ def run(chain: Chain, increments: int) -> RodRun:
             for part, standing, loads in carried.through(number, not found.rows):
                 frames = carried.frames
                 strains = standing.rod.strains(frames)
-                chain.table.check(standing.law.states(strains), standing.acting.pressures)
+                chain.table.check(standing.law.states(strains), standing.law.pressures)
                 count = 0 if part == 0.0 else count + 1
                 place: Row = {"step": step.name, "increment": float(count), "step_fraction": part}
                 row = standing.row(frames, loads, row)

@@ -18,8 +18,8 @@ class Section:
     The table's energy is one over forces: at strains (κ, ν) the forces F are where
     W* + F · (ν − ν₀) is largest; that is the energy W, and F is its derivative by ν.
 
-    pressures: (m,) MPa. more: (n, k) curvatures of a module beyond those of each of n pieces, where
-    the ends of the rod bend less than its modules.
+    pressures: (n, m) of n pieces, MPa. more: (n, k) curvatures of their modules beyond the rod's,
+    where the ends of the rod bend less than its modules.
     """
 
     def __init__(self, table: Table, pressures: Array, more: Array):
@@ -39,8 +39,7 @@ class Section:
         if self._last is not None and np.array_equal(self._last[0], strains):
             return self._last[1]
         n, k = len(strains), self.table.k
-        places = np.zeros((n, k + len(self.pressures)))
-        places[:, k:] = self.pressures
+        places = np.hstack([np.zeros((n, k)), self.pressures])
         places[:, self._turns] = (strains[:, self.table.free] + self.more)[:, self._turns]
         # The energy is quadratic in the forces, so one step finds them.
         first, second = self._energy.both(places)

@@ -103,9 +103,10 @@ class Table:
         return np.asarray(place[:k])
 
     def check(self, states: Array, pressures: Array) -> None:
-        """Raise ValueError where curvatures and forces (n, k) of modules leave what was walked."""
+        """Raise ValueError where curvatures and forces (n, k) of modules leave what was walked at
+        their pressures (n, m), MPa."""
         energy, k = self.energy, self.k
-        places = np.hstack([states, np.tile(pressures, (len(states), 1))])
+        places = np.hstack([states, pressures])
         for i, name in enumerate(energy.names):
             span = ROOM * (energy.high[i] - energy.low[i])
             least, most = places[:, i].min(), places[:, i].max()

@@ -25,7 +25,7 @@ from softact.modules.walk import Grid, Walked
 from softact.spec import Spec
 
 Array = NDArray[np.float64]
-FORMAT = 3
+FORMAT = 4
 JSON, HDF5 = "table.json", "table.h5"
 FILES = (JSON, HDF5)
 ENOUGH = 1e-9  # of the range of pressures
@@ -196,8 +196,11 @@ def spec_without_loads(spec: Spec) -> Spec:
 def _specs(spec: Spec, loads: Driven, scale: float) -> list[Spec]:
     """Of the module, and of a short actuator where there is one, under the shares of the groups
     times a pressure, MPa."""
+    names = spec.geometry.in_segments()[0]
     driving = {
-        name: f"{scale * share!r} MPa" for group in loads.groups for name, share in group.items()
+        names[name]: f"{scale * share!r} MPa"
+        for group in loads.groups
+        for name, share in group.items()
     }
     bare = spec.with_({"steps": [{"name": "walk", "pressure": driving}], "obstacles": {}})
     short = short_spec(bare)

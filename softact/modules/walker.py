@@ -167,7 +167,7 @@ class Presser:
         for _ in range(MOST):
             if fresh:
                 change = self._factorised(state, origin)
-                gone, others = 0.0, False
+                gone, others = self._moved(state.x, origin), False
             else:
                 change = self._solved(-self._force(state)[None])[0]
             columns = self._columns
@@ -177,7 +177,7 @@ class Presser:
                 at = self._dofs[held]
                 lacking = goal[held] - state.x[at] - change[at]
                 change = change + np.linalg.solve(columns[held][:, at].T, lacking) @ columns[held]
-            moved = np.abs(change[self.model.displacement_dofs]).max() / self._size
+            moved = self._far(change)
             if not moved <= max(SLOWER * last, FAR * fresh):
                 # Those of another state lead astray: anew from the guess.
                 if fresh:
@@ -196,6 +196,15 @@ class Presser:
                 return state, self._columns
             fresh = False
         raise ArithmeticError(f"no equilibrium within {MOST} iterations")
+
+    def _far(self, change: Array) -> float:
+        """The longest way of a change (local,) of the unknowns, by the pitch."""
+        return float(np.abs(change[self.model.displacement_dofs]).max() / self._size)
+
+    def _moved(self, x: Array, origin: Origin | None) -> float:
+        """How far unknowns (local,) are from those at which the stress of their tangent was
+        linearised: as far as the tangent is from that of the state."""
+        return 0.0 if origin is None else self._far(x - origin.states[0])
 
     def inflated(
         self, state: State, columns: Array, pressures: Array, halvings: int = HALVINGS

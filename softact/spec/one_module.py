@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
@@ -21,12 +21,13 @@ def free_module(
     more: Mapping[str, object] = MappingProxyType({}),
 ) -> Spec:
     """The spec of an actuator's module that nothing holds but ``hold``; a clamp is the end of a
-    chain, and no module has one.
+    chain, and no module has one. Of several segments it is that of the first.
 
     hold: component such as ``turn_y`` -> quantity as text. weight, contact: False leaves what the
     spec has of it out. more: what else differs, dotted path -> value. Raises SpecError with one
     line for each fault.
     """
+    spec = first_segment(spec)
     alone = spec.layout().repeats is not None
     geometry = spec.geometry if alone else spec.geometry.module()
     repeats = geometry.layout().repeats or spec.layout().repeats
@@ -52,6 +53,40 @@ def free_module(
     return spec.with_({**changes, **more})
 
 
+def first_segment(spec: Spec) -> Spec:
+    """The segment at the clamp as an actuator of its own, under the loads of its cavities; a spec
+    of one segment as it is.
+
+    Raises SpecError with one line for each fault, and where no step loads that segment.
+    """
+    first, *others = spec.geometry.in_segments()
+    if not others:
+        return spec
+    data = spec.model_dump(mode="json", exclude_none=True, exclude={"geometry"})
+    names = {whole: alone for alone, whole in first.items()}
+    found = _renamed(data, names, {name for other in others for name in other.values()})
+    steps = [step for step in found["steps"] if _changes_something(step)]
+    if not steps:
+        raise SpecError("steps: none loads the segment at the clamp, of which the module is taken")
+    changed = {key: value for key, value in found.items() if value != data[key]}
+    return spec.with_({**changed, "steps": steps, "geometry.segments": 1})
+
+
+def _renamed(data: Any, names: Mapping[str, str], dropped: Collection[str]) -> Any:
+    """Plain data with other names for cavities; what is said of dropped ones is left out, and what
+    says nothing without them."""
+    if isinstance(data, list):
+        return [_renamed(item, names, dropped) for item in data]
+    if not isinstance(data, dict):
+        return names.get(data, data) if isinstance(data, str) else data
+    kept = {
+        names.get(key, key): _renamed(value, names, dropped)
+        for key, value in data.items()
+        if key not in dropped
+    }
+    return {key: value for key, value in kept.items() if value != {} or data.get(key) == {}}
+
+
 def blocked_modules(free: Spec) -> dict[str, Spec]:
     """The specs of a free module when it is blocked. ``straight``: all turns are held, where
     symmetry leaves any; ``clamped``: the length is held, too."""
@@ -71,7 +106,12 @@ def _weightless(spec: Spec) -> list[dict[str, Any]]:
     """The steps as plain data without weight, and without those that change nothing else."""
     steps = spec.model_dump(mode="json", exclude_none=True)["steps"]
     kept = [{k: v for k, v in step.items() if k != "gravity"} for step in steps]
-    return [step for step in kept if {*LOADS, "supports", "duration"} & step.keys()]
+    return [step for step in kept if _changes_something(step)]
+
+
+def _changes_something(step: Mapping[str, Any]) -> bool:
+    """Whether a plain step has a load, supports or a time of its own."""
+    return bool({*LOADS, "supports", "duration"} & step.keys())
 
 
 def _blocked(spec: Spec) -> dict[str, str]:

@@ -25,6 +25,10 @@ def point_of(spec: Spec) -> Spec:
     """
     if spec.layout().repeats is not None:
         raise SpecError("model: the base is one module already; leave 'model: module' out")
+    if len(spec.geometry.in_segments()) > 1:
+        raise SpecError(
+            "geometry.segments: a study on modules is of one segment; write segments: 1"
+        )
     changes: dict[str, object] = {}
     if not spec.solver.model_fields_set & {"initial_increment", "max_increment"}:
         changes |= {"solver.initial_increment": COARSE, "solver.max_increment": COARSE}

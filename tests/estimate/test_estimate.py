@@ -133,6 +133,23 @@ def test_half_an_actuator_is_driven_as_its_mirror_image():
     assert angles[0] > 3 and angles[0] == pytest.approx(angles[1], rel=1e-6)
 
 
+def test_a_segment_bends_as_an_actuator_of_its_own():
+    """Two segments of two modules: each pressed alone it turns the tip as two modules do, and both
+    together twice as far."""
+    single = spec("xavier_three_cavities", "geometry.modules=2",
+                  "steps=[{name: a, pressure: {cavity_1: 50 kPa}}]")  # fmt: skip
+    wanted = estimate(single).columns["bending_angle_deg"][-1]
+    for pressed, parts in {
+        "segment_1_cavity_1: 50 kPa": 1.0,
+        "segment_2_cavity_1: 50 kPa": 1.0,
+        "segment_1_cavity_1: 50 kPa, segment_2_cavity_1: 50 kPa": 2.0,
+    }.items():
+        arm = spec("xavier_three_cavities", "geometry.modules=2", "geometry.segments=2",
+                   f"steps=[{{name: a, pressure: {{{pressed}}}}}]")  # fmt: skip
+        found = estimate(arm).columns["bending_angle_deg"][-1]
+        assert abs(wanted) > 3 and found == pytest.approx(parts * wanted, rel=1e-6)
+
+
 def test_the_side_of_the_driven_cavity_does_not_change_the_angle():
     whole = "geometry.symmetry=false"
     angles = [

@@ -59,6 +59,8 @@ CASES = [
     ("omnidirectional", {"modules": 2, "on_top": "wall", "symmetry": True, "top_wall": "2 mm"}),
     ("omnidirectional", {"modules": 1, "cavities": 5, "mesh_size": "2 mm"}),
     ("omnidirectional", {"modules": 2, "channels": False, "core_radius": "4 mm"}),
+    ("omnidirectional", {"modules": 2, "segments": 2}),
+    ("omnidirectional", {"modules": 1, "segments": 3, "symmetry": True, "channels": False}),
     ("antagonistic", {"chambers": 2}),
     ("antagonistic", {"chambers": 2, "symmetry": True}),
     ("antagonistic", {"chambers": 1, "symmetry": True, "in_plane": "lower", "top_wall": "3 mm"}),

@@ -32,6 +32,9 @@ ROUNDED = {
     "half omnidirectional": Omnidirectional.model_validate(
         {"modules": 2, "fillet": "0.5 mm", "symmetry": True}
     ),
+    "two segments": Omnidirectional.model_validate(
+        {"modules": 1, "segments": 2, "fillet": "0.5 mm", "symmetry": True}
+    ),
     "slow, linear": SlowPneunet.model_validate(SLOW | COARSE | {"kind": "linear"}),
 }
 

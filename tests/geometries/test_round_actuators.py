@@ -45,6 +45,31 @@ def test_without_channels_every_chamber_is_a_room_of_its_own():
     assert bellows.volumes()["cavity_1"] == pytest.approx(2 * 5 * area, rel=1e-3)
 
 
+def test_segments_have_cavities_of_their_own(meshed):
+    """Two segments of two modules with channels: a channel of each cavity joins the two chambers of
+    a segment, none those at the gap between the segments, whose place is solid. By hand: what a
+    single segment of four modules has more is that channel, once for each of three cavities."""
+    arm = make("omnidirectional", modules=2, segments=2)
+    single = make("omnidirectional", modules=4)
+    channel = single.volumes()["cavity_1"] - 2 * arm.volumes()["segment_1_cavity_1"]
+    angle = np.pi / 3 - np.arcsin(0.5 / 3.5)
+    sector = 3.5**2 * angle - 0.5 / np.sin(np.pi / 3) * 3.5 * np.sin(angle)
+    assert channel == pytest.approx(5.0 * sector, rel=1e-9)
+    assert arm.volumes()["body"] - single.volumes()["body"] == pytest.approx(3 * channel, rel=1e-9)
+    solid = meshed(arm)
+    for segment, (start, end) in {1: (2.5, 17.5), 2: (22.5, 37.5)}.items():
+        for number in range(1, 4):
+            middles, _ = solid.outward_areas(f"segment_{segment}_cavity_{number}")
+            assert start - 1e-9 <= middles[:, 0].min() and middles[:, 0].max() <= end + 1e-9
+    assert arm.length == 40.0 and len(solid.layout.cavities) == 6
+
+
+def test_one_segment_keeps_its_names():
+    assert tuple(make("omnidirectional", segments=1).layout().cavities) == (
+        "cavity_1", "cavity_2", "cavity_3",
+    )  # fmt: skip
+
+
 def test_pairs_are_turned_by_a_right_angle(meshed):
     solid = meshed(make("antagonistic", chambers=2))
     middles = {name: centre(solid, name) for name in solid.layout.cavities}
@@ -144,6 +169,13 @@ def test_normals_of_the_sleeve_point_out_of_it(meshed):
         ("omnidirectional", {"top_wall": 9.0}, "top_wall", "chambers would vanish"),
         ("omnidirectional", {"core_radius": 4.0}, "core_radius", "channels: false"),
         ("omnidirectional", {"cavities": 2}, "cavities", "greater than or equal to 3"),
+        ("omnidirectional", {"segments": 0}, "segments", "greater than or equal to 1"),
+        (
+            "omnidirectional",
+            {"segments": 2, "module_alone": True},
+            "segments",
+            "a module alone is of one segment",
+        ),
         ("antagonistic", {"gap": 11.0}, "pitch", "chambers would vanish"),
         ("antagonistic", {"bore": 7.0}, "bore", "walls around the bores would vanish"),
         ("antagonistic", {"bore_distance": 17.0}, "bore_distance", "into the lower chambers"),

@@ -214,7 +214,7 @@ def test_which_cavities_go_together():
     found = driven(Spec.model_validate(data))
     assert found.groups == ({"cavity_1": 1.0, "cavity_2": 0.5}, {"cavity_3": 1.0})
     assert found.low == pytest.approx([0.0, -0.004]) and found.high == pytest.approx([0.02, 0.0])
-    assert found.goals == pytest.approx(np.array([[0.01, 0.0], [0.02, -0.004]]))
+    assert found.goals == pytest.approx(np.array([[[0.01, 0.0]], [[0.02, -0.004]]]))
 
 
 def test_amplitudes_that_come_back_leave_the_pressure_where_it_was(spec, tmp_path):
@@ -230,7 +230,7 @@ def test_amplitudes_that_come_back_leave_the_pressure_where_it_was(spec, tmp_pat
         {"name": "rest", "gravity": [0, 0, 0]},
     ]
     found = driven(spec.with_({"steps": steps}))
-    assert found.goals[:, 0] == pytest.approx([3e-3, 7e-3, 3e-3, 3e-3, 2e-3])
+    assert found.goals[:, 0, 0] == pytest.approx([3e-3, 7e-3, 3e-3, 3e-3, 2e-3])
     assert found.high == pytest.approx([9e-3]) and found.low == pytest.approx([0.0])
 
 

@@ -56,6 +56,19 @@ def test_a_rod_bends_as_the_elastica(load, free):
     assert tip[1] == pytest.approx(0.0, abs=1e-9)
 
 
+def test_pieces_of_several_lengths_bend_as_the_elastica():
+    """Longer ones in the second half."""
+    lengths = np.repeat([0.4, 0.6], [60, 40]) / [*[60] * 60, *[40] * 40]
+    rod = rod_of([1, 1, 1, 1e8, 1e8, 1e8], N, lengths)
+    assert rod.straight().places[-1] == pytest.approx([1.0, 0.0, 0.0])
+    frames = rod.equilibrium(rod.straight(), at_tip(N, [0, 0, 2.0]))
+    tip, slope = frames.places[-1], np.arctan2(*(frames.turns[-1] @ X)[[2, 0]])
+    assert [1 - tip[0], tip[2], slope] == pytest.approx(elastica(2.0), abs=2e-4)
+    forces = rod.unbalanced(frames, at_tip(N, [0, 0, 2.0]))
+    assert np.abs(forces[1:]).max() < 1e-4  # of forces of 1e8 by the strain
+    assert forces[0, 5] == pytest.approx(-2.0, rel=1e-4)
+
+
 def test_a_quarter_of_a_right_angle_lifted_out_of_its_plane():
     """An arc of 45° and radius 100, clamped, under 600 across its plane: the tip at 15.79, 47.23,
     53.37 (Simo and Vu-Quoc, CMAME 58 (1986) 79, table 5; eight linear elements)."""

@@ -71,6 +71,24 @@ def test_second_derivatives_are_those_of_the_first(case):
     strain = let_go.strain + np.where(turns, 4e-3, 0.02) * (-1.0) ** np.arange(k)
     held = walker.to(let_go, strain, pressures)
     assert held.strain == pytest.approx(strain, abs=1e-9)
+    assert_differences(walker, held)
+
+
+def test_second_derivatives_of_a_state_that_one_iteration_found(case):
+    """Bent alone, by 3°: the first factors did, and their stress was that of the state before."""
+    walker, _ = case
+    start = walker.begin()
+    goal = np.where(walker.free == 1, -np.radians(3) / walker.repeat.length, 0.0)
+    before = walker.iterations
+    held = walker.bent(start, goal, start.pressures)
+    assert walker.iterations <= before + 2
+    assert_differences(walker, held)
+
+
+def assert_differences(walker, held):
+    """The second derivatives of a state beside differences of the first ones near it."""
+    strain, pressures, k = held.strain, held.pressures, len(walker.free)
+    turns = walker.free < 3
     steps = np.concatenate([np.where(turns, 1e-5, 1e-4), np.full(len(pressures), 1e-5)])
     found = []
     for move in np.diag(steps):

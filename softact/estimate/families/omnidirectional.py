@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import cos, pi, sin
 
 import numpy as np
@@ -15,19 +16,26 @@ from softact.spec import Spec
 
 
 def beam(spec: Spec) -> Beam:
-    """Chambers and necks; of a chamber only what is near enough to the neck takes part."""
+    """Chambers and necks of each segment; of a chamber only what is near enough to the neck takes
+    part."""
     g = spec.geometry
     assert isinstance(g, Omnidirectional)
     stress = free_across(spec.materials["body"])
-    bends = gives(*_bulging(g), g.pitch if g.modules > 1 else g.chamber_length)
+    bends = gives(*_bulging(g), g.pitch if g.pitches > 1 else g.chamber_length)
     reach = min(spread(g.midsection_radius, bends), g.actuator_radius)
     core = g.core_radius or 0.0
-    chamber = _section(g, reach, g.chamber_radius, core, g.modules * bends, stress)
-    inner = g.channel_radius if g.channels else 0.0
-    between = (g.modules - 1) * (g.pitch - bends)
-    neck = _section(g, g.midsection_radius, inner, core, between, stress)
+    inner, neck = g.channel_radius if g.channels else 0.0, g.pitch - bends
+    sections = []
+    for names in g.in_segments():
+        lengths = g.modules * bends, (g.modules - 1) * neck
+        chambers = _section(g, names, reach, g.chamber_radius, core, lengths[0], stress)
+        necks = _section(g, names, g.midsection_radius, inner, core, lengths[1], stress)
+        sections += [chambers, necks] if lengths[1] > 0 else [chambers]
+    between = (len(g.in_segments()) - 1) * neck
+    if between > 0:
+        sections.append(_section(g, {}, g.midsection_radius, 0.0, core, between, stress))
     ends = (g.pitch - g.chamber_length) / 2
-    return Beam([chamber, neck] if between > 0 else [chamber], g.length, 0.0, ends, ends)
+    return Beam(sections, g.length, 0.0, ends, ends)
 
 
 def _bulging(g: Omnidirectional) -> tuple[float, float]:
@@ -37,9 +45,16 @@ def _bulging(g: Omnidirectional) -> tuple[float, float]:
 
 
 def _section(
-    g: Omnidirectional, reach: float, radius: float, core: float, length: float, stress: Stress
+    g: Omnidirectional,
+    names: Mapping[str, str],
+    reach: float,
+    radius: float,
+    core: float,
+    length: float,
+    stress: Stress,
 ) -> Section:
-    """Within a radius: cavities between walls that are planes through the axis."""
+    """Within a radius: cavities between walls that are planes through the axis. names: of those
+    of a module, in the whole arm."""
 
     def cavity(number: int) -> Inside:
         middle = pi / 2 - 2 * pi * (number + (0.5 if g.on_top == "wall" else 0.0)) / g.cavities
@@ -62,8 +77,9 @@ def _section(
 
     patches = [region(inside, reach) for inside in regions]
     cavities = {
-        f"cavity_{n + 1}": joined([patches[other] for other in sorted({n, _mirrored(g, n)})])
+        names[name]: joined([patches[other] for other in sorted({n, _mirrored(g, n)})])
         for n in range(g.cavities)
+        if (name := f"cavity_{n + 1}") in names
     }
     return Section(length, [(region(wall, reach), stress)], cavities)
 
