@@ -39,7 +39,8 @@ geometries/test_bending_tube geometries/test_own_parts cli/test_progress
 modules/test_wound_chain modules/test_round_chains modules/test_box_chains modules/test_command
 sweep/test_modules run/test_staying
 modules/test_tube modules/test_antagonistic modules/test_sheet_chains modules/test_walker
-house/test_tutorials geometries/test_five_files geometries/test_gripper modules/test_segments modules/test_imported_module
+house/test_tutorials geometries/test_five_files geometries/test_gripper
+modules/test_segments modules/test_imported_module
 """.split()
 
 

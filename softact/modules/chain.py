@@ -255,7 +255,7 @@ class Standing:
         if cells:
             found["blocked_force_N"] = float(np.linalg.norm(np.sum(cells, axis=0)))
         found |= _vector("reaction", held, "N")
-        curved = strains[:, :3]
+        curved = self.law.states(strains)[:, chain.table.turns]  # of the modules, ends or not
         steepest = chain.segments.steepest(curved)
         most = np.linalg.norm(curved, axis=1).max()
         found["curvature_change_percent"] = 100 * steepest / float(most) if most > STRAIGHT else 0.0

@@ -41,7 +41,7 @@ class Segments:
         return np.array([values[self.of == i].mean(axis=0) for i in range(len(self.ends))])
 
     def steepest(self, curvatures: Array) -> float:
-        """The largest change of curvatures (pieces, 3) from module to module of a segment."""
+        """The largest change of curvatures (pieces, any) from module to module of a segment."""
         steps = np.linalg.norm(np.diff(curvatures, axis=0), axis=1)[np.diff(self.of) == 0]
         by_module = len(self.of) / len(self.ends) / self.modules
         return float(steps.max(initial=0.0) * by_module)

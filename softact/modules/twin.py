@@ -33,6 +33,8 @@ def prepare(
 ) -> Job:
     """The model of a chain of modules, beside the states of its rod. Raises SpecError."""
     table = chain.table
+    if len(chain.cavities) > 1:
+        raise SpecError("a reduced model follows one pressure, and here each segment has its own")
     if len(table.groups) != 1:
         raise SpecError(
             f"a reduced model follows one pressure, and here {len(table.groups)} are driven "
@@ -57,7 +59,7 @@ def _states(chain: Chain, run: RodRun, axes: Array) -> states.States:
     """Those of a rod at rest that nothing but weight and payload loads."""
     timed = {s.name for s in chain.spec.steps if s.timing(chain.layout)}
     acting = _acting(chain)
-    length, left_out = chain.pieces * chain.length, Counter[str]()
+    length, left_out = float(chain.lengths.sum()), Counter[str]()
     kept, loads = [], []
     for number, row in enumerate(run.rows):
         name = str(row["step"])
@@ -77,7 +79,7 @@ def _states(chain: Chain, run: RodRun, axes: Array) -> states.States:
     gravity = np.array([load.gravity for load in loads]).reshape(-1, 3)
     return states.States(
         run=np.zeros(count, int),
-        pressure=np.array([1e3 * float(load.pressures[0]) for load in loads]),
+        pressure=np.array([1e3 * float(load.pressures[0, 0]) for load in loads]),
         turned=length * curved @ axes.T,
         tip=(tip - chain.base) @ axes.T,
         volume=np.array([_volume(row) for row in rows]),
@@ -123,7 +125,7 @@ def _body(chain: Chain, axes: Array) -> Body:
     corners = np.vstack([outline, *mirrored])
     box = np.stack([corners.min(axis=0), corners.max(axis=0)])
     box[:, 0] = 0.0, tip[0]
-    active = chain.spare, chain.spare + chain.pieces * chain.length
+    active = chain.spare, chain.spare + float(chain.lengths.sum())
     return Body(chain.base, axes, float(tip[0]), tip, active,
                 (np.array(places) - chain.base) @ axes.T, np.array(weights), box)  # fmt: skip
 
@@ -174,9 +176,9 @@ def _law(chain: Chain, axes: Array, pressure: float) -> tuple[Array, Array, Arra
     coupling[table.free[bends]] = -second[pull, bends]
     stiff[np.ix_(table.free[bends], table.free[bends])] = second[np.ix_(bends, bends)]
     idle, lost = table.ends.at(given)
-    bending = chain.modules - table.ends.stiff
+    bending = chain.segments.modules - table.ends.stiff
     part = 1 - (idle - table.ends.stiff) / bending if table.ends.known else 1.0
     rest = np.append(part * (axes @ curvature), -first[pull])
     stiffness = np.append(np.diag(axes @ stiff @ axes.T), -1 / second[pull, pull])
-    volume = -chain.modules * table.pitch * first[k] - lost[0]
+    volume = -chain.segments.modules * table.pitch * first[k] - lost[0]
     return rest, stiffness, axes @ coupling, float(volume)

@@ -93,16 +93,16 @@ def test_what_the_ends_take_from_three_modules(table):
 
 def test_the_ends_bend_less_and_the_rest_as_a_module_let_go(spec, table):
     """Under a pressure alone every piece is free of moment; what is idle lies at the ends."""
-    pressures = np.array([9e-3])
+    pressures = np.array([9e-3])  # MPa
     chain = Chain(spec.with_({"steps": [{"name": "up", "pressure": "9 kPa"}]}), table)
-    standing = Standing(chain, replace(chain.at_rest(), pressures=pressures))
+    standing = Standing(chain, replace(chain.at_rest(), pressures=pressures[None]))
     rod = standing.rod
     curved = rod.strains(rod.settle(rod.straight(), standing.loads))[:, 1]
     (free,) = table.free_curvature(pressures)[table.turns]
     idle, _ = table.ends.at(pressures)
     assert curved[2:-2] == pytest.approx(free, rel=1e-8)
-    whole = (chain.modules - idle) * table.pitch * free
-    assert curved.sum() * chain.length == pytest.approx(whole, rel=1e-8)
+    whole = (chain.segments.modules - idle) * table.pitch * free
+    assert curved @ chain.lengths == pytest.approx(whole, rel=1e-8)
     assert curved[:2].sum() == pytest.approx(curved[-2:].sum(), rel=1e-8)
 
 

@@ -91,12 +91,12 @@ def test_without_a_load_it_stands_as_the_module(job, chain):
     (free,) = table.free_curvature(pressure)[table.turns]
     idle, lost = table.ends.at(pressure)
     state = job.model.rod.state(6.0)
-    whole = np.degrees((chain.modules - idle) * table.pitch * free)
+    whole = np.degrees((chain.segments.modules - idle) * table.pitch * free)
     assert state["bending_angle_deg"][0] == pytest.approx(whole, rel=1e-3)
     place = np.concatenate([table.free_curvature(pressure), pressure])[None]
     air = -table.energy.first(place)[0, table.k]
     assert state["cavity_volume_mm3"][0] == pytest.approx(
-        chain.modules * table.pitch * air - lost[0], rel=1e-4
+        chain.segments.modules * table.pitch * air - lost[0], rel=1e-4
     )
 
 
