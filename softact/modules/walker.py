@@ -23,7 +23,7 @@ from softact.system.term import Origin, State
 
 Array = NDArray[np.float64]
 STILL = 3e-6  # of the pitch: a step below it is the last one
-NEAR = 3e-3  # of the pitch: factors of a state that is nearer do for its stiffness
+NEAR = 3e-4  # of the pitch: factors of a state that is nearer do for its stiffness
 SLOWER = 0.4  # of the last step: after a larger one there are new factors
 FAR = 1.0  # pitch: no step is longer
 MOST = 24  # iterations of one state
@@ -162,7 +162,7 @@ class Presser:
         state.x[self._dofs[held]] = goal[held]
         self.model.follow(state.x)
         begun = state.x.copy()
-        origin = None if before is None else Origin((before,), linearised=True)
+        origin = None
         last, gone, fresh, others = np.inf, np.inf, self._columns is None, True
         for _ in range(MOST):
             if fresh:
