@@ -19,7 +19,11 @@ ALONE = FINGER.replace("chambers: 3", "chambers: 3, module_alone: true")
 @pytest.mark.parametrize(
     ("added", "line"),
     [
-        ("contact: [{self: outer}]", "contact: a module does not see what its neighbours touch"),
+        (
+            "contact: [{self: outer, friction: 0.3}]",
+            "contact.0.friction: modules touch each other without friction",
+        ),
+        ("contact: [{self: [outer, left]}]", "contact.0.self.1: 'left' is a face of the module"),
         ("supports: [{surface: base, fix: [z]}]", "supports: a module is held by the means of"),
         ("constraints: [{surface: base, stays: rigid}]", "constraints: a face of a chain keeps no"),
         (
@@ -150,13 +154,17 @@ def test_weight_can_be_left_out():
     assert [step.name for step in runs["clamped"].steps] == ["inflate"]
 
 
-def test_contact_can_be_left_out():
-    spec = loads(f"{FINGER}contact: auto\n")
+def test_contact_is_that_of_inner_modules():
+    """What the ends touch is none of a module's, and all of it can be left out."""
+    contacts = "contact: [{self: [outer, tip]}, {name: ring, between: [clamp, tip]}]"
+    free = module_specs(loads(f"{FINGER}{contacts}\n"), {}).runs["free"]
+    assert [(c.name, c.groups) for c in free.contact] == [("contact_1", (("outer",),))]
+    rubbing = loads(f"{FINGER}contact: [{{self: outer, friction: 0.3}}]\n")
     with pytest.raises(SpecError) as refused:
-        module_specs(spec, {})
+        module_specs(rubbing, {})
     assert len(refused.value.lines) == 1
     assert "--no-contact" in refused.value.lines[0]
-    assert not module_specs(spec, {}, contact=False).runs["free"].contact
+    assert not module_specs(rubbing, {}, contact=False).runs["free"].contact
 
 
 def test_components_are_held_by_name():
