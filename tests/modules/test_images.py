@@ -6,13 +6,15 @@ import scipy.sparse
 from scipy.spatial import cKDTree
 
 from softact.contact.surfaces import Touching
+from softact.loads.load_step import LoadStep
 from softact.materials import LAWS
+from softact.measures.cross_section import CrossSection
 from softact.mesh.layout import Repeats
 from softact.system.motions import Motions
 from softact.system.rotation import RotationVector
 from softact.system.term import State
 from tests.analytic.meshes import block
-from tests.analytic.solving import build
+from tests.analytic.solving import build, solve
 
 RUBBER = LAWS["neo_hookean"].of(c10=0.1, bulk_modulus=10.0)
 PITCH, GAP = 2.0, 0.06
@@ -45,22 +47,28 @@ def test_its_derivatives(order):
             np.testing.assert_allclose(found, slope / (2 * step), atol=1e-8)
 
 
-def mushrooms(modules=1, repeats=ALONG_X, half=False, wide=1.0):
+def mushrooms(modules=1, repeats=ALONG_X, half=False, wide=1.0, begins=0.0):
     """Modules of 2 mm with a base of 1 mm; the cap on each is GAP away from the next one's. wide:
-    mm across; half: a plane of symmetry halves them there."""
+    mm across; half: a plane of symmetry halves them there. begins: part of a module between its
+    left face and the middle of a gap."""
 
-    def mapping(points):
-        number = np.minimum(points[:, 0] // PITCH, modules - 1)
-        along = points[:, 0] - PITCH * number
-        lines = [0.0, GAP / 2, PITCH / 2, PITCH - GAP / 2, PITCH]
-        x = PITCH * number + np.interp(along, np.linspace(0, PITCH, 5), lines)
-        return np.column_stack([x, points[:, 1:]])
+    def lines(places):
+        """Those of the gap are GAP / 2 to both sides of it, others a quarter of a module."""
+        number, along = np.divmod(places + begins * PITCH, PITCH)
+        narrow = [0.0, GAP / 2, PITCH / 2, PITCH - GAP / 2, PITCH]
+        return PITCH * (number - begins) + np.interp(along, np.linspace(0, PITCH, 5), narrow)
 
     def keep(centres):
-        return (centres[:, 2] < 1) | (abs(centres[:, 0] % PITCH - PITCH / 2) < PITCH / 4)
+        beside = abs((centres[:, 0] / PITCH + begins) % 1 - 0.5) < 0.25
+        return (centres[:, 2] < 1) | beside
 
     cells = 4 * modules, 2 if wide < PITCH else 1, 3
-    tets = block(cells, (PITCH * modules, wide, 3.0), mapping, keep)
+    tets = block(
+        cells,
+        (PITCH * modules, wide, 3.0),
+        lambda points: np.column_stack([lines(points[:, 0]), points[:, 1:]]),
+        keep,
+    )
     touching = [Touching("caps", (("inside",),))]
     symmetry = {"y_min": 1} if half else {}
     return build(tets, RUBBER, symmetry=symmetry, touching=touching, repeats=repeats)
@@ -154,3 +162,26 @@ def test_one_more_module_of_a_chain_has_as_much_contact():
 def next_module(repeat, x, places):
     turn, shift = repeat.motion(x)
     return repeat.centre + (places - repeat.centre) @ RotationVector(turn).matrix.T + shift
+
+
+def bent_shut(begins):
+    """Moment, stiffness against bending at no force, energy and area in touch of a module whose
+    caps a turn presses together; how many points face an image, and how many anything."""
+    held = Repeats("x_min", "x_max", {"turn_y": -0.05})
+    model = mushrooms(repeats=held, half=True, begins=begins)
+    found = solve(model, LoadStep("bend"), [], 0.5, tolerance=1e-11)
+    section, (term,) = CrossSection(model, found.state), model.contacts
+    partner, _, gap = term.gaps(found.state.x)
+    beyond = (gap < 0) & (partner >= len(term.facets.share))
+    stiffness = 1 / np.linalg.inv(section.stiffness())[0, 0]
+    values = section.load[1], stiffness, model.energy(found.state), term.area(found.state)
+    return np.array(values), int(beyond.sum()), int((gap < 0).sum())
+
+
+def test_where_a_chain_is_cut_does_not_matter():
+    """In the gap, so that all contact is with images, or in a cap, so that none is."""
+    (one, beyond, touching), (other, none, inside) = (bent_shut(part) for part in (0.0, 0.5))
+    assert beyond == touching == inside > 5
+    assert none == 0
+    np.testing.assert_allclose(one, other, rtol=1e-8)
+    assert other[-1] > 0.01
