@@ -17,6 +17,7 @@ from softact.errors import NoEquilibriumError
 from softact.loads.support import Support
 from softact.measures.cross_section import CrossSection
 from softact.model import Model
+from softact.solve.acceptance import fault
 from softact.solve.newton import Newton
 from softact.system.rotation import RotationVector
 from softact.system.term import Origin, State
@@ -148,6 +149,8 @@ class Presser:
         state.x[self._dofs[held]] = goal[held]
         self.model.follow(state.x)
         begun = state.x.copy()
+        left = self.state(np.zeros_like(begun) if before is None else before, pressures)
+        self.model.contacts.resume(left)  # what touched elsewhere does not count
         origin = None if before is None else Origin((before,), linearised=True)
         last, gone, fresh, others = np.inf, np.inf, self._columns is None, True
         for _ in range(MOST):
@@ -176,7 +179,9 @@ class Presser:
             state.x = self.model.follow(state.x + change)
             gone, last = gone + moved, moved
             if moved < STILL:
-                if gone > NEAR:
+                if why := fault(self.model, left, state):
+                    raise ArithmeticError(why)
+                if gone > NEAR or self.model.contacts.touch(state):
                     self._factorised(state, None)
                 assert self._columns is not None
                 return state, self._columns

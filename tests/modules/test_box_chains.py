@@ -23,7 +23,7 @@ FINGER = Case(
     begins=4 + 2 + 2 * 9,  # the plug, a third of a chamber, two pitches
 )
 # Its walls meet from 7 kPa on.
-CLOSING = {**FINGER.geometry, "gap": "0.2 mm", "inner_wall": "0.5 mm"}
+CLOSING = {**FINGER.geometry, "chambers": 8, "gap": "0.2 mm", "inner_wall": "0.5 mm"}
 LAYER = {"surface": "strain_limiting_layer", "thickness": "0.1 mm", "material": "paper"}
 CASES = {
     "pneunet": FINGER,
@@ -31,7 +31,7 @@ CASES = {
     "pneunet whose gaps close": replace(
         FINGER,
         geometry=CLOSING,
-        begins=4 + 2 + 2 * 7.2,
+        begins=4 + 2 + 3 * 7.2,
         more={"contact": "auto"},
     ),
     "slow_pneunet": Case(
