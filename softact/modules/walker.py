@@ -179,14 +179,18 @@ class Presser:
             state.x = self.model.follow(state.x + change)
             gone, last = gone + moved, moved
             if moved < STILL:
-                if why := fault(self.model, left, state):
-                    raise ArithmeticError(why)
+                self._check(left, state)
                 if gone > NEAR or self.model.contacts.touch(state):
                     self._factorised(state, None)
                 assert self._columns is not None
                 return state, self._columns
             fresh = False
         raise ArithmeticError(f"no equilibrium within {MOST} iterations")
+
+    def _check(self, before: State, state: State) -> None:
+        """Raise ArithmeticError where contact does not let a state follow another."""
+        if len(self.model.contacts) and (why := fault(self.model, before, state)):
+            raise ArithmeticError(why)
 
     def inflated(
         self, state: State, columns: Array, pressures: Array, halvings: int = HALVINGS
