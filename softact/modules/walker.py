@@ -147,10 +147,10 @@ class Presser:
         pull = np.zeros(k) if pull is None else pull
         held = np.flatnonzero(~np.isnan(goal))
         state.x[self._dofs[held]] = goal[held]
-        self.model.follow(state.x)
-        begun = state.x.copy()
-        left = self.state(np.zeros_like(begun) if before is None else before, pressures)
+        left = self.state(np.zeros_like(guess) if before is None else before, pressures)
         self.model.contacts.resume(left)  # what touched elsewhere does not count
+        state.x = self._allowed(left, state.x)
+        begun = state.x.copy()
         origin = None if before is None else Origin((before,), linearised=True)
         last, gone, fresh, others = np.inf, np.inf, self._columns is None, True
         for _ in range(MOST):
@@ -176,7 +176,7 @@ class Presser:
                 last, fresh = np.inf, True
                 continue
             origin = Origin((state.x.copy(),), linearised=True) if fresh else origin
-            state.x = self.model.follow(state.x + change)
+            state.x = self._allowed(state, state.x + change)
             gone, last = gone + moved, moved
             if moved < STILL:
                 self._check(left, state)
@@ -186,6 +186,16 @@ class Presser:
                 return state, self._columns
             fresh = False
         raise ArithmeticError(f"no equilibrium within {MOST} iterations")
+
+    def _allowed(self, state: State, to: Array) -> Array:
+        """As far on the way from a state to other unknowns (local,) as contact lets it go."""
+        model, change = self.model, to - state.x
+        there = model.follow(to.copy())
+        for halving in range(1, HALVINGS):
+            if model.contacts.admissible(state, state.x, there):
+                break
+            there = model.follow(state.x + change * 0.5**halving)
+        return there
 
     def _check(self, before: State, state: State) -> None:
         """Raise ArithmeticError where contact does not let a state follow another."""

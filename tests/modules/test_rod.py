@@ -164,6 +164,12 @@ def test_it_stands_on_a_plate(spec, table):
     assert last["tip_z_mm"] > -0.1 + spec.geometry.base / 2  # the tip did not go through
 
 
+def test_a_law_that_contact_breaks_is_refused():
+    table_rooms.refuse_kinks(0.019)
+    with pytest.raises(SpecError, match=r"contact: the law of the module is off by 4.9 %"):
+        table_rooms.refuse_kinks(0.049)
+
+
 def test_what_a_rod_is_not_asked(spec, table):
     changes = {
         "contact": [{"self": "outer", "friction": 0.2}],
