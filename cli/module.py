@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 @click.option(
     "--no-contact",
     is_flag=True,
-    help="Leave the spec's contact out: walls pass through each other, and the verdict says so.",
+    help="Leave the spec's contact out: walls and modules pass through each other.",
 )
 @click.option(
     "--table",
@@ -69,7 +69,7 @@ def module(
       softact module benchmarks/pneunet8.yaml
       softact module benchmarks/pneunet8.yaml --hold turn_y='10 deg'
       softact module benchmarks/pneunet8.yaml --table
-      softact module configs/pneunet_glove.yaml --no-weight --no-contact
+      softact module configs/pneunet_glove.yaml --no-weight
     """
     from softact import spec as specs
     from softact.modules import output as files

@@ -59,7 +59,7 @@ class Repeat:
         self._pressures = self._pressure_pairs(model)
         self._apart = model.unknowns.apart_dofs
         self.dofs = self._apart[:2].ravel()
-        self._images = Images(self, self._places[0], self.left)
+        self._images = self.images(left)
         self.free = free_components(model.mesh.layout.symmetry).ravel()
         self.scale = np.repeat([1 / self.length, 1.0], 3)  # rad or mm of an unknown
         self._gauge = self._held_means(left)
@@ -109,6 +109,11 @@ class Repeat:
     def rows_of_multipliers(self) -> np.ndarray:
         """Their unknowns (6,): of the mean displacement, then of the rotation."""
         return self._apart[2:].ravel()
+
+    def images(self, nodes: np.ndarray, modules: np.ndarray | None = None) -> Images:
+        """Of nodes (n,) of the model, see ``Images``."""
+        rest = self._model.nodes.places[nodes] - self.centre
+        return Images(self, rest, self._model.displacement_dofs[nodes], modules)
 
     # --- the motion -----------------------------------------------------------------------------
 

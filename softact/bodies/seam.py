@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import scipy.sparse
 
-from softact.bodies.images import Images, Triplets
 from softact.system.term import Origin, State
 
 if TYPE_CHECKING:
+    from softact.bodies.images import Images, Triplets
     from softact.bodies.repeat import Repeat
     from softact.system.assembly import Assembler
     from softact.system.nodes import Nodes
@@ -49,7 +49,7 @@ def meet(
     both = np.concatenate([facets[right], beyond[facets[left]]])
     number, elements = np.unique(both, return_inverse=True)
     source = number[number >= count] - count
-    images = Images(repeat, nodes.places[source] - repeat.centre, nodes.dofs[source])
+    images = repeat.images(source)
     places = np.concatenate(
         [nodes.places[facets[right]], nodes.places[facets[left]] + repeat.pitch]
     )

@@ -8,6 +8,7 @@ import numpy as np
 import scipy.sparse.csgraph
 
 if TYPE_CHECKING:
+    from softact.contact.chain_facets import ChainFacets
     from softact.contact.whole_facets import WholeFacets
     from softact.model import Model
 
@@ -26,7 +27,7 @@ class Backs:
     plane or in it, and they are joined by sheets, or near each other.
     """
 
-    def __init__(self, model: Model, facets: WholeFacets):
+    def __init__(self, model: Model, facets: WholeFacets | ChainFacets):
         points = facets.points
         self._sheet, self._size = facets.of_sheet, facets.size
         self._centre = points[:, :3].mean(axis=1)

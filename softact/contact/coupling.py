@@ -2,31 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 if TYPE_CHECKING:
+    from softact.contact.chain_facets import ChainFacets
     from softact.contact.whole_facets import WholeFacets
     from softact.system.assembly import Assembler
 
 MOST_ROOM = 2  # times what is wanted, together with what was
 
 
-class Coupling:
+class Coupling(ABC):
     """Blocks of the tangent between the nodes of facets that touch, of this process's share.
 
     ``make_room`` says between which facets there may be entries; the matrix is laid out anew where
     that is not within what it has room for already, on any process.
     """
 
-    def __init__(self, assembler: Assembler, facets: WholeFacets):
+    def __init__(self, assembler: Assembler, facets: WholeFacets | ChainFacets):
         self._assembler = assembler
-        self._facets, self._nodes, self._count = facets, facets.nodes, facets.count
-        self._free = np.ones((self._count, 3), dtype=bool)
+        self._nodes, self._count = facets.nodes, facets.count
         self._keys = np.empty(0, dtype=np.int64)
         self._groups = np.empty(0, dtype=np.int64)
+        self._blocks = np.empty((0, 3, 3))  # of each key
         self._slots = assembler.couple_loosely()
 
     def make_room(self, needed: Sequence[np.ndarray], near: Sequence[np.ndarray]) -> None:
@@ -45,10 +47,15 @@ class Coupling:
         columns = np.tile(self._nodes[j], (1, self._nodes.shape[1])).ravel().astype(np.int64)
         keys = np.concatenate([rows * self._count + columns, columns * self._count + rows])
         self._keys = np.unique(keys)
-        first = self._facets.first
-        row, column = first[self._keys // self._count], first[self._keys % self._count]
-        c = np.arange(3)
-        shape = (len(row), 3, 3)
+        self._lay_out()
+
+    @abstractmethod
+    def _lay_out(self) -> None:
+        """Have room in the matrix for the keys."""
+
+    def _set_blocks(self, row: np.ndarray, column: np.ndarray) -> None:
+        """Have room for blocks of three by three whose first entries have these numbers (m,)."""
+        c, shape = np.arange(3), (len(row), 3, 3)
         rows = np.broadcast_to(row[:, None, None] + c[:, None], shape).ravel()
         columns = np.broadcast_to(column[:, None, None] + c, shape).ravel()
         self._slots.set(rows, columns)
@@ -68,8 +75,13 @@ class Coupling:
         )
 
     def begin(self) -> None:
-        """Learn which unknowns are free, before anything is added. Collective."""
-        self._free = self._facets.free(self._assembler.fixed)
+        """Start with nothing added. Collective."""
+        self._blocks = np.zeros((len(self._keys), 3, 3))
+
+    @abstractmethod
+    def finish(self, x: np.ndarray, push: Callable[[], np.ndarray]) -> None:
+        """Put what was added into the matrix. x: (local,) unknowns. push: asked for the gradient
+        (count, 3) of the energy by the nodes' places, N, where these are no unknowns."""
 
     def add(
         self,
@@ -92,11 +104,33 @@ class Coupling:
         block = np.searchsorted(self._keys, keys)
         c = np.arange(3)
         place = (9 * block)[:, :, None, :, None] + 3 * c[:, None, None] + c
-        free_rows, free_columns = self._free[rows], self._free[across]
-        kept = matrices * free_rows[..., None, None] * free_columns[:, None, None]
-        self._slots.values += np.bincount(
-            place.ravel(), kept.ravel(), minlength=len(self._slots.values)
-        )
+        found = np.bincount(place.ravel(), matrices.ravel(), minlength=self._blocks.size)
+        self._blocks += found.reshape(-1, 3, 3)
+
+
+class NodeCoupling(Coupling):
+    """Between nodes whose displacements are unknowns."""
+
+    def __init__(self, assembler: Assembler, facets: WholeFacets):
+        super().__init__(assembler, facets)
+        self._facets = facets
+        self._free = np.ones((self._count, 3), dtype=bool)
+
+    def begin(self) -> None:
+        """See ``Coupling``."""
+        super().begin()
+        self._free = self._facets.free(self._assembler.fixed)
+
+    def _lay_out(self) -> None:
+        first = self._facets.first
+        row, column = np.divmod(self._keys, self._count)
+        self._set_blocks(first[row], first[column])
+
+    def finish(self, x: np.ndarray, push: Callable[[], np.ndarray]) -> None:
+        """See ``Coupling``."""
+        row, column = np.divmod(self._keys, self._count)
+        kept = self._blocks * self._free[row][:, :, None] * self._free[column][:, None]
+        self._slots.values += kept.ravel()
 
 
 def _grouped(

@@ -82,6 +82,14 @@ class Facets(ABC):
         return np.stack([np.bincount(at, part.ravel(), count) for part in weighted])
 
 
+def sums_at(nodes: np.ndarray, forces: np.ndarray, count: int) -> np.ndarray:
+    """Sums (count, 3) of the forces (m, n, 3) on nodes (m, n)."""
+    at = 3 * nodes.ravel()[:, None] + np.arange(3)
+    sums = np.zeros(3 * count)
+    sums += np.bincount(at.ravel(), forces.ravel(), len(sums))  # whole numbers where none are
+    return sums.reshape(-1, 3)
+
+
 class ContactFacets(Facets):
     """The facets that one process holds.
 

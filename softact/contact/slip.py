@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from softact.contact.chain_facets import ChainFacets
 from softact.contact.closest import derivatives
 from softact.contact.coupling import Coupling
 from softact.contact.friction import ELASTIC_SLIP, slide
@@ -68,7 +69,13 @@ class SurfaceFriction:
     partner then have no friction yet. ``nodes``: (k, n, 3) where the facets are.
     """
 
-    def __init__(self, name: str, coefficient: float, facets: WholeFacets, coupling: Coupling):
+    def __init__(
+        self,
+        name: str,
+        coefficient: float,
+        facets: WholeFacets | ChainFacets,
+        coupling: Coupling,
+    ):
         self._name, self._coefficient = f"{CONTACT}{name}", coefficient
         self._facets, self._coupling = facets, coupling
 

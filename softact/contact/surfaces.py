@@ -15,8 +15,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softact.contact.backs import Backs
+from softact.contact.chain_coupling import ChainCoupling
+from softact.contact.chain_facets import ChainFacets
 from softact.contact.closest import Closest, candidates, derivatives, neighbours
-from softact.contact.coupling import Coupling
+from softact.contact.coupling import Coupling, NodeCoupling
 from softact.contact.crossing import Crossing
 from softact.contact.gap_hessian import gap_hessian
 from softact.contact.memory import stiffness_factor
@@ -28,6 +30,7 @@ from softact.system.term import Origin, State
 
 if TYPE_CHECKING:
     from softact.contact.base import Contact
+    from softact.contact.facets import Facets
     from softact.contact.rigid import Obstacle
     from softact.model import Model
 
@@ -67,6 +70,16 @@ class _Seen:
     partners: Partners
 
 
+def _pressed(
+    touch: InTouch, across: np.ndarray, normal: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs (m, 2) of facets in touch and the derivatives (m, 2 n, 3) of the energy of their
+    pressure by the places of their nodes, N. across, normal: see ``SurfaceContact``."""
+    push = touch.area * touch.pressure
+    forces = -push[:, None, None] * across[:, :, None] * normal[:, None]
+    return np.column_stack([touch.facet, touch.partner]), forces
+
+
 def _nothing(gap: np.ndarray) -> Partners:
     """What points face where they face nothing; gap: (k, 12) of as many."""
     return np.full(gap.shape, -1, np.int32), np.zeros((*gap.shape, 2)), np.full(gap.shape, np.inf)
@@ -84,26 +97,42 @@ class SurfaceContact:
         self.touching, self.name = touching, touching.name
         self.symmetric = touching.friction == 0
         surfaces = tuple(dict.fromkeys(name for group in touching.groups for name in group))
-        self.facets = WholeFacets(model, surfaces)
+        self.facets = self._of_chain(WholeFacets(model, surfaces), model)
         self._side: np.ndarray = np.full(len(self.facets), -1)
         if len(touching.groups) == 2:
-            second = np.isin(self.facets.numbers, WholeFacets(model, touching.groups[1]).numbers)
-            self._side = second[self.facets.nodes].all(axis=1).astype(int)
+            second = WholeFacets(model, touching.groups[1])
+            self._side = self.facets.all_among(second).astype(int)
         self._closest, self._crossed = Closest(model.comm), Crossing(model.comm)
         self._sight = Sight(model.comm)
-        self.coupling = Coupling(model.assembler, self.facets)
+        self.coupling = self._coupling(model)
         self.friction: SurfaceFriction | None = None
         if touching.friction:
             self.friction = SurfaceFriction(
                 self.name, touching.friction, self.facets, self.coupling
             )
         self._backs, self._adjoining = Backs(model, self.facets), neighbours(self.facets.nodes)
-        self._reach = REACH * self.facets.size + touching.distance
+        self._reach = self._reaches(self.facets)
         self._depth = DEPTH * self.facets.size - touching.distance
         self._beside = False  # another contact, which looks about for this one
         self._blind = False  # nothing faces anything there
         self._search(np.zeros(model.unknowns.local))
         self._last: _Seen | None = None
+
+    def _reaches(self, facets: Facets) -> np.ndarray:
+        """How far facets look for what they face (k,), mm."""
+        return REACH * facets.size + self.touching.distance
+
+    def _of_chain(self, own: WholeFacets, model: Model) -> WholeFacets | ChainFacets:
+        """The facets; of a module also the images of those that they may reach."""
+        if model.repeat is None:
+            return own
+        around = 1 + int(self._reaches(own).max(initial=0.0) // model.repeat.length)
+        return ChainFacets(own, model, around)
+
+    def _coupling(self, model: Model) -> Coupling:
+        if isinstance(self.facets, ChainFacets):
+            return ChainCoupling(model.assembler, self.facets, model.unknowns.local)
+        return NodeCoupling(model.assembler, self.facets)
 
     def _overlooks(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
         """Whether points of the facets i do not look at the facets j: of a sheet that lies on a
@@ -226,14 +255,15 @@ class SurfaceContact:
             return
         seen, touch = self._see(state.x), self._my_touch(state)
         across, _, normal, _, _ = self._geometry(seen.nodes, touch.where)
-        push = touch.area * touch.pressure
-        forces = -push[:, None, None] * across[:, :, None] * normal[:, None]
-        pairs = np.column_stack([touch.facet, touch.partner])
+        pairs, forces = _pressed(touch, across, normal)
         if self.friction is not None:
             rubbed, more = self.friction.forces(state, seen.nodes, touch)
             pairs, forces = np.concatenate([pairs, rubbed]), np.concatenate([forces, more])
-        nodes = self.facets.nodes[pairs].reshape(forces.shape[:2])
-        self.facets.add_forces(nodes, forces, out)
+        self.facets.add_forces(state.x, self._at_nodes(pairs, forces), out)
+
+    def _at_nodes(self, pairs: np.ndarray, forces: np.ndarray) -> np.ndarray:
+        """Sums (count, 3) of forces (m, 2 n, 3) on the nodes of pairs (m, 2) of facets."""
+        return self.facets.at_nodes(self.facets.nodes[pairs].reshape(forces.shape[:2]), forces)
 
     def add_tangent(self, state: State, origin: Origin | None) -> None:
         self._make_room(state)
@@ -248,6 +278,7 @@ class SurfaceContact:
         self.coupling.add(np.column_stack([touch.facet, touch.partner]), *factors)
         if self.friction is not None:
             self.friction.add_tangent(state, seen.nodes, touch, across, normal)
+        self.coupling.finish(state.x, lambda: self._at_nodes(*_pressed(touch, across, normal)))
 
     def _make_room(self, state: State) -> None:
         """Keep room in the matrix for what touches or nearly does."""

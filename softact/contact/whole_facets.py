@@ -16,7 +16,7 @@ import numpy as np
 from mpi4py import MPI
 
 from softact import compat
-from softact.contact.facets import ContactFacets, Facets
+from softact.contact.facets import ContactFacets, Facets, sums_at
 
 if TYPE_CHECKING:
     from softact.model import Model
@@ -94,6 +94,10 @@ class WholeFacets(Facets):
         Collective."""
         return self._at_nodes(fixed[self._dofs]) == 0
 
+    def all_among(self, others: WholeFacets) -> np.ndarray:
+        """Whether (k,) all nodes of a facet are among those of others."""
+        return np.isin(self.numbers, others.numbers)[self.nodes].all(axis=1)
+
     def any_of(self, here: bool) -> bool:
         """Whether something is so on any process. Collective."""
         return bool(self._comm.allreduce(here, op=MPI.LOR))
@@ -110,15 +114,18 @@ class WholeFacets(Facets):
             whole[rank::size] = every[ends[rank] - counts[rank] : ends[rank]]
         return whole
 
-    def add_forces(self, nodes: np.ndarray, forces: np.ndarray, out: np.ndarray) -> None:
-        """Add the forces (m, n, 3) on the nodes (m, n) that each process has found to its own
-        unknowns ``out`` (local,). Collective."""
-        at = 3 * nodes.ravel()[:, None] + np.arange(3)
-        sums = np.zeros(3 * self.count)
-        sums += np.bincount(at.ravel(), forces.ravel(), len(sums))  # whole numbers where none are
+    def at_nodes(self, nodes: np.ndarray, forces: np.ndarray) -> np.ndarray:
+        """Sums (count, 3) of the forces (m, n, 3) on nodes (m, n) that each process has found.
+        Collective."""
+        sums = sums_at(nodes, forces, self.count)
         if self._comm.size > 1:
             self._comm.Allreduce(MPI.IN_PLACE, sums)
-        out[self._dofs] += sums.reshape(-1, 3)[self._place]
+        return sums
+
+    def add_forces(self, x: np.ndarray, sums: np.ndarray, out: np.ndarray) -> None:
+        """Add the forces ``sums`` (count, 3) on the nodes to this process's own unknowns ``out``
+        (local,). x: (local,) the unknowns."""
+        out[self._dofs] += sums[self._place]
 
     def sums_at_nodes(self, values: np.ndarray, count: int) -> np.ndarray:
         """See ``Facets``: of all facets, at the nodes that this process owns."""

@@ -88,9 +88,12 @@ class Layout:
 
     @property
     def outside(self) -> tuple[str, ...]:
-        """Surfaces that may touch something: no cavity walls, symmetry planes, layers inside."""
+        """Surfaces that may touch something: no cavity walls, symmetry planes, layers inside, and
+        not the two faces of a module."""
         walls = {name for names in self.cavities.values() for name in names}
         hidden = walls | set(self.symmetry) | set(self.layers)
+        if self.repeats:
+            hidden |= {self.repeats.left, self.repeats.right}
         return tuple(name for name in self.surfaces if name not in hidden)
 
     @property

@@ -26,7 +26,7 @@ PLOTS = {  # title -> beginnings of the columns that it shows
     "Stiffness against bending and twist": ("module_stiffness_curvature_{0}_curvature_{0}",),
     "Stiffness against stretch and shear": ("module_stiffness_stretch_{0}_stretch_{0}",),
 }
-NO_CONTACT = "A module has no contact: where walls meet, solve the whole actuator with it."
+NO_CONTACT = "Without contact in the spec a module passes through its neighbours, unseen."
 NOTHING = 1e-9  # a column of less shows rounding
 
 
@@ -71,7 +71,8 @@ def _verdict(study: Study) -> Markup:
         return Markup("")
     kind = "warn" if verdict.colour == AMBER else "bad"
     reasons = [reason.text for reason in verdict.reasons]
-    return base.banner(kind, f"The free module: {verdict.words}", NO_CONTACT, reasons)
+    said = "" if study.free.spec.get("contact") else NO_CONTACT
+    return base.banner(kind, f"The free module: {verdict.words}", said, reasons)
 
 
 def _cards(last: Row) -> Markup:
@@ -136,8 +137,8 @@ def _limits(study: Study) -> str:
         else ""
     )
     return (
-        f"{whole}A module stands for the inner ones of a chain without weight, tip loads and "
-        "contact. The stiffness is that at constant pressure, in the frame of the left face; a "
+        f"{whole}A module stands for the inner ones of a chain without weight and tip "
+        "loads. The stiffness is that at constant pressure, in the frame of the left face; a "
         "buckle longer than a module is not seen."
     )
 

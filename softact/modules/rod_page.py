@@ -92,8 +92,8 @@ def law(table: Table) -> str:
         f"An energy of degree {table.degree} over {len(names)} variables, fitted to the first and "
         f"second derivatives at {len(walked.samples.places)} states of one module ({walked.lost} "
         "more had no equilibrium). At states that were held out its derivatives were off by at "
-        f"most, of their largest values: {off}. {ends}The cross-section knows nothing of contact "
-        "between chambers."
+        f"most, of their largest values: {off}. {ends}Where the spec has contact, a "
+        "module touches the next ones; nothing else of the rod meets itself."
     )
 
 

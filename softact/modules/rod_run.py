@@ -80,7 +80,8 @@ def _refused(spec: Spec) -> Iterator[tuple[str, str]]:
     yield "module", "a rod is of a whole actuator" if spec.layout().repeats else ""
     yield "sheets", "a rod is of a solid actuator, not of sheets" if spec.sheets else ""
     yield "masses", "a rod takes the weight of a mass as a payload" if spec.masses else ""
-    yield "contact", "a rod does not meet itself; leave contact out" if spec.contact else ""
+    rubs = any(contact.friction for contact in spec.contact or ())
+    yield "contact", "modules touch each other without friction; leave it out" if rubs else ""
 
 
 class Carried:

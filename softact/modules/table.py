@@ -185,7 +185,7 @@ def table(
     short: Spec | None = None,
 ) -> Table:
     """Mesh a module's spec, walk it and fit. short: a whole actuator of few modules, for what
-    its ends take. Raises what its parts raise."""
+    its ends take. Raises what its parts raise, and SpecError, see ``refuse_kinks``."""
     with TemporaryDirectory(prefix="softact-") as scratch:
         mesh = Path(scratch) / "module.msh"
         make_mesh(spec.geometry, mesh, curved=spec.solver.curved)
@@ -202,6 +202,8 @@ def table(
         tell(f"table: off by {100 * worst:.2g} % at states held out; more states")
         walk.refine()
         energy, off, degree = best_fit(walk.walked, names, walk.secondary)
+        if len(model.contacts):
+            refuse_kinks(off[~np.array(walk.secondary)].max())
     walked = walk.walked
     ends, bends = Ends(), [i for i in range(3) if i in walker.free and not layout.axis[i]]
     if short is not None and bends:
@@ -221,6 +223,17 @@ def table(
         lumps,
         ends,
     )
+
+
+def refuse_kinks(worst: float) -> None:
+    """Raise SpecError where the law of a module that touches others is off by more than ``GOOD``:
+    where its walls meet its stiffness jumps, and a polynomial that misses that is wrong by far more
+    than its errors wherever a small moment acts."""
+    if worst > GOOD:
+        raise SpecError(
+            f"contact: the law of the module is off by {100 * worst:.2g} %, where its walls begin "
+            "to press on each other; solve the whole actuator, or leave contact out"
+        )
 
 
 def axis_of(layout: Layout) -> int:

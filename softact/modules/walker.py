@@ -17,6 +17,7 @@ from softact.errors import NoEquilibriumError
 from softact.loads.support import Support
 from softact.measures.cross_section import CrossSection
 from softact.model import Model
+from softact.solve.acceptance import fault
 from softact.solve.newton import Newton
 from softact.system.rotation import RotationVector
 from softact.system.term import Origin, State
@@ -27,7 +28,8 @@ NEAR = 3e-4  # of the pitch: factors of a state that is nearer do for its stiffn
 SLOWER = 0.4  # of the last step: after a larger one there are new factors
 FAR = 1.0  # pitch: no step is longer
 MOST = 24  # iterations of one state
-HALVINGS = 6  # of the way to a state that is not found in one go
+HALVINGS = 6  # of the way to a state that is not found in one go ...
+FEW = 3  # ... and before the stress is carried on
 ALIKE = 0.9  # cosine between two ways from state to state from which on one tells of the other
 TINY = 1e-300  # no length
 LONGER = 2.0  # times the way that it is told of, at most
@@ -147,22 +149,35 @@ class Presser:
         pressures: Array,
         goal: Array | None = None,
         pull: Array | None = None,
+        carried: bool = False,
     ) -> tuple[State, Array]:
         """An equilibrium from a guess (local,) that was extrapolated from the unknowns ``before``,
         and what unit loads of the prescribed unknowns and unit pressures move there (k + m, local).
 
         goal: (k,) of the unknowns that may be prescribed, NaN where they are not; pull: (k,) loads
-        on them, where they are not. None: nothing is, nothing does. Raises ArithmeticError where
-        Newton's method finds nothing.
+        on them, where they are not. None: nothing is, nothing does. carried: whether the stress at
+        the guess is carried on from the state before, linearised; that takes more iterations from
+        near by, but comes from farther away. Raises ArithmeticError where Newton's method finds
+        nothing.
         """
         state, k = self.state(guess, pressures), len(self._dofs)
         goal = np.full(k, np.nan) if goal is None else goal
         pull = np.zeros(k) if pull is None else pull
         held = np.flatnonzero(~np.isnan(goal))
         state.x[self._dofs[held]] = goal[held]
-        self.model.follow(state.x)
-        begun = state.x.copy()
-        origin = None
+        left = self.state(np.zeros_like(guess) if before is None else before, pressures)
+        self.model.contacts.resume(left)  # what touched elsewhere does not count
+        state.x = self._allowed(left, state.x)
+        origin = Origin((left.x,), linearised=True) if carried else None
+        found = self._iterated(state, goal, pull, origin)
+        if len(self.model.contacts) and (why := fault(self.model, left, state)):
+            raise ArithmeticError(why)
+        return state, found
+
+    def _iterated(self, state: State, goal: Array, pull: Array, origin: Origin | None) -> Array:
+        """Newton's method for ``settle``, in place: first by the last factors, then by those of the
+        guess with the stress of ``origin``. Returns what unit loads and pressures move."""
+        k, held, begun = len(self._dofs), np.flatnonzero(~np.isnan(goal)), state.x.copy()
         last, gone, fresh, others = np.inf, np.inf, self._columns is None, True
         for _ in range(MOST):
             if fresh:
@@ -187,13 +202,13 @@ class Presser:
                 last, fresh = np.inf, True
                 continue
             origin = Origin((state.x.copy(),), linearised=True) if fresh else origin
-            state.x = self.model.follow(state.x + change)
+            state.x = self._allowed(state, state.x + change)
             gone, last = gone + moved, moved
             if moved < STILL:
-                if gone > NEAR:
+                if gone > NEAR or self.model.contacts.touch(state):
                     self._factorised(state, None)
                 assert self._columns is not None
-                return state, self._columns
+                return self._columns
             fresh = False
         raise ArithmeticError(f"no equilibrium within {MOST} iterations")
 
@@ -206,21 +221,39 @@ class Presser:
         linearised: as far as the tangent is from that of the state."""
         return 0.0 if origin is None else self._far(x - origin.states[0])
 
-    def inflated(
-        self, state: State, columns: Array, pressures: Array, halvings: int = HALVINGS
-    ) -> tuple[State, Array]:
+    def _allowed(self, state: State, to: Array) -> Array:
+        """As far on the way from a state to other unknowns (local,) as contact lets it go."""
+        model, change = self.model, to - state.x
+        there = model.follow(to.copy())
+        for halving in range(1, HALVINGS):
+            if model.contacts.admissible(state, state.x, there):
+                break
+            there = model.follow(state.x + change * 0.5**halving)
+        return there
+
+    def inflated(self, state: State, columns: Array, pressures: Array) -> tuple[State, Array]:
         """The equilibrium under pressures (m,), from one and its columns, as ``settle`` gives them.
         Raises ArithmeticError."""
+        try:
+            return self._inflated(state, columns, pressures, False, FEW)
+        except ArithmeticError:
+            self._columns = None
+            return self._inflated(state, columns, pressures, True, HALVINGS)
+
+    def _inflated(
+        self, state: State, columns: Array, pressures: Array, carried: bool, halvings: int
+    ) -> tuple[State, Array]:
+        """The same, in smaller steps where it does not go in one."""
         before = self.pressures_of(state)
         change = pressures - before
         try:
             guess = np.asarray(state.x + change @ columns[len(self._dofs) :], dtype=float)
-            return self.settle(guess, state.x, pressures)
+            return self.settle(guess, state.x, pressures, carried=carried)
         except ArithmeticError:
             if not halvings:
                 raise
-        half = self.inflated(state, columns, before + change / 2, halvings - 1)
-        return self.inflated(*half, pressures, halvings - 1)
+        half = self._inflated(state, columns, before + change / 2, carried, halvings - 1)
+        return self._inflated(*half, pressures, carried, halvings - 1)
 
     def pressures_of(self, state: State) -> Array:
         """Of the groups (m,), MPa."""
@@ -334,9 +367,24 @@ class Walker(Presser):
         given: NDArray[np.bool_],
         goal: Array,
         pressures: Array,
-        halvings: int = HALVINGS,
     ) -> Held:
         """To strains where they are given, and else to loads."""
+        try:
+            return self._stepped(start, given, goal, pressures, False, FEW)
+        except NoEquilibriumError:
+            self._columns = None
+            return self._stepped(start, given, goal, pressures, True, HALVINGS)
+
+    def _stepped(
+        self,
+        start: Held,
+        given: NDArray[np.bool_],
+        goal: Array,
+        pressures: Array,
+        carried: bool,
+        halvings: int,
+    ) -> Held:
+        """The same, in smaller steps where it does not go in one. carried: see ``settle``."""
         k, change = len(self.free), pressures - start.pressures
         moved = np.where(given, goal - start.strain, 0.0)
         left = np.flatnonzero(~given)
@@ -346,7 +394,7 @@ class Walker(Presser):
         straight = start.unknowns + start.rates @ change
         guess = straight + self._missed(start, given, change)
         try:
-            found = self._held(guess, start, given, goal, pressures)
+            found = self._held(guess, start, given, goal, pressures, carried)
             self._ways.append(Way(given, change, found.unknowns - straight))
             return found
         except (ArithmeticError, np.linalg.LinAlgError) as error:
@@ -354,8 +402,8 @@ class Walker(Presser):
                 raise NoEquilibriumError(f"the module finds no equilibrium: {error}") from None
         middle = (np.where(given, start.strain, start.load) + goal) / 2
         between = (start.pressures + pressures) / 2
-        half = self._go(start, given, middle, between, halvings - 1)
-        return self._go(half, given, goal, pressures, halvings - 1)
+        half = self._stepped(start, given, middle, between, carried, halvings - 1)
+        return self._stepped(half, given, goal, pressures, carried, halvings - 1)
 
     def _missed(self, start: Held, given: NDArray[np.bool_], change: Array) -> Array:
         """By how much the rates of a state will miss the next one (local,): as on the way most
@@ -385,8 +433,9 @@ class Walker(Presser):
         given: NDArray[np.bool_],
         goal: Array,
         pressures: Array,
+        carried: bool = False,
     ) -> Held:
-        """The equilibrium at a guess, and what it answers."""
+        """The equilibrium at a guess, and what it answers. carried: see ``settle``."""
         repeat, free = self.repeat, self.free
         six, held = np.zeros((2, 6))
         six[free], held[free] = np.where(given, goal, 0.0), given
@@ -399,7 +448,7 @@ class Walker(Presser):
         loads[3:] = np.linalg.solve(mean.T, loads[3:])
         pull = (loads * repeat.scale)[free] / self.model.mesh.layout.copies
         before = None if start is None else start.unknowns
-        state, columns = self.settle(guess, before, pressures, unknowns, pull)
+        state, columns = self.settle(guess, before, pressures, unknowns, pull, carried)
         return self._found(state, pressures, columns)
 
     def _found(self, state: State, pressures: Array, columns: Array) -> Held:

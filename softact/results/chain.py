@@ -14,7 +14,7 @@ ANGLE, OF_WHOLE = "module_angle_", "actuator_angle_"
 OF_LOADS = {"straight": "module_moment_", "clamped": "module_force_"}
 #: Beginnings of columns that a chain has so many times as its module.
 TIMES = ("bending_angle_", "twist_angle_", "cavity_volume", "air_", "strain_energy_",
-         "pressure_work_", "softening_loss_", "mass_g")  # fmt: skip
+         "pressure_work_", "softening_loss_", "mass_g", "contact_area_")  # fmt: skip
 #: And of those that need the ends of an actuator, or a place on it.
 OF_ENDS = ("tip_", "chord_angle_", "elongation_", "reaction_", "pull_", "blocked_force_N",
            "blocked_torque_", "blocked_axial_torque_", "probe_", "face_", "target_distance_",

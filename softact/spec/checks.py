@@ -75,11 +75,11 @@ def cross_faults(data: Any, geometry: Geometry | None) -> Iterator[Fault]:
         if kind.annotation is not None and data.get(key) is not None:
             yield from kind.faults(data[key], (key,), layout)
     yield from _obstacles(data.get("obstacles"), layout)
-    # Beside a module all contact is refused already.
-    contacts = [] if layout.repeats else [*_mappings(data.get("contact"))]
+    contacts = [*_mappings(data.get("contact"))]
     for index, contact in contacts:
         yield from _contact(contact, ("contact", index), layout)
-    yield from _unheld(contacts, layout)
+    if layout.repeats is None:  # no sheet lies on a module
+        yield from _unheld(contacts, layout)
     for index, step in steps:
         yield from _step(step, ("steps", index), layout)
         yield from _known_obstacles(step, ("steps", index), data.get("obstacles"))
@@ -252,7 +252,12 @@ def _unheld(contacts: list[tuple[int, dict]], layout: Layout) -> Iterator[Fault]
 
 
 def _touchable(name: str, place: Place, layout: Layout) -> Iterator[Fault]:
-    if name in layout.curves:
+    if layout.repeats and name in (layout.repeats.left, layout.repeats.right):
+        yield (
+            place,
+            f"{show(name)} is a face of the module, inside of the chain; it touches nothing",
+        )
+    elif name in layout.curves:
         known = ", ".join((*layout.surfaces, *layout.sheets))
         yield place, f"{show(name)} is a curve, which touches nothing; write one of: {known}"
     else:

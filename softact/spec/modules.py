@@ -19,7 +19,6 @@ from softact.units import Angle, Length
 BESIDE = {
     "supports": "a module is held by the means of its left face",
     "obstacles": "an obstacle touches some modules and not others",
-    "contact": "a module does not see what its neighbours touch (softact module has --no-contact)",
     "masses": "a carried mass hangs on one place of a chain",
     "constraints": "a face of a chain keeps no shape of its own",
 }
@@ -96,8 +95,21 @@ def beside(data: dict[str, Any]) -> Iterator[Fault]:
     for key, why in BESIDE.items():
         if data.get(key) and data[key] != "none":
             yield (key,), f"{why}; leave {key} out beside module"
+    yield from _rubbing(data.get("contact"))
     steps = data.get("steps")
     for index, step in enumerate(steps if isinstance(steps, list) else ()):
         for key, why in IN_STEPS.items() if isinstance(step, dict) else ():
             if step.get(key) is not None:
                 yield ("steps", index, key), f"{why}; leave {key} out beside module"
+
+
+def _rubbing(contacts: Any) -> Iterator[Fault]:
+    """Yield friction of a spec's plain contacts."""
+    for index, contact in enumerate(contacts if isinstance(contacts, list) else ()):
+        friction = contact.get("friction") if isinstance(contact, dict) else None
+        if friction:
+            yield (
+                ("contact", index, "friction"),
+                "modules touch each other without friction; write 0, or leave it out (softact "
+                "module has --no-contact)",
+            )

@@ -8,7 +8,7 @@ from typing import Any
 
 from softact.errors import SpecError
 from softact.loads import LOADS
-from softact.mesh.layout import COMPONENTS, free_components
+from softact.mesh.layout import COMPONENTS, Layout, free_components
 from softact.nearest import nearest
 from softact.spec.models import Spec
 
@@ -43,6 +43,8 @@ def free_module(
         changes["sheets"] = _of_module(spec, geometry.layout().sheets)
     if not contact:
         changes["contact"] = "none"
+    elif spec.contact and not alone:
+        changes["contact"] = _of_inner(spec, geometry.layout())
     if not weight:
         changes["steps"] = _weightless(spec)
     for name, value in hold.items():
@@ -100,6 +102,19 @@ def _of_module(spec: Spec, sheets: Sequence[str]) -> dict[str, Any]:
     """The sheets of a module as plain data: those of the whole without its ends."""
     made_of = spec.model_dump(mode="json", exclude_none=True)["sheets"]
     return {name: made_of[name] for name in sheets}
+
+
+def _of_inner(spec: Spec, layout: Layout) -> list[dict[str, Any]] | str:
+    """The contacts as plain data between what a module of this layout has, too; what the ends of
+    the actuator touch is none of its."""
+    there = {*layout.surfaces, *layout.sheets} - {layout.clamp, layout.tip}
+    found = []
+    for contact in spec.model_dump(mode="json", exclude_none=True)["contact"]:
+        groups = contact.get("between") or [contact["self"]]
+        kept = [[name for name in group if name in there] for group in groups]
+        if all(kept):
+            found.append(contact | ({"between": kept} if len(kept) == 2 else {"self": kept[0]}))
+    return found or "none"
 
 
 def _weightless(spec: Spec) -> list[dict[str, Any]]:

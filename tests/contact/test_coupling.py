@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from softact.contact.coupling import Coupling
+from softact.contact.coupling import NodeCoupling
 
 
 def test_the_matrix_is_laid_out_only_for_what_has_no_room():
@@ -15,7 +15,7 @@ def test_the_matrix_is_laid_out_only_for_what_has_no_room():
     facets = SimpleNamespace(
         nodes=np.arange(60).reshape(20, 3), count=60, first=3 * np.arange(60, dtype=np.int64)
     )
-    coupling = Coupling(SimpleNamespace(couple_loosely=lambda: slots), facets)
+    coupling = NodeCoupling(SimpleNamespace(couple_loosely=lambda: slots), facets)
 
     def pairs(*of):
         return [np.array(of, dtype=np.int64).reshape(-1, 2)]

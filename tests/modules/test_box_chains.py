@@ -22,10 +22,18 @@ FINGER = Case(
     pressure=20.0,
     begins=4 + 2 + 2 * 9,  # the plug, a third of a chamber, two pitches
 )
+# Its walls meet from 7 kPa on.
+CLOSING = {**FINGER.geometry, "chambers": 8, "gap": "0.2 mm", "inner_wall": "0.5 mm"}
 LAYER = {"surface": "strain_limiting_layer", "thickness": "0.1 mm", "material": "paper"}
 CASES = {
     "pneunet": FINGER,
     "pneunet with paper": replace(FINGER, more={"layers": [LAYER]}),
+    "pneunet whose gaps close": replace(
+        FINGER,
+        geometry=CLOSING,
+        begins=4 + 2 + 3 * 7.2,
+        more={"contact": "auto"},
+    ),
     "slow_pneunet": Case(
         {
             "type": "slow_pneunet",

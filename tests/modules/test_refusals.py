@@ -19,7 +19,11 @@ ALONE = FINGER.replace("chambers: 3", "chambers: 3, module_alone: true")
 @pytest.mark.parametrize(
     ("added", "line"),
     [
-        ("contact: [{self: outer}]", "contact: a module does not see what its neighbours touch"),
+        (
+            "contact: [{self: outer, friction: 0.3}]",
+            "contact.0.friction: modules touch each other without friction",
+        ),
+        ("contact: [{self: [outer, left]}]", "contact.0.self.1: 'left' is a face of the module"),
         ("supports: [{surface: base, fix: [z]}]", "supports: a module is held by the means of"),
         ("constraints: [{surface: base, stays: rigid}]", "constraints: a face of a chain keeps no"),
         (
@@ -110,18 +114,12 @@ def test_one_module_of_no_chain_is_refused_once(geometry):
     assert [(f["loc"], "no chain" in f["msg"]) for f in caught.value.errors()] == [((field,), True)]
 
 
-@pytest.mark.parametrize(
-    ("name", "why"),
-    [
-        ("woven_bending", ": its pouches bend it by pressing on each other, and a module sees no"),
-        ("woven_stiffening", ": it is one pouch"),
-    ],
-)
-def test_why_sheets_have_no_module_is_told(name, why):
+def test_why_a_single_pouch_has_no_module_is_told():
     with pytest.raises(SpecError) as refused:
-        GEOMETRIES[name]().module()
+        GEOMETRIES["woven_stiffening"]().module()
     assert len(refused.value.lines) == 1
-    assert f"geometry.type: {name} has no module that repeats{why}" in refused.value.lines[0]
+    why = "woven_stiffening has no module that repeats: it is one pouch"
+    assert f"geometry.type: {why}" in refused.value.lines[0]
 
 
 @pytest.mark.parametrize("kind", ["bending", "twisting"])
@@ -132,7 +130,7 @@ def test_knit_strips_have_a_module_where_they_elongate(kind):
 
 def test_sheets_are_refused():
     spec = """
-geometry: {type: woven_bending}
+geometry: {type: woven_stiffening}
 module: {left: front, right: back}
 sheets: {}
 steps: [{name: inflate, pressure: 5 kPa}]
@@ -150,13 +148,17 @@ def test_weight_can_be_left_out():
     assert [step.name for step in runs["clamped"].steps] == ["inflate"]
 
 
-def test_contact_can_be_left_out():
-    spec = loads(f"{FINGER}contact: auto\n")
+def test_contact_is_that_of_inner_modules():
+    """What the ends touch is none of a module's, and all of it can be left out."""
+    contacts = "contact: [{self: [outer, tip]}, {name: ring, between: [clamp, tip]}]"
+    free = module_specs(loads(f"{FINGER}{contacts}\n"), {}).runs["free"]
+    assert [(c.name, c.groups) for c in free.contact] == [("contact_1", (("outer",),))]
+    rubbing = loads(f"{FINGER}contact: [{{self: outer, friction: 0.3}}]\n")
     with pytest.raises(SpecError) as refused:
-        module_specs(spec, {})
+        module_specs(rubbing, {})
     assert len(refused.value.lines) == 1
     assert "--no-contact" in refused.value.lines[0]
-    assert not module_specs(spec, {}, contact=False).runs["free"].contact
+    assert not module_specs(rubbing, {}, contact=False).runs["free"].contact
 
 
 def test_components_are_held_by_name():

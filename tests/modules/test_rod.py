@@ -181,16 +181,22 @@ def test_it_stands_on_a_plate(spec, table):
     assert last["tip_z_mm"] > -0.1 + spec.geometry.base / 2  # the tip did not go through
 
 
+def test_a_law_that_contact_breaks_is_refused():
+    table_rooms.refuse_kinks(0.019)
+    with pytest.raises(SpecError, match=r"contact: the law of the module is off by 4.9 %"):
+        table_rooms.refuse_kinks(0.049)
+
+
 def test_what_a_rod_is_not_asked(spec, table):
     changes = {
-        "contact": [{"self": "outer"}],
+        "contact": [{"self": "outer", "friction": 0.2}],
         "obstacles": {
             "ball": {"type": "sphere", "center": ["9 mm"] * 3, "radius": "1 mm", "active": False}
         },
     }
     with pytest.raises(SpecError) as error:
         rod_run.check(spec.with_(changes))
-    assert "contact: a rod does not meet itself" in str(error.value)
+    assert "contact: modules touch each other without friction" in str(error.value)
     assert "obstacles.ball.active: what a rod may touch stands there" in str(error.value)
     with pytest.raises(SpecError, match=r"walked over its pressure; no step has one"):
         driven(spec.with_({"steps": SPEC["steps"][:1]}))

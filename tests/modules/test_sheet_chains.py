@@ -1,4 +1,4 @@
-"""Modules of woven actuators: a pouch of a stack from passage to passage, one of a row from the
+"""Modules of woven actuators: a pouch of a stack from passage to passage, those of rows from the
 middle of a pouch to that of the next."""
 
 import pytest
@@ -26,6 +26,20 @@ KNIT = {
         }
     ],
     "wrinkling": "tension_field",
+}
+STRIP = {
+    "material": {"law": "linear", "youngs_modulus": "305 MPa", "poissons_ratio": 0.35},
+    "thickness": "0.3 mm",
+}
+FLOOR = {"plies": [*FABRIC["plies"], STRIP], "wrinkling": "resolved", "bending": 1}
+# Its pouches stand upright: those of the paper, taller and on narrower seams, lean on each other.
+ROW = {
+    "fore": FABRIC,
+    "aft": FABRIC,
+    "clamp": FLOOR,
+    "floors": FLOOR,
+    "tip": FLOOR,
+    "strip": {"plies": [STRIP], "wrinkling": "resolved", "bending": 1},
 }
 PITCH, TAB = 22.86, 20.0
 CASES = {
@@ -55,6 +69,24 @@ CASES = {
         materials={},
         more={"sheets": {"pouches": FABRIC, "tabs": FABRIC}},
     ),
+    "woven_bending": Case(
+        {
+            "type": "woven_bending",
+            "n": 13,
+            "w_a": "20 mm",
+            "h_a": "12 mm",
+            "pitch": "6.5 mm",
+            "seam": "5 mm",
+            "mesh_size": "7 mm",
+            "between_lines": 2,
+        },
+        pressure=120.0,
+        begins=6 * 6.5,
+        cavity="air",
+        inflate=True,
+        materials={},
+        more={"sheets": ROW, "contact": [{"self": ["fore", "aft"]}]},
+    ),
     "knit_strips": Case(
         {
             "type": "knit_strips",
@@ -83,10 +115,12 @@ def test_a_module_is_an_inner_one_of_the_whole(name, tmp_path):
 
 @pytest.mark.parametrize("name", CASES)
 def test_the_air_of_a_module_at_rest(name, tmp_path):
-    """That of the closed form, open at both faces; none where the sheets lie flat. Areas too."""
+    """That of the closed form, open at both faces; none where the sheets lie flat. Areas too: those
+    of walls that are bent as they lie to the second order of the mesh."""
     spec = Spec.model_validate(CASES[name].spec(alone=True))
     model, wanted = build_model(MPI.COMM_SELF, spec, tmp_path), spec.geometry.volumes()
     air = model.cavity_volumes_at_rest["air"]
     assert air == pytest.approx(wanted.get("air", 0.0), rel=1e-12, abs=1e-9)
     for sheet, part in model.sheets.items():
-        assert part.triangles.areas.sum() == pytest.approx(wanted[sheet], rel=1e-12)
+        off = 3e-3 if sheet in ("fore", "aft") else 1e-12
+        assert part.triangles.areas.sum() == pytest.approx(wanted[sheet], rel=off)

@@ -211,7 +211,10 @@ def test_keys_are_others_than_those_of_lone_modules(tmp_path):
 @pytest.mark.parametrize(
     ("more", "line"),
     [
-        ("set: {contact: auto}", "model: module: contact: a module does not see what its"),
+        (
+            "set: {contact: [{self: outer, friction: 0.2}]}",
+            "model: module: contact.0.friction: modules touch each other without friction",
+        ),
         ("set: {steps.inflate.gravity: [0, 0, -1]}", "model: module: steps.0.gravity: weight"),
         (
             "set: {steps.inflate.payload: [{surface: tip, force: [0 N, 0 N, 1 N]}]}",
