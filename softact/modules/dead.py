@@ -92,9 +92,10 @@ class Dead:
         natural = np.concatenate([np.zeros(3), self.axis])
         rod = Rod(Linear(stiffness, natural), PIECES, self.length / PIECES, self.axis, self.free)
         changes = [np.zeros((1, 6))]
-        for weight, force in np.unique(
-            np.stack([self.mass * self.gravity[met], self.force[met]], axis=1), axis=0
-        ):
+        given = np.hstack([self.mass * self.gravity[met], self.force[met]])
+        # Loads ramp from state to state: what bends most is among the ends of these ways.
+        ends = np.unique([given.argmin(axis=0), given.argmax(axis=0)])
+        for weight, force in given[ends].reshape(-1, 2, 3):
             forces = np.tile(weight / PIECES, (PIECES, 1))
             forces[-1] += force
             loads = Loads(Points.ends(PIECES), forces * self.free[3:])

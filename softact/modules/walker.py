@@ -110,15 +110,20 @@ class Way:
 class Presser:
     """Brings a model to equilibrium under pressures of groups of cavities, by few iterations.
 
-    groups: of cavities whose pressures go together: name -> share of the group's. iterations: with
-    new factors, so far.
+    groups: of cavities whose pressures go together: name -> share of the group's. exact: whether
+    what moves by unit loads is that of each state itself, not of one near by. iterations: with new
+    factors, so far.
     """
 
     def __init__(
-        self, model: Model, groups: Sequence[Mapping[str, float]], supports: Sequence[Support] = ()
+        self,
+        model: Model,
+        groups: Sequence[Mapping[str, float]],
+        supports: Sequence[Support] = (),
+        exact: bool = True,
     ):
         self.model, self.groups = model, list(groups)
-        self.iterations = 0
+        self.iterations, self._exact = 0, exact
         self._newton = Newton(model, STILL, MOST)
         self._newton.set_supports(supports, model.initial_state())
         self._dofs = np.empty(0, dtype=int)  # unknowns that a state may prescribe
@@ -205,7 +210,7 @@ class Presser:
             state.x = self._allowed(state, state.x + change)
             gone, last = gone + moved, moved
             if moved < STILL:
-                if gone > NEAR or self.model.contacts.touch(state):
+                if self._exact and (gone > NEAR or self.model.contacts.touch(state)):
                     self._factorised(state, None)
                 assert self._columns is not None
                 return self._columns
