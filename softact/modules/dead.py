@@ -94,7 +94,7 @@ class Dead:
         changes = [np.zeros((1, 6))]
         given = np.hstack([self.mass * self.gravity[met], self.force[met]])
         # Loads ramp from state to state: what bends most is among the ends of these ways.
-        ends = np.unique([given.argmin(axis=0), given.argmax(axis=0)])
+        ends = np.unique([given.argmin(axis=0), given.argmax(axis=0)]) if len(given) else []
         for weight, force in given[ends].reshape(-1, 2, 3):
             forces = np.tile(weight / PIECES, (PIECES, 1))
             forces[-1] += force
