@@ -5,11 +5,14 @@ mesh (the period is even), and its module go to 20 kPa, in turn, in one process:
 same load steps (module), and as a table walks it (walker), in as many states as the finger's run
 has, each with the stiffness of its cross-section. Timed is the processor time of the states alone,
 without meshing, set-up and measures, so the machine may be busy. Prints the median of each, the
-ratios, and how far the walker's angle is from that of the load steps.
+ratios, and how far the walker's angle is from that of the load steps. ``--ccx``: CalculiX on the
+finger's mesh, too, on one thread: the part of its processor time that its load steps take of its
+wall time.
 """
 
 from __future__ import annotations
 
+import resource
 import statistics
 import tempfile
 import time
@@ -19,7 +22,10 @@ import click
 import numpy as np
 from mpi4py import MPI
 
+from benchmarks.calculix import run_ccx
+from benchmarks.ccx import quadratic
 from softact.geometry.base import make_mesh
+from softact.mesh.msh_file import read_msh
 from softact.modules.driven import driven
 from softact.modules.walker import Held, Walker
 from softact.run.from_spec import build_model, load_steps, supports_of
@@ -53,11 +59,22 @@ def walked(spec: Spec, mesh: Path, states: int) -> tuple[float, Held]:
     return time.process_time() - started, held
 
 
+def by_calculix(spec: Spec, mesh: Path, folder: Path) -> float:
+    """Seconds of CalculiX's process in the steps of a spec, on one thread."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    nodes = quadratic(read_msh(mesh, spec.layout()))
+    found = run_ccx(spec, nodes, folder, threads=1)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    spent = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+    return spent * found.solve / found.command
+
+
 @click.command()
 @click.option("--chambers", type=click.IntRange(2), default=8, show_default=True)
 @click.option("--rounds", type=click.IntRange(1), default=3, show_default=True)
-def main(chambers: int, rounds: int) -> None:
-    """Time both in turn."""
+@click.option("--ccx", is_flag=True, help="CalculiX too; minutes a round.")
+def main(chambers: int, rounds: int, ccx: bool) -> None:
+    """Time all in turn."""
     whole = load(SPEC, (f"geometry.chambers={chambers}", "geometry.cavity_mesh_size=2 mm"))
     changes = {"supports": [], "geometry.module_alone": True}
     specs = {"finger": whole, "module": whole.with_(changes)}
@@ -77,6 +94,12 @@ def main(chambers: int, rounds: int) -> None:
             took, held = walked(specs["module"], meshes["module"], states)
             times["walker"].append(took)
             click.echo(f"round {number + 1} walker: {states} states, {took:.2f} s")
+            if ccx:
+                folder = Path(scratch) / f"ccx{number}"
+                folder.mkdir()
+                took = by_calculix(whole, meshes["finger"], folder)
+                times.setdefault("ccx", []).append(took)
+                click.echo(f"round {number + 1} ccx: {took:.1f} s")
     repeat = found["module"].model.repeat
     assert repeat is not None
     turn = np.linalg.norm(repeat.motion(found["module"].state.x)[0])
@@ -87,6 +110,8 @@ def main(chambers: int, rounds: int) -> None:
         click.echo(f"median {name} {value:.2f} s")
     for name in ("module", "walker"):
         click.echo(f"ratio finger_vs_{name} {medians['finger'] / medians[name]:.1f}")
+    if ccx:
+        click.echo(f"ratio ccx_vs_module {medians['ccx'] / medians['module']:.0f}")
 
 
 if __name__ == "__main__":

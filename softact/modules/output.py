@@ -7,6 +7,7 @@ from pathlib import Path
 from markupsafe import Markup
 
 from softact.files.text import csv_text, write_atomic
+from softact.measures.longer_waves import NAME as WAVES
 from softact.modules import picture
 from softact.modules.study import BEFORE, Row, Study
 from softact.report import base, labels
@@ -136,10 +137,12 @@ def _limits(study: Study) -> str:
         if study.modules
         else ""
     )
+    asked = any(name.startswith(WAVES) for name in study.free.curve)
+    longest = "three modules" if asked else "a module"
     return (
         f"{whole}A module stands for the inner ones of a chain without weight and tip "
         "loads. The stiffness is that at constant pressure, in the frame of the left face; a "
-        "buckle longer than a module is not seen."
+        f"buckle longer than {longest} is not seen."
     )
 
 
