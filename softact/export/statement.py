@@ -26,7 +26,7 @@ def lines(
     origin = model.origin
     return [
         f"{model.data['name']}: reduced model, written by softact {version('softact')}",
-        f"from {origin.source}: {compared_with(model)}",
+        f"from {origin.source}{': ' if origin.fitted else '; beside '}{compared_with(model)}",
         f"verdict on {origin.verdict}",
         *(f"deviation from the {origin.beside}, {text}" for text in deviations(seen)),
         *(_unseen(unseen) if origin.fitted else []),
