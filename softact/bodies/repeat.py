@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 THREES = 4  # of unknowns: ω by the pitch, t beyond the pitch, and the multipliers of both
 SAME = 1e-6  # of the pitch: points of the two faces that are nearer are one
+AS_WELL = 1e-3  # of that: how much nearer a point is on a sheet that faces the same way
 
 
 class Repeat:
@@ -52,7 +53,7 @@ class Repeat:
         ]
         self.centre, self.pitch = middles[0], middles[1] - middles[0]
         self.length = float(np.linalg.norm(self.pitch))
-        right = right[self._partners(places[left], places[right])]
+        right = right[self._partners(left, right)]
         self.left_nodes, self.right_nodes = left, right
         self._places = places[left] - self.centre, places[right] - self.centre
         self.left, self.right = dofs[left], dofs[right]
@@ -71,9 +72,13 @@ class Repeat:
         self._lay_out()
 
     def _partners(self, left: np.ndarray, right: np.ndarray) -> np.ndarray:
-        """Which points of the right face lie where the left ones (n, 3) do."""
-        gaps, partner = cKDTree(right).query(left + self.pitch)
+        """Which nodes of the right face (n,) lie where the left ones (n,) do; of two that lie on
+        each other, that on the sheet which faces the same way."""
+        places, facing = self._model.nodes.places, SAME * AS_WELL * self.length * self._facing()
+        own = np.hstack([places[left] + self.pitch, facing[left]])
+        gaps, partner = cKDTree(np.hstack([places[right], facing[right]])).query(own)
         lonely = int((gaps > SAME * self.length).sum()) + abs(len(left) - len(right))
+        lonely += len(partner) - len(np.unique(partner))
         if lonely:
             raise SpecError(
                 f"module: the meshes of '{self.faces.left}' and '{self.faces.right}' do not match: "
@@ -81,6 +86,14 @@ class Repeat:
                 "face; they are to be the same face, moved, with the same triangles"
             )
         return partner
+
+    def _facing(self) -> np.ndarray:
+        """The mean normal of the sheets at each node (nodes, 3), zero where there are none."""
+        found = np.zeros((len(self._model.nodes.places), 3))
+        for part in self._model.sheets.values():
+            normals = part.triangles.areas[:, None] * part.triangles.normals
+            np.add.at(found, part.triangles.nodes, normals[:, None])
+        return found / np.maximum(np.linalg.norm(found, axis=1, keepdims=True), SAME)
 
     def _pressure_pairs(self, model: Model) -> tuple[np.ndarray, np.ndarray]:
         """Pressure unknowns of the left face and of their partners on the right one."""

@@ -71,10 +71,13 @@ def rotation_between(weights, before, after):
 
 
 def on_plane(model, plane):
-    """Nodes in the plane x = ``plane``, in the order of y and z."""
-    places = model.nodes.places
+    """Nodes in the plane x = ``plane``, in the order of y and z; of two sheets that lie on each
+    other the lower one first."""
+    places, upward = model.nodes.places, np.zeros(len(model.nodes.places))
+    for part in model.sheets.values():
+        np.add.at(upward, part.triangles.nodes, part.triangles.normals[:, 2:])
     nodes = np.flatnonzero(abs(places[:, 0] - plane) < 1e-6)
-    return nodes[np.lexsort(np.round(places[nodes, 1:], 6).T)]
+    return nodes[np.lexsort([upward[nodes], *np.round(places[nodes, 1:], 6).T])]
 
 
 class Section:
