@@ -26,7 +26,7 @@ FIRST = 1e-3  # of a step's duration: the first increment with inertia
 SHORTEST = 1e-7  # of it: below that a rod does not go on
 TINY = 1e-12
 TOO_STEEP = 50.0  # % of the largest curvature, from one module to the next ...
-TURNED = 1.0  # ... and degrees of a module: what changes by more is no chain of equal modules
+BY_TABLE = 0.2  # ... and part of the largest of the table: no chain of equal modules
 LONGER, SHORTER, SAFE = 2.0, 0.3, 0.9  # an increment beside the last one, and its safety
 
 
@@ -178,8 +178,11 @@ class Carried:
 def _refuse_steep(chain: Chain, strains: Array, percent: float) -> None:
     """Raise ValueError where neighbours bend so differently that no module stands for them.
     percent: the change from module to module, of the largest curvature."""
-    turns = np.degrees(np.linalg.norm(strains[:, :3], axis=1).max() * chain.table.pitch)
-    if percent > TOO_STEEP and percent / 100 * turns > TURNED:
+    table, part = chain.table, percent / 100
+    bends = np.flatnonzero(table.turns)
+    largest = np.abs([table.energy.low[bends], table.energy.high[bends]]).max(initial=0.0)
+    bent = np.linalg.norm(strains[:, :3], axis=1).max()
+    if percent > TOO_STEEP and part * bent > BY_TABLE * largest:
         raise ValueError(
             f"the curvature changes by {percent:.0f} % of its largest from one module to the next; "
             f"a module is one among equals, and its rod is told up to {TOO_STEEP:g} %"

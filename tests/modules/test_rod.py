@@ -334,7 +334,7 @@ def test_a_gradient_that_is_too_strong_is_refused(spec, table, monkeypatch):
     steepest = max(row["curvature_change_percent"] for row in rod_run.run(chain, 4).rows)
     assert 25 < steepest < rod_run.TOO_STEEP
     monkeypatch.setattr(rod_run, "TOO_STEEP", 0.8 * steepest)
-    monkeypatch.setattr(rod_run, "TURNED", 0.1)
+    monkeypatch.setattr(rod_run, "BY_TABLE", 0.01)
     found = rod_run.run(chain, 4)
     assert "from one module to the next; a module is one among equals" in found.stopped
     shown = [row["curvature_change_percent"] for row in found.rows]
