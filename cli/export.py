@@ -76,8 +76,9 @@ def export(
     folder = Output(output or Path("results") / f"{first}-export", "export", force)
     folder.check()  # before anything is fitted
     job = prepare(sources.runs(folders, cache_folder), pieces, damping_ratio)
-    with folder.opened():
-        written = page.write_all(job, formats, folder)
+    made = page.files(job, formats)
+    with folder.opened(list(made)):
+        written = page.write(made, folder)
     for line in job.about:
         click.echo(line)
     for line in statement.warnings(job.model):

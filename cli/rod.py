@@ -65,13 +65,15 @@ def rod(
       softact rod benchmarks/pneunet8.yaml --to mujoco --to json
     """
     from softact import spec as specs
-    from softact.export.page import write_all
+    from softact.export import page as model_page
     from softact.modules import rod_page, rod_run, twin
     from softact.modules.table_file import FILES, JSON, made_or_read
     from softact.results.own_folder import Output
 
     loaded = specs.load(spec, overrides)
     rod_run.check(loaded)
+    if formats:
+        twin.check(loaded)
     directory = Path(output) if output else Path("results") / f"{loaded.name}-rod"
     folder = Output(directory, "rod", force, [spec, *([table] if table else [])])
     with folder.opened([*FILES, *rod_page.FILES]):
@@ -81,7 +83,8 @@ def rod(
         chain = rod_run.Chain(loaded, law.table)
         found = rod_run.run(chain, increments)
         page = rod_page.write(found, law.table, loaded.name, folder)
-        twins = write_all(twin.prepare(chain, found), formats, folder) if formats else []
+        made = model_page.files(twin.prepare(chain, found), formats) if formats else {}
+        twins = model_page.write(made, folder)
     for line in rod_page.lines(found, law.table):
         click.echo(line)
     click.echo(f"page: {page}")

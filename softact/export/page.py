@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -26,17 +26,19 @@ TITLES = {"bending_y": "bending", "bending_z": "bending across", "twist": "twist
 STRAIGHT = 1.0
 
 
-def write_all(job: Job, formats: Sequence[str], folder: Output) -> list[Path]:
-    """Write a model in formats, and its page, into a folder that is held; their paths. Raises
-    SpecError, before anything is written."""
-    files: dict[str, str | bytes] = {}
+def files(job: Job, formats: Sequence[str]) -> dict[str, str | bytes]:
+    """Name -> content of a model in formats, and of its page. Raises SpecError."""
+    found: dict[str, str | bytes] = {}
     for name in dict.fromkeys(formats):
-        files |= FORMATS[name].files(job)
-    files[PAGE] = html(job)
-    folder.check(list(files))
-    for name, content in files.items():
+        found |= FORMATS[name].files(job)
+    return found | {PAGE: html(job)}
+
+
+def write(made: Mapping[str, str | bytes], folder: Output) -> list[Path]:
+    """Write files into a folder that is held; their paths. Raises SpecError."""
+    for name, content in made.items():
         write_atomic(folder.file(name), content)
-    return [folder.directory / name for name in files]
+    return [folder.directory / name for name in made]
 
 
 def html(job: Job) -> str:

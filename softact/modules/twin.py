@@ -21,26 +21,33 @@ from softact.export.reduced import Body, Origin, Reduced
 from softact.export.rod import COMPONENTS, Rod
 from softact.export.stiffness import OF_MODULE
 from softact.modules.chain import Acting, Chain
+from softact.modules.driven import driven
 from softact.modules.rod_run import RodRun
+from softact.spec import Spec
 
 Array = NDArray[np.float64]
 BESIDE = "states of the rod of modules"
 TOUCHED = 1e-6  # N: an obstacle that pushes more is another load
 
 
+def check(spec: Spec) -> None:
+    """Raise SpecError where several pressures are driven apart."""
+    if len(spec.geometry.in_segments()) > 1:
+        raise SpecError("a reduced model follows one pressure, and here each segment has its own")
+    loads = driven(spec)
+    if len(loads.groups) != 1:
+        raise SpecError(
+            f"a reduced model follows one pressure, and here {len(loads.groups)} are driven apart: "
+            f"{', '.join(loads.names)}"
+        )
+
+
 def prepare(
     chain: Chain, run: RodRun, pieces: int | None = None, damping_ratio: float = DAMPING_RATIO
 ) -> Job:
-    """The model of a chain of modules, beside the states of its rod. Raises SpecError."""
-    table = chain.table
-    if len(chain.cavities) > 1:
-        raise SpecError("a reduced model follows one pressure, and here each segment has its own")
-    if len(table.groups) != 1:
-        raise SpecError(
-            f"a reduced model follows one pressure, and here {len(table.groups)} are driven "
-            f"apart: {', '.join(table.pressure_names)}"
-        )
-    axes = states.frame(chain.layout)
+    """The model of a chain of modules whose spec passes ``check``, beside the states of its rod.
+    Raises SpecError where there are none at rest."""
+    table, axes = chain.table, states.frame(chain.layout)
     found = _states(chain, run, axes)
     if not len(found):
         raise SpecError("the rod has no state at rest under weight and payload alone to export")

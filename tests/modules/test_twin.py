@@ -12,22 +12,7 @@ from softact.files.text import write_atomic
 from softact.modules import rod_run, table_file, twin
 from softact.spec import Spec
 from tests.export.test_formats import settle
-
-SPEC = {
-    "name": "small",
-    "geometry": {
-        "type": "pneunet",
-        "chambers": 5,
-        "chamber_height": "12 mm",
-        "base": "3 mm",
-        "mesh_size": "4 mm",
-    },
-    "materials": {"body": "elastosil-m4601"},
-    "steps": [
-        {"name": "weight", "gravity": [0, 0, -1], "payload": {"force": ["0 N", "0 N", "-0.02 N"]}},
-        {"name": "inflate", "pressure": "12 kPa"},
-    ],
-}
+from tests.modules.test_rod import SPEC
 
 
 @pytest.fixture(scope="module")
@@ -133,9 +118,16 @@ def test_the_page_says_what_it_is_beside(job):
     assert "Of the module, nothing fitted." in text
 
 
-def test_several_pressures_have_no_reduced_model(chain, run):
-    groups = (*chain.table.groups, {"other": 1.0})
-    two = rod_run.Chain(chain.spec, chain.table)
-    two.table = type(chain.table)(**{**vars(chain.table), "groups": groups})
+def test_several_pressures_have_no_reduced_model():
+    """Told before anything is solved."""
+    arm = {"type": "omnidirectional", "modules": 4}
+    given = {"cavity_1": "1 kPa", "cavity_2": "2 kPa"}
+    apart = [{"name": "one", "pressure": given}, {"name": "two", "pressure": {"cavity_1": "3 kPa"}}]
+    spec = Spec.model_validate(SPEC).with_({"geometry": arm, "steps": apart})
     with pytest.raises(SpecError, match="follows one pressure, and here 2 are driven apart"):
-        twin.prepare(two, run)
+        twin.check(spec)
+    rows = {"segment_1_cavity_1": "1 kPa"}
+    steps = [{"name": "up", "pressure": rows}]
+    spec = spec.with_({"geometry": {**arm, "segments": 2}, "steps": steps})
+    with pytest.raises(SpecError, match="each segment has its own"):
+        twin.check(spec)
