@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import scipy.sparse
-from scipy.spatial import cKDTree
 
 from softact.contact.surfaces import Touching
 from softact.loads.load_step import LoadStep
@@ -15,6 +14,7 @@ from softact.system.rotation import RotationVector
 from softact.system.term import State
 from tests.analytic.meshes import block
 from tests.analytic.solving import build, solve
+from tests.modules.test_repeat import in_a_row
 
 RUBBER = LAWS["neo_hookean"].of(c10=0.1, bulk_modulus=10.0)
 PITCH, GAP = 2.0, 0.06
@@ -143,13 +143,7 @@ def test_one_more_module_of_a_chain_has_as_much_contact():
     found = []
     for modules in (3, 4):
         chain = mushrooms(modules, None)
-        x, tree = chain.initial_state().x, cKDTree(chain.nodes.places)
-        rest, moved = model.nodes.places, model.nodes.places + state.x[model.displacement_dofs]
-        for _ in range(modules):
-            gaps, nodes = tree.query(rest)
-            assert gaps.max() < 1e-12
-            x[chain.displacement_dofs[nodes]] = moved - rest
-            rest, moved = rest + model.repeat.pitch, next_module(model.repeat, state.x, moved)
+        x = in_a_row(model, state.x, chain, modules)
         (whole,) = chain.contacts
         there = State(x, chain.initial_state().loads)
         found.append((whole.energy(there), whole.area(there), len(whole.facets)))
@@ -157,11 +151,6 @@ def test_one_more_module_of_a_chain_has_as_much_contact():
     assert term.energy(state) == pytest.approx(wanted[0], rel=1e-10)
     assert term.area(state) == pytest.approx(wanted[1], rel=1e-10)
     assert term.energy(state) > 1e-6
-
-
-def next_module(repeat, x, places):
-    turn, shift = repeat.motion(x)
-    return repeat.centre + (places - repeat.centre) @ RotationVector(turn).matrix.T + shift
 
 
 def bent_shut(begins):

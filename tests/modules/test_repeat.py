@@ -115,13 +115,7 @@ def test_a_plate_bends_across_the_border_of_modules(half, cells):
     energies = []
     for modules in (2, 3):
         chain = channel("P2", half, None, [PLATE], modules, cells)
-        x, tree = chain.initial_state().x, cKDTree(chain.nodes.places)
-        rest, moved = model.nodes.places, model.nodes.places + state.x[model.displacement_dofs]
-        for _ in range(modules):
-            gaps, nodes = tree.query(rest)
-            assert gaps.max() < 1e-12
-            x[chain.displacement_dofs[nodes]] = moved - rest
-            rest, moved = rest + model.repeat.pitch, next_module(model.repeat, state.x, moved)
+        x = in_a_row(model, state.x, chain, modules)
         energies.append(bending_energy(chain, x))
     wanted = energies[1] - energies[0]
     assert bending_energy(model, state.x) == pytest.approx(wanted, rel=1e-10)
@@ -131,6 +125,18 @@ def test_a_plate_bends_across_the_border_of_modules(half, cells):
 def next_module(repeat, x, places):
     turn, shift = repeat.motion(x)
     return repeat.centre + (places - repeat.centre) @ RotationVector(turn).matrix.T + shift
+
+
+def in_a_row(model, x, chain, modules):
+    """Unknowns (local,) of a chain of so many modules, each as one with the unknowns x."""
+    found, tree = chain.initial_state().x, cKDTree(chain.nodes.places)
+    rest, moved = model.nodes.places, model.nodes.places + x[model.displacement_dofs]
+    for _ in range(modules):
+        gaps, nodes = tree.query(rest)
+        assert gaps.max() < 1e-12
+        found[chain.displacement_dofs[nodes]] = moved - rest
+        rest, moved = rest + model.repeat.pitch, next_module(model.repeat, x, moved)
+    return found
 
 
 def test_the_air_of_a_module_is_that_between_its_openings():
