@@ -19,8 +19,8 @@ from softact.geometry.chains import Chain
 from softact.measures.snapshot import Snapshot
 from softact.model import Model
 from softact.modules.driven import Driven
+from softact.modules.presser import Presser
 from softact.modules.screws import logarithm
-from softact.modules.walker import Presser
 from softact.run.from_spec import build_model, supports_of
 from softact.spec import Spec
 from softact.spec.one_module import first_segment
