@@ -257,13 +257,13 @@ class Model:
 
     @property
     def smooth(self) -> bool:
-        """Whether no force has a kink anywhere."""
-        return not len(self.contacts) and all(body.smooth for body in self.bodies)
+        """Whether no force has a kink anywhere, but where bodies touch."""
+        return all(body.smooth for body in self.bodies)
 
     @property
-    def solids_touch(self) -> bool:
-        """Whether solids may come into contact, and no sheet is there that swings."""
-        return len(self.contacts) > 0 and bool(self.solids) and self.mesh.sheets is None
+    def is_solid(self) -> bool:
+        """Whether it is of solids, and no sheet is there that swings."""
+        return bool(self.solids) and self.mesh.sheets is None
 
     @property
     def elastic(self) -> list[Term]:

@@ -18,6 +18,12 @@ typedef struct {
     double centre[3], radius, c[6][3], along[2][3], rate[2], normal[3], over, lean;
 } facet_t;
 
+/* Products of the normals of a facet and of a point's own below which the point faces it, from behind
+   and from before. */
+static const double BEHIND = -0.5, BEFORE = -0.1;
+
+double facing(int behind) { return behind ? BEHIND : BEFORE; }
+
 int32_t facet_size(void) { return sizeof(facet_t) / sizeof(double); }
 
 static double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
@@ -136,6 +142,25 @@ static double lean(double c[6][3], const double *e0, const double *e1, double le
     return turned < 0.5 ? 1.1 * turned : INFINITY;
 }
 
+/* Of facets with nodes (facets, count, 3): the unit normals (facets, 3) of the flat triangles of their
+   corners, and how far (facets,) theirs may be from these, a tenth beyond their edges, too. */
+void directions(int64_t facets, int32_t count, const double *nodes, double *normal, double *leaning)
+{
+    for (int64_t f = 0; f < facets; ++f, nodes += 3 * count, normal += 3) {
+        double c[6][3], e0[3], e1[3];
+        polynomial(count, nodes, c);
+        for (int a = 0; a < 3; ++a)
+            e0[a] = nodes[3 + a] - nodes[a], e1[a] = nodes[6 + a] - nodes[a];
+        normal[0] = e0[1] * e1[2] - e0[2] * e1[1];
+        normal[1] = e0[2] * e1[0] - e0[0] * e1[2];
+        normal[2] = e0[0] * e1[1] - e0[1] * e1[0];
+        const double length = length_of(normal);
+        for (int a = 0; a < 3; ++a)
+            normal[a] /= length;
+        leaning[f] = lean(c, e0, e1, length);
+    }
+}
+
 /* The facets of these nodes (facets, count, 3), for `closest`. */
 void prepare(int64_t facets, int32_t count, const double *nodes, facet_t *out)
 {
@@ -201,7 +226,7 @@ static int faces(const facet_t *on, int curved, const double *x, const double *o
         return 0;
     /* Not the far side of the same wall, nor the next face around an edge: bent, that one may lean
        over by some degrees, and all points near the edge are inside of it. */
-    return dot(n, own) < (*gap < 0 ? -0.5 : -0.1);
+    return dot(n, own) < (*gap < 0 ? BEHIND : BEFORE);
 }
 
 /* The facets in sight of points (count, 3) of one with the normal `own`; returns how many. */
@@ -222,7 +247,7 @@ static int64_t sought(const facet_t *on, int curved, int32_t count, const double
     const double radius = (1 + 1e-9) * sqrt(square);
     int64_t number = 0;
     for (int64_t k = 0; k < candidates; ++k)
-        if (dot(on[candidate[k]].normal, own) <= on[candidate[k]].lean - 0.1
+        if (dot(on[candidate[k]].normal, own) <= on[candidate[k]].lean + BEFORE
             && near_facet(on + candidate[k], curved, middle, radius, reach, depth, slack, st))
             found[number++] = candidate[k];
     return number;

@@ -47,7 +47,11 @@ class Contact(Term, Protocol):
         may without a second look."""
 
     def met_unseen(self, state: State) -> bool:
-        """Whether a point went into something that was no candidate; asked where they may have."""
+        """Whether a point went into something that was no candidate."""
+
+    def overlap(self, state: State) -> tuple[float, float]:
+        """Smallest gap in mm and its ratio to the element size where bodies overlap; where they do
+        not, neither is below zero, and they may be larger than the smallest ones."""
 
     def smallest_gap(self, state: State) -> tuple[float, float]:
         """Smallest gap in mm and its ratio to the element size, below zero where bodies overlap."""

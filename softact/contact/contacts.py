@@ -55,7 +55,7 @@ class Contacts:
         """Raise the stiffness where bodies overlap too far; whether it was raised anywhere."""
         raised = False
         for contact in self._all:
-            overlap = -self.smallest_gap(contact, state)[1]
+            overlap = self._overlap(contact, state)
             factor = stiffness_factor(state, contact.name)
             if overlap > ENOUGH * LIMIT and factor < STIFFEST:
                 state.memory = state.memory | {stiffness_key(contact.name): STIFFER * factor}
@@ -76,7 +76,11 @@ class Contacts:
 
     def touch(self, state: State) -> bool:
         """Whether anything is in touch."""
-        return any(self.smallest_gap(contact, state)[0] < 0.0 for contact in self._all)
+        return any(self._overlap(contact, state) > 0.0 for contact in self._all)
+
+    def _overlap(self, contact: Contact, state: State) -> float:
+        """How far bodies overlap, relative to the element size; zero or less: they do not."""
+        return -self._comm.allreduce(contact.overlap(state)[1], op=MPI.MIN)
 
     def area(self, contact: Contact, state: State) -> float:
         """Undeformed area (mm²) of the meshed part that is in touch."""
@@ -98,7 +102,7 @@ class Contacts:
 
     def met_unseen(self, state: State) -> str | None:
         """What met something that was out of its sight, as a reason to give the state up."""
-        return self._first(UNSEEN, [c.strayed(state) > 1.0 and c.met_unseen(state) for c in self])
+        return self._first(UNSEEN, [c.met_unseen(state) for c in self])
 
     def passed(self, before: State, after: State) -> str | None:
         """What was passed through between two states, as a reason to give the second one up."""
@@ -107,7 +111,7 @@ class Contacts:
     def overlap_fault(self, state: State) -> str | None:
         """Which contact overlaps beyond the limit, as such a reason."""
         for contact in self._all:
-            overlap = -self.smallest_gap(contact, state)[1]
+            overlap = self._overlap(contact, state)
             if overlap > LIMIT:
                 return OVERLAP.format(contact.name, overlap, LIMIT)
         return None

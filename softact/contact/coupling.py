@@ -31,10 +31,15 @@ class Coupling(ABC):
         self._blocks = np.empty((0, 3, 3))  # of each key
         self._slots = assembler.couple_loosely()
 
+    def lacks(self, needed: Sequence[np.ndarray]) -> bool:
+        """Whether there is no room for ``needed``: arrays (m, 2 or 3) of facets all of whose nodes
+        are coupled now."""
+        return not np.isin(self._pairs(needed), self._groups).all()
+
     def make_room(self, needed: Sequence[np.ndarray], near: Sequence[np.ndarray]) -> None:
-        """needed: arrays (m, 2 or 3) of facets all of whose nodes are coupled now; near: such as
-        may be soon, for which there is room after the next layout."""
-        if np.isin(self._pairs(needed), self._groups).all():
+        """Have room for what is needed, where it is lacking; near: such as may be needed soon, for
+        which there is room after the next layout."""
+        if not self.lacks(needed):
             return
         total = len(self._nodes)
         # What was there may come back, and a layout costs as much as two factorisations; but a

@@ -46,7 +46,7 @@ class Crossing:
 
         before, after: nodes (k, n, 3) of the facets, which go straight from one to the other: a
         body that turns is then sheared and stretched, but as a whole. values: (q, n) shape
-        functions of the points. start, candidate: see ``closest.candidates``. size: (k,) mm.
+        functions of the points. start, candidate: see ``Looking``. size: (k,) mm.
         touching: whether they were known to each other, so that one may be as deep in the other as
         contact allows; else a point has passed as soon as it is behind. A quadratic facet counts
         as four flat triangles.

@@ -252,6 +252,10 @@ class RigidContact:
         """See ``strayed``."""
         return False
 
+    def overlap(self, state: State) -> tuple[float, float]:
+        """See ``Contact``."""
+        return self.smallest_gap(state)
+
     def smallest_gap(self, state: State) -> tuple[float, float]:
         """Smallest gap, and its smallest ratio to the element size (both below zero: overlap)."""
         if self.presence(state) != 1.0 or not len(self.facets):

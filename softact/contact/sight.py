@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
 MEMBERS = 32  # facets of a group at most
-LITTLE = 0.25  # what is less is not told apart
+LITTLE = 0.25  # ratios that nobody asks about are below it
 
 
 def spheres(nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -38,52 +38,66 @@ class _Facets(ctypes.Structure):
 
 
 class Sight:
-    """The compiled look at how far facets have moved; see ``_sight.c``."""
+    """The compiled look at how far facets have moved since they looked about; see ``_sight.c``.
 
-    def __init__(self, comm: MPI.Comm):
+    reach: (k,) how far they look, mm; side: (k,) see ``Pairs``.
+    """
+
+    def __init__(self, comm: MPI.Comm, reach: np.ndarray, side: np.ndarray):
         library = jit.load_library(comm, Path(__file__).with_name("_sight.c"))
         self._strayed, self._met = library.strayed, library.met
         self._strayed.restype, self._met.restype = ctypes.c_double, ctypes.c_int64
+        self._kind = reach, side
 
-    def __call__(
-        self, before: np.ndarray, now: np.ndarray, reach: np.ndarray, side: np.ndarray
-    ) -> float:
+    def look(self, before: np.ndarray) -> None:
+        """Take places (k, n, 3) of the nodes as those from which facets have looked about."""
+        self._before = before
+        self._spheres = spheres(before)
+        self._groups = _groups(self._spheres[0])
+
+    def strayed(self, now: np.ndarray, least: float = LITTLE) -> float:
         """How much nearer facets have come to others that were out of reach, relative to how far
-        they were from them, LITTLE at least; above 1 a pair may have met that was out of reach at
-        the search.
+        they were from them, ``least`` at least; above 1 a pair may have met that was out of reach
+        then.
 
-        before, now: (k, n, 3) nodes at the search and after it, between which they go straight;
-        reach: (k,) how far was looked; side: (k,) see ``closest.candidates``. A body that moves or
-        turns as a whole goes as far as it likes.
+        now: (k, n, 3) places of the nodes, to which they went straight. A body that moves or turns
+        as a whole goes as far as it likes.
         """
-        if not len(before):
-            return LITTLE
-        moved = _Moved(before, now, reach, side)
-        return self._strayed(*moved.arguments, ctypes.c_double(LITTLE))
+        if not len(now):
+            return least
+        moved = self._moved(now)  # its arrays are needed until the call has ended
+        return self._strayed(*moved.arguments, ctypes.c_double(least))
 
-    def met(
-        self, before: np.ndarray, now: np.ndarray, reach: np.ndarray, side: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def met(self, now: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Pairs i, j (m,) of facets that may have met and were out of reach, both ways and in the
-        order of i; see ``__call__``."""
-        if not len(before):
+        order of i; see ``strayed``."""
+        if not len(now):
             return np.empty(0, np.int64), np.empty(0, np.int64)
-        moved = _Moved(before, now, reach, side)
+        moved = self._moved(now)
         found = rows(partial(self._met, *moved.arguments), 2)
         pairs = np.unique(np.concatenate([found, found[:, ::-1]]), axis=0)
         return pairs[:, 0].astype(np.int64), pairs[:, 1].astype(np.int64)
+
+    def _moved(self, now: np.ndarray) -> _Moved:
+        return _Moved(self._spheres, self._groups, now - self._before, *self._kind)
 
 
 class _Moved:
     """Facets at two times, as ``_sight.c`` takes them. They are compared in groups first, whose
     distance and motion bound those of their members."""
 
-    def __init__(self, before: np.ndarray, now: np.ndarray, reach: np.ndarray, side: np.ndarray):
-        centre, still = spheres(before)
-        moved = now - before
+    def __init__(
+        self,
+        balls: tuple[np.ndarray, np.ndarray],
+        groups: np.ndarray,
+        moved: np.ndarray,
+        reach: np.ndarray,
+        side: np.ndarray,
+    ):
+        """balls: ``spheres`` at the first time. moved: (k, n, 3) by how much nodes have."""
+        centre, still = balls
         mean = moved[:, :3].mean(axis=1)
         radius = still + np.linalg.norm(moved - mean[:, None], axis=2).max(axis=1)
-        groups = _groups(centre)
         self._pairs = _pairs(*_bounds(groups, centre, mean, radius))
         of_facets: list[np.ndarray] = [groups, centre, mean, radius, still, reach, side]
         kinds = np.int64, float, float, float, float, float, np.int64

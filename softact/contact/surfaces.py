@@ -17,13 +17,15 @@ import numpy as np
 from softact.contact.backs import Backs
 from softact.contact.chain_coupling import ChainCoupling
 from softact.contact.chain_facets import ChainFacets
-from softact.contact.closest import Closest, candidates, derivatives, neighbours
+from softact.contact.closest import derivatives
 from softact.contact.coupling import Coupling, NodeCoupling
 from softact.contact.crossing import Crossing
+from softact.contact.faced import Faced, Seen
 from softact.contact.gap_hessian import gap_hessian
 from softact.contact.memory import stiffness_factor
+from softact.contact.pairs import Looking, Pairs
 from softact.contact.pressure import pressure
-from softact.contact.sight import Sight
+from softact.contact.sight import LITTLE
 from softact.contact.slip import InTouch, SurfaceFriction, Where
 from softact.contact.whole_facets import WholeFacets
 from softact.system.term import Origin, State
@@ -34,14 +36,9 @@ if TYPE_CHECKING:
     from softact.contact.rigid import Obstacle
     from softact.model import Model
 
-Partners = tuple[np.ndarray, np.ndarray, np.ndarray]
-
 # How far away a partner is looked for, and from which gap on room in the matrix is
 # kept for it; of the element size.
 REACH, ROOM = 1.0, 0.5
-# How deep inside a partner is looked for, of the element size: what is deeper may be on the other
-# side of a sheet or of a thin wall.
-DEPTH = 0.25
 # What a step of Newton's method may press in on its way, of the element size.
 DEEPEST = 0.05
 # ... and by how much what overlaps may overlap more.
@@ -62,14 +59,6 @@ class Touching:
     distance: float = 0.0
 
 
-@dataclass(frozen=True)
-class _Seen:
-    """What was found for facets at the places ``nodes`` (k, n, 3) mm."""
-
-    nodes: np.ndarray
-    partners: Partners
-
-
 def _pressed(
     touch: InTouch, across: np.ndarray, normal: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -78,11 +67,6 @@ def _pressed(
     push = touch.area * touch.pressure
     forces = -push[:, None, None] * across[:, :, None] * normal[:, None]
     return np.column_stack([touch.facet, touch.partner]), forces
-
-
-def _nothing(gap: np.ndarray) -> Partners:
-    """What points face where they face nothing; gap: (k, 12) of as many."""
-    return np.full(gap.shape, -1, np.int32), np.zeros((*gap.shape, 2)), np.full(gap.shape, np.inf)
 
 
 class SurfaceContact:
@@ -98,25 +82,20 @@ class SurfaceContact:
         self.symmetric = touching.friction == 0
         surfaces = tuple(dict.fromkeys(name for group in touching.groups for name in group))
         self.facets = self._of_chain(WholeFacets(model, surfaces), model)
-        self._side: np.ndarray = np.full(len(self.facets), -1)
+        side = np.full(len(self.facets), -1)
         if len(touching.groups) == 2:
             second = WholeFacets(model, touching.groups[1])
-            self._side = self.facets.all_among(second).astype(int)
-        self._closest, self._crossed = Closest(model.comm), Crossing(model.comm)
-        self._sight = Sight(model.comm)
+            side = self.facets.all_among(second).astype(int)
         self.coupling = self._coupling(model)
         self.friction: SurfaceFriction | None = None
         if touching.friction:
             self.friction = SurfaceFriction(
                 self.name, touching.friction, self.facets, self.coupling
             )
-        self._backs, self._adjoining = Backs(model, self.facets), neighbours(self.facets.nodes)
-        self._reach = self._reaches(self.facets)
-        self._depth = DEPTH * self.facets.size - touching.distance
+        self._crossed, self._backs = Crossing(model.comm), Backs(model, self.facets)
+        self._faced = self._faced_by(side, model)
+        self._faced.look_about(np.zeros(model.unknowns.local))
         self._beside = False  # another contact, which looks about for this one
-        self._blind = False  # nothing faces anything there
-        self._search(np.zeros(model.unknowns.local))
-        self._last: _Seen | None = None
 
     def _reaches(self, facets: Facets) -> np.ndarray:
         """How far facets look for what they face (k,), mm."""
@@ -139,34 +118,24 @@ class SurfaceContact:
         solid only its own points look, for the solid's would lose it at once at its edge."""
         return ~self.facets.of_sheet[i] & self.facets.covering[j]
 
-    def _search(self, x: np.ndarray) -> None:
-        """Which facets those of this process's share may come to touch before the next
-        equilibrium."""
-        nodes = self.facets.node_places(x)
-        start, candidate = candidates(
-            nodes, self._adjoining, self._side, self._reach, self._backs, self._overlooks
-        )
-        counts, mine = np.diff(start), self.facets.mine
-        start = np.concatenate([[0], np.cumsum(counts * mine)])
-        self._candidates = start, candidate[np.repeat(mine, counts)]
-        self._looked_from = nodes
+    def _faced_by(self, side: np.ndarray, model: Model) -> Faced:
+        """What faces what. side: (k,) see ``Pairs``."""
+        reach = self._reaches(self.facets)
+        known = self.facets.nodes, side, reach, self._backs, self._overlooks
+        distance = self.touching.distance
+        return Faced(model.comm, self.facets, Pairs(model.comm, *known), reach, distance)
 
     def stand_beside(self, other: Contact, state: State) -> None:
         """See ``Contact``: points that touch and the one with the smallest gap look at what they
         face there; the others face nothing."""
         assert isinstance(other, SurfaceContact)
-        seen = other._see(state.x)
-        partner, _, gap = seen.partners
-        wanted = gap < 0.0
-        for size in (gap, gap / self.facets.size[:, None]):
+        seen = other._faced.in_reach(state.x)
+        wanted = seen.gap < 0.0
+        for size in (seen.gap, seen.gap / self.facets.size[:, None]):
             wanted |= (size == size.min(initial=np.inf)) & np.isfinite(size)
-        facet, point = np.nonzero(wanted & self.facets.mine[:, None])
-        i, j = np.unique(np.column_stack([facet, partner[facet, point]]), axis=0).T
-        start = np.searchsorted(i, np.arange(len(self.facets) + 1))
-        self._candidates = start.astype(np.int64), j.astype(np.int32)
+        facet, point = np.nonzero(wanted)
+        self._faced.look_only_at(facet, point, seen)
         self._beside = True
-        self._last = seen if self.facets.any_of(len(j) > 0) else _Seen(seen.nodes, _nothing(gap))
-        self._blind = self._last is not seen
 
     def stands(self, state: State) -> bool:
         """See ``Contact``."""
@@ -180,48 +149,16 @@ class SurfaceContact:
         """See ``Contact``."""
         return False
 
-    def gaps(self, x: np.ndarray) -> Partners:
-        """Partner, place on it and gap (k, 12) of each quadrature point; see ``Closest``."""
-        return self._see(x).partners
-
-    def _see(self, x: np.ndarray) -> _Seen:
-        """Where the facets are and what their points face. Whether that is known already is the
-        same on all processes, as the places are."""
-        if self._blind and self._last is not None:
-            return self._last
-        nodes = self.facets.node_places(x)
-        if self._last is None or not np.array_equal(self._last.nodes, nodes):
-            before = None if self._last is None else self._last.partners[0]
-            self._last = _Seen(nodes, self._faced(nodes, before))
-        return self._last
-
-    def _faced(self, nodes: np.ndarray, before: np.ndarray | None) -> Partners:
-        """What the points of facets at the places ``nodes`` (k, n, 3) face."""
-        share, (start, candidate) = self.facets.share, self._candidates
-        some = np.flatnonzero(np.diff(start)[share])  # the others face nothing
-        on = share[some]
-        own = nodes[on]
-        partner = np.full((len(share), len(self.facets.values)), -1, np.int32)
-        found = np.full((*partner.shape, 3), np.inf)
-        partner[some], place, gap = self._closest(
-            np.einsum("qn,knc->kqc", self.facets.values, own),
-            own,
-            nodes,
-            np.append(start[on], start[-1]),
-            candidate,
-            self._reach[on],
-            self._depth[on],
-            None if before is None else before[on],
-        )
-        found[some, :, :2], found[some, :, 2] = place, gap - self.touching.distance
-        partner, found = self.facets.from_shares(partner), self.facets.from_shares(found)
-        return partner, found[..., :2], found[..., 2]
+    def gaps(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Partner, place on it and gap (k, 12) of each quadrature point; see ``Seen``."""
+        seen = self._faced.in_reach(x)
+        return seen.partner, seen.place, seen.gap
 
     def _touch(self, state: State) -> InTouch:
         """The points in touch, of all processes."""
-        partner, place, gap = self.gaps(state.x)
-        facet, point = np.nonzero(gap < 0)
-        partner, place, gap = (values[facet, point] for values in (partner, place, gap))
+        seen = self._faced.touching(state.x)
+        facet, point = np.nonzero(seen.gap < 0)
+        partner, place, gap = (v[facet, point] for v in (seen.partner, seen.place, seen.gap))
         stiffness = self.facets.stiffness[facet] * stiffness_factor(state, self.name)
         found = pressure(gap, stiffness, self.facets.onset[facet])
         area = self.facets.counting_areas(facet, point, partner)
@@ -251,9 +188,10 @@ class SurfaceContact:
         return across, tangents, normal, first, bend
 
     def add_force(self, state: State, out: np.ndarray) -> None:
-        if self._blind:
+        seen = self._faced.touching(state.x)
+        if not (seen.gap < 0).any():
             return
-        seen, touch = self._see(state.x), self._my_touch(state)
+        touch = self._my_touch(state)
         across, _, normal, _, _ = self._geometry(seen.nodes, touch.where)
         pairs, forces = _pressed(touch, across, normal)
         if self.friction is not None:
@@ -268,7 +206,7 @@ class SurfaceContact:
     def add_tangent(self, state: State, origin: Origin | None) -> None:
         self._make_room(state)
         self.coupling.begin()
-        seen, touch = self._see(state.x), self._my_touch(state)
+        seen, touch = self._faced.touching(state.x), self._my_touch(state)
         if not len(touch.facet):
             return
         across, tangents, normal, first, bend = self._geometry(seen.nodes, touch.where)
@@ -282,18 +220,20 @@ class SurfaceContact:
 
     def _make_room(self, state: State) -> None:
         """Keep room in the matrix for what touches or nearly does."""
-        partner, _, gap = self.gaps(state.x)
-        near = (gap < ROOM * self.facets.size[:, None]) & self.facets.mine[:, None]
-        self.coupling.make_room(
-            self._coupled(state, partner, near & (gap < 0)), self._coupled(state, partner, near)
-        )
+        needed = self._coupled(state, self._faced.touching(state.x), np.zeros(len(self.facets)))
+        if not self.facets.any_of(self.coupling.lacks(needed)):
+            return
+        every = self._faced.in_reach(state.x)
+        self.coupling.make_room(needed, self._coupled(state, every, ROOM * self.facets.size))
 
-    def _coupled(self, state: State, partner: np.ndarray, on: np.ndarray) -> list[np.ndarray]:
-        """Facets that points couple, see ``Coupling.make_room``; on: (k, 12) which points."""
-        facet, point = np.nonzero(on)
-        pairs = [np.column_stack([facet, partner[facet, point]])]
+    def _coupled(self, state: State, seen: Seen, below: np.ndarray) -> list[np.ndarray]:
+        """Facets that points of this process's share couple with a gap below ``below`` (k,) mm,
+        see ``Coupling.make_room``."""
+        facet, point = np.nonzero((seen.gap < below[:, None]) & self.facets.mine[:, None])
+        partner = seen.partner[facet, point]
+        pairs = [np.column_stack([facet, partner])]
         if self.friction is not None:
-            pairs += self.friction.pairs(state, facet, point, partner[facet, point])
+            pairs += self.friction.pairs(state, facet, point, partner)
         return pairs
 
     def pressures(self, state: State) -> np.ndarray:
@@ -321,13 +261,13 @@ class SurfaceContact:
             self.resume(state)
         if self.friction is None:
             return {}
-        seen = self._see(state.x)
-        partner, place, _ = seen.partners
-        facet, point = np.nonzero(partner >= 0)
-        where = facet, point, partner[facet, point], place[facet, point]
+        seen = self._faced.in_reach(state.x)
+        facet, point = np.nonzero(seen.partner >= 0)
+        where = facet, point, seen.partner[facet, point], seen.place[facet, point]
         across, _, normal, _, _ = self._geometry(seen.nodes, where)
         faced = facet, point, across, normal
-        return self.friction.remember(state, seen.nodes, self._touch(state), partner, place, faced)
+        touch = self._touch(state)
+        return self.friction.remember(state, seen.nodes, touch, seen.partner, seen.place, faced)
 
     def pressed(self, state: State) -> tuple[np.ndarray, np.ndarray]:
         """Normal (m,) and tangential (m, 3) forces at the quadrature points in touch, N, of all
@@ -336,13 +276,12 @@ class SurfaceContact:
         if self.friction is None:
             raise ValueError(f"contact.{self.name}: there is no friction")
         touch = self._touch(state)
-        found = self.friction.at(state, self._see(state.x).nodes, touch)
+        found = self.friction.at(state, self._faced.touching(state.x).nodes, touch)
         return found.weight * touch.pressure[found.on], found.weight[:, None] * found.traction
 
     def resume(self, state: State) -> None:
         """See ``Contacts.resume``: looks for what may touch next."""
-        self._search(state.x)
-        self._last = None
+        self._faced.look_about(state.x)
 
     # --- limits -----------------------------------------------------------------------------
 
@@ -353,45 +292,60 @@ class SurfaceContact:
     def admissible(self, state: State, x: np.ndarray, to: np.ndarray) -> bool:
         """Whether Newton may go from ``x`` to ``to``: no point of this process's share so deep that
         it is lost."""
-        partner, place, now = self.gaps(x)
-        facet, point = np.nonzero((partner >= 0) & self.facets.mine[:, None])
-        other = partner[facet, point], place[facet, point]
         moved = self.facets.node_places(to)
+        seen = self._faced.before_touching(x, moved)
+        facet, point = np.nonzero((seen.partner >= 0) & self.facets.mine[:, None])
+        other = seen.partner[facet, point], seen.place[facet, point]
         values, first, _ = derivatives(other[1], moved.shape[1])
         mine = np.einsum("mn,mnc->mc", self.facets.values[point], moved[facet])
         theirs = np.einsum("mn,mnc->mc", values, moved[other[0]])
         a, b = np.moveaxis(np.einsum("man,mnc->mac", first, moved[other[0]]), 1, 0)
         normal = np.cross(a, b)
         then = np.einsum("mc,mc->m", mine - theirs, normal) / np.linalg.norm(normal, axis=1)
-        lowest = np.minimum(DEEPER * now[facet, point], -DEEPEST * self.facets.size[facet])
+        lowest = np.minimum(DEEPER * seen.gap[facet, point], -DEEPEST * self.facets.size[facet])
         return bool((then - self.touching.distance >= lowest).all())
 
     def passed(self, before: State, after: State) -> bool:
         """Whether a point of this process's share went through a surface on its way between two
         equilibria, of which the first one is that of the last search."""
         places, moved = (self.facets.node_places(s.x) for s in (before, after))
-        start, candidate = self._candidates
-        return self._crossed(places, moved, self.facets.values, start, candidate, self.facets.size)
+        return self._went_through(places, moved, self._faced.ahead(moved))
 
-    def strayed(self, state: State) -> float:
+    def strayed(self, state: State, least: float = LITTLE) -> float:
         """How much nearer facets have come to others since they looked for what they may touch,
-        relative to how much they may without passing it unseen."""
-        now = self.facets.node_places(state.x)
-        return self._sight(self._looked_from, now, self._reach, self._side)
+        relative to how much they may without passing it unseen; at least ``least``."""
+        return self._faced.strayed(self.facets.node_places(state.x), least)
 
     def met_unseen(self, state: State) -> bool:
         """Whether, since then, a point of any process went into a surface that was out of reach."""
         now = self.facets.node_places(state.x)
-        i, j = self._sight.met(self._looked_from, now, self._reach, self._side)
+        if self._faced.strayed(now, 1.0) <= 1.0:
+            return False
+        i, j = self._faced.unseen(now)
         seen = ~self._overlooks(i, j) & ~self._backs(i, j)
         start = np.searchsorted(i[seen], np.arange(len(now) + 1))
-        return self._crossed(
-            self._looked_from, now, self.facets.values, start, j[seen], self.facets.size,
-            touching=False,
-        )  # fmt: skip
+        looking = Looking(start, j[seen])
+        return self._went_through(self._faced.from_where, now, looking, touching=False)
+
+    def _went_through(
+        self, before: np.ndarray, after: np.ndarray, looking: Looking, touching: bool = True
+    ) -> bool:
+        """See ``Crossing``."""
+        if not len(looking.candidate):
+            return False
+        numbers, looking = looking.involved()
+        known = before[numbers], after[numbers], self.facets.values, *looking
+        return self._crossed(*known, self.facets.size[numbers], touching)
+
+    def overlap(self, state: State) -> tuple[float, float]:
+        """See ``Contact``."""
+        return _smallest(self._faced.touching(state.x).gap, self.facets.size)
 
     def smallest_gap(self, state: State) -> tuple[float, float]:
         """Smallest gap, and its smallest ratio to the element size (both below zero: overlap)."""
-        _, _, gap = self.gaps(state.x)
-        ratio = gap / self.facets.size[:, None]
-        return float(gap.min(initial=np.inf)), float(ratio.min(initial=np.inf))
+        return _smallest(self._faced.in_reach(state.x).gap, self.facets.size)
+
+
+def _smallest(gap: np.ndarray, size: np.ndarray) -> tuple[float, float]:
+    """Smallest of the gaps (k, 12), and its smallest ratio to the sizes (k,)."""
+    return float(gap.min(initial=np.inf)), float((gap / size[:, None]).min(initial=np.inf))

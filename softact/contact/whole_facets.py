@@ -21,6 +21,7 @@ from softact.contact.facets import ContactFacets, Facets, sums_at
 if TYPE_CHECKING:
     from softact.model import Model
 
+RECENT = 3  # places of nodes that are kept, since each is asked for several times
 _NONE = -1  # in the place of a corner's number, of sheets
 
 
@@ -65,6 +66,7 @@ class WholeFacets(Facets):
         self.mine = np.arange(len(self)) % self._comm.size == self._comm.rank
         self.share = np.flatnonzero(self.mine)
         self._find_own_nodes(model)
+        self._recent: list[tuple[np.ndarray, np.ndarray]] = []
 
     def _gather(self, rows: np.ndarray) -> np.ndarray:
         return gathered(self._comm, rows)
@@ -86,8 +88,15 @@ class WholeFacets(Facets):
         return found
 
     def node_places(self, x: np.ndarray) -> np.ndarray:
-        """Deformed places (k, n, 3) of the nodes, mm. x: (local,) unknowns. Collective."""
-        return self.points + self._at_nodes(x[self._dofs])[self.nodes]
+        """Deformed places (k, n, 3) of the nodes, mm, not to be written to. x: (local,) unknowns.
+        Collective."""
+        moved = self._at_nodes(x[self._dofs])
+        for known, places in self._recent:
+            if np.array_equal(known, moved):
+                return places
+        places = self.points + moved[self.nodes]
+        self._recent = [(moved, places), *self._recent[: RECENT - 1]]
+        return places
 
     def free(self, fixed: np.ndarray) -> np.ndarray:
         """Whether the unknowns (count, 3) of the nodes are free. fixed: (local,) which are not.

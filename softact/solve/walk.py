@@ -39,8 +39,8 @@ PATIENCE, LEAST_GAIN = 25, 0.01
 # A limit of the load is expected where displacements grow this much faster than at first; part of
 # the way to it that the next increment may go.
 RUNS_AHEAD, TOWARDS_LIMIT = 1.3, 0.5
-# Newton iterations that contact takes more, at any increment, to find out what touches, and
-# friction to find out what sticks and slips.
+# Newton iterations more that an increment may take where solids touch, to find out what touches,
+# and with friction what sticks and slips.
 FOR_CONTACT, FOR_FRICTION = 2, 3
 TOO_LONG = "the increment is too long for the accuracy in time"
 # A limit point is named where it is so near, as a part of the step, and displacements grow so much
@@ -171,7 +171,7 @@ class Walk:
         """
         contacts, start = self.model.contacts, path[-1]
         self.control = "search" if line_search else drive.control
-        shy = self.model.solids_touch and drive is self.drive and not (line_search or self.is_small)
+        shy = self.model.is_solid and drive is self.drive and not (line_search or self.is_small)
         options = replace(self.newton.options, at_most=at_most, line_search=line_search, shy=shy)
         drive.set(self.state, s, start.q)
         self.state.x = start.x.copy()
@@ -193,16 +193,21 @@ class Walk:
     def _guesses(self, drive: Drive, path: Sequence[Point], s: float) -> list[Point]:
         """First guesses, the best first; the last point is always among them."""
         order = {"none": 0, "linear": 1, "quadratic": 2}[self.settings.predictor]
-        touching = len(self.model.contacts) > 0
-        orders = sorted({order, 1} if touching else {order}, reverse=True)
+        orders = sorted({order, 1} if len(self.model.contacts) else {order}, reverse=True)
         guesses = [extrapolate(path[-(k + 1) :], s) for k in orders if k and len(path) > 1]
-        if touching:
+        if not any(self._touches(point) for point in (*guesses, path[-1])):
+            guesses = guesses[:1]
+        else:
             # Where bodies begin to touch the path has a kink, and a polynomial through it presses
             # them into each other: what is far out of balance is left out.
             errors = [self.newton.imbalance(self._loaded(drive, s, g.x)) for g in guesses]
             best = min(range(len(errors)), key=errors.__getitem__, default=None)
             guesses = [] if best is None or errors[best] > 1.0 else [guesses[best]]
         return [*guesses, path[-1]]
+
+    def _touches(self, point: Point) -> bool:
+        """Whether bodies touch where the model has a point's displacements."""
+        return self.model.contacts.touch(replace(self.state, x=point.x))
 
     def _equilibrium(
         self,
@@ -275,9 +280,10 @@ class Walk:
         """How long the next increment may be after one that ended so."""
         if self.alpha is not None:  # the error in time says it
             return min(self.largest, INCREMENTS.growth * self.size)
-        own = FOR_CONTACT if self.model.solids_touch else 0
-        if not self.model.contacts.symmetric:
-            own = FOR_FRICTION
+        own, contacts = 0, self.model.contacts
+        if contacts.touch(self.state):
+            own = FOR_CONTACT if self.model.is_solid else 0
+            own = own if contacts.symmetric else FOR_FRICTION
         return next_size(self.size, outcome.iterations - own, self.largest)
 
     def _next(self, target: float, starts: bool) -> NewtonOutcome:

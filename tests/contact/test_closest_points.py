@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from softact.contact.closest import Closest, derivatives, neighbours
+from softact.contact.closest import Closest, derivatives
 
 COUNT = 6  # quads along each side of a sheet
 
@@ -59,10 +59,3 @@ def test_points_face_the_nearest_place_of_all(amplitude):
     foot = np.einsum("mn,mnc->mc", derivatives(place[inner], 6)[0], nodes[partner[inner]])
     apart = np.linalg.norm(places[inner] - foot, axis=1)
     assert apart[near] == pytest.approx(np.abs(gap[inner][near]), abs=1e-10)
-
-
-def test_neighbours_are_the_pairs_with_a_common_node():
-    _, numbers = wavy(0.0, 0.1, up=True)
-    common = (numbers[:, None, :, None] == numbers[None, :, None, :]).any(axis=(2, 3))
-    i, j = np.nonzero(np.triu(common, 1))
-    assert np.array_equal(neighbours(numbers), np.sort(i * len(numbers) + j))

@@ -114,6 +114,13 @@ def test_an_arch_does_not_jump_to_the_other_side_of_what_pushes_it():
     assert "dynamics" in controls  # it snapped on the way: what is shown is shown of a motion too
 
 
+def looked(before: np.ndarray, reach: np.ndarray, side: np.ndarray) -> Sight:
+    """Facets that have looked about from where they are."""
+    sight = Sight(MPI.COMM_SELF, reach, side)
+    sight.look(before)
+    return sight
+
+
 def test_the_search_sees_what_comes_fast():
     """Ratio of how much nearer facets come to how far they are, by groups and pair by pair."""
     rng = np.random.default_rng(1)
@@ -134,7 +141,7 @@ def test_the_search_sees_what_comes_fast():
             nearest = np.minimum(nearest, np.linalg.norm(between + t * way, axis=2))
         nearer = np.linalg.norm(between, axis=2) - nearest
         expected = (nearer[far] / apart[far]).max(initial=LITTLE)
-        found = Sight(MPI.COMM_SELF)(before, now, reach, side)
+        found = looked(before, reach, side).strayed(now)
         assert found == pytest.approx(expected, rel=1e-3)
 
 
@@ -144,9 +151,9 @@ def test_a_body_that_turns_does_not_meet_itself():
     before = rng.random((400, 1, 3)) * [100, 10, 10] + 0.1 * rng.standard_normal((400, 6, 3))
     turn = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1.0]])
     reach, side = np.full(400, 5.0), np.full(400, -1)
-    look = Sight(MPI.COMM_SELF)
-    assert look(before, before @ turn.T, reach, side) < 0.5
-    assert look(before, before * [0.01, 1, 1], reach, side) > 1.0
+    look = looked(before, reach, side)
+    assert look.strayed(before @ turn.T) < 0.5
+    assert look.strayed(before * [0.01, 1, 1]) > 1.0
 
 
 #: A quadratic facet that looks up, and points on a facet.
@@ -180,7 +187,7 @@ def test_what_comes_from_out_of_reach(height, met, entered):
     below = FLAT * 2 - [0.5, 0.5, 0]
     before = np.stack([below, FLAT + np.array([0, 0, 10.0])])
     after = np.stack([below, FLAT + np.array([0, 0, height])])
-    i, j = Sight(MPI.COMM_SELF).met(before, after, np.ones(2), np.full(2, -1))
+    i, j = looked(before, np.ones(2), np.full(2, -1)).met(after)
     assert (sorted(zip(i, j, strict=True)) == [(0, 1), (1, 0)]) == met
     start = np.searchsorted(i, np.arange(3))
     crossed = Crossing(MPI.COMM_SELF)
@@ -195,7 +202,7 @@ def test_a_facet_that_swings_round_is_looked_at():
     after = before.copy()
     after[1, :3, 2] += [-4.0, 3.0, 3.0]
     after[1, 3:, 2] += [-0.5, 3.0, -0.5]
-    i, _ = Sight(MPI.COMM_SELF).met(before, after, np.ones(2), np.full(2, -1))
+    i, _ = looked(before, np.ones(2), np.full(2, -1)).met(after)
     assert len(i) == 2
 
 
@@ -204,8 +211,7 @@ def test_pairs_that_may_have_met():
     rng = np.random.default_rng(4)
     before = rng.random((700, 1, 3)) * 60 + 0.3 * rng.standard_normal((700, 6, 3))
     now = before + 4 * rng.standard_normal((700, 1, 3))
-    reach, look = np.full(700, 0.5), Sight(MPI.COMM_SELF)
-    i, j = look.met(before, now, reach, np.full(700, -1))
+    i, j = looked(before, np.full(700, 0.5), np.full(700, -1)).met(now)
     centre, radius = spheres(before)
     between, way = centre[:, None] - centre, ((now - before)[:, None] - (now - before))[..., 0, :]
     far = np.linalg.norm(between, axis=2) - radius[:, None] - radius
