@@ -4,7 +4,7 @@ Run by itself it writes a mesh: ``python geometries/block.py --length "100 mm" -
 """
 
 from types import ModuleType
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
@@ -17,6 +17,8 @@ from softact.units import Length
 
 class Block(Chain):
     """A solid box with one corner in the origin; x_min is the clamp, x_max the tip."""
+
+    meets_itself: ClassVar[bool] = False
 
     type: Literal["block"] = "block"
     length: Length = Field(10.0, description="extent along x")

@@ -6,7 +6,7 @@ Run by itself it writes a mesh: ``python geometries/thick_sphere.py -o sphere.ms
 from collections.abc import Iterator
 from math import pi
 from types import ModuleType
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -24,6 +24,8 @@ class ThickSphere(Geometry):
 
     It has no clamp: the symmetry planes hold it.
     """
+
+    meets_itself: ClassVar[bool] = False
 
     type: Literal["thick_sphere"] = "thick_sphere"
     inner_radius: Length = Field(10.0, description="radius of the cavity")

@@ -6,7 +6,7 @@ Run by itself it writes a mesh: ``python geometries/tube.py --length "30 mm" -o 
 from collections.abc import Iterator
 from math import pi
 from types import ModuleType
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -32,6 +32,8 @@ class Tube(Chain):
     It has no closed cavity: press on its wall with ``surface_pressure: {bore: ...}``. A module is a
     slice as long as an element, extruded.
     """
+
+    meets_itself: ClassVar[bool] = False
 
     type: Literal["tube"] = "tube"
     inner_radius: Length = Field(5.0, description="radius of the bore")

@@ -78,6 +78,11 @@ class Contacts:
         """Whether anything is in touch."""
         return any(self._overlap(contact, state) > 0.0 for contact in self._all)
 
+    def kinks(self, state: State) -> bool:
+        """Whether forces may have kinks near a state: where surfaces touch, and wherever there is
+        an obstacle."""
+        return any(contact.obstacle is not None for contact in self) or self.touch(state)
+
     def _overlap(self, contact: Contact, state: State) -> float:
         """How far bodies overlap, relative to the element size; zero or less: they do not."""
         return -self._comm.allreduce(contact.overlap(state)[1], op=MPI.MIN)

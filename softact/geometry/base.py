@@ -86,6 +86,10 @@ class Geometry(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
+    #: Whether walls of its outside can meet as it deforms, so that there is contact of them unless
+    #: a spec says otherwise.
+    meets_itself: ClassVar[bool] = True
+
     if TYPE_CHECKING:  # Each has a default and a description of its own for them.
         type: str
         mesh_size: float

@@ -12,6 +12,7 @@ from softact.errors import SpecError
 from softact.mesh.components import components, gap, part_names
 from softact.mesh.layout import Layout
 from softact.mesh.msh_file import Tetrahedra
+from softact.spec.contact import outside
 
 if TYPE_CHECKING:
     from softact.spec import Spec, SupportSpec
@@ -44,12 +45,14 @@ def refuse_loose(tets: Tetrahedra, layout: Layout, spec: Spec) -> None:
 
 
 def _touching(layout: Layout, spec: Spec) -> set[str]:
-    """Surfaces that obstacles, other surfaces or sheets may hold."""
+    """Surfaces that obstacles, other surfaces or sheets may hold; that the outside keeps from
+    passing through itself holds nothing."""
     found = set(layout.covers.values())
     for obstacle in spec.obstacles.values():
         found |= set(obstacle.surfaces or layout.outside)
     for contact in spec.contact or ():
-        found |= {name for group in contact.groups for name in group}
+        if contact.groups != (outside(layout),):
+            found |= {name for group in contact.groups for name in group}
     return found & set(layout.surfaces)
 
 

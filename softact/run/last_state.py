@@ -12,8 +12,8 @@ def why_not(spec: Spec) -> str:
     """Why the last state of a spec cannot be sought at once; empty where it can."""
     if spec.sheets or spec.layout().repeats:
         return "it is of sheets, or a module"
-    if spec.contact or spec.obstacles:
-        return "something may touch"
+    if spec.obstacles or any(contact.friction for contact in spec.contact or ()):
+        return "what touches may depend on the way"
     for step in spec.steps:
         if step.supports is not None:
             return "its supports change"

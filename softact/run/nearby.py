@@ -63,6 +63,8 @@ def _other(there: Results, model: Model) -> str:
         return "that run did not end"
     if any(control != "load" for control in there.curve["control"]):
         return "that actuator has passed a limit"
+    if any(v[-1] > 0.0 for name, v in there.curve.items() if name.startswith("contact_area_")):
+        return "that actuator touches itself"
     whole = gather_mesh(model)
     assert whole is not None  # of one process
     if not np.array_equal(whole[1], there.cells):

@@ -19,6 +19,8 @@ from softact.solve.progress import Attempt
 from softact.solve.walk import Walk
 from softact.system.term import State
 
+TOUCHES = "the actuator touches itself, so that its way counts"
+
 
 def found_at_once(
     walk: Walk,
@@ -44,6 +46,7 @@ def found_at_once(
     walk.state = walk.model.initial_state()
     walk.rest = replace(walk.state, x=walk.state.x.copy())
     walk.path = [Point(0.0, walk.state.x.copy(), walk.drive.loads(walk.state))]
+    walk.model.contacts.resume(walk.state)
     return False
 
 
@@ -59,7 +62,12 @@ def _go_to_last(walk: Walk, steps: Sequence[LoadStep]) -> None:
 def _tried(walk: Walk, guess: np.ndarray) -> NewtonOutcome:
     walk.path = [Point(0.0, guess.copy(), walk.drive.loads(walk.state))]
     walk.rest = replace(walk.state, x=guess.copy())
-    return walk.attempt(walk.drive, walk.path, 1.0)
+    contacts = walk.model.contacts
+    contacts.resume(walk.rest)
+    outcome = walk.attempt(walk.drive, walk.path, 1.0)
+    if outcome.converged and contacts.touch(walk.state):
+        return replace(outcome, converged=False, reason=TOUCHES)
+    return outcome
 
 
 def _accept(

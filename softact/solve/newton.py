@@ -121,7 +121,7 @@ class _Solve:
 
     held: prescribed displacements. allowed: iterations. factored_at: iteration of the last
     factorisation. internal, out_of_balance: norms of forces (N), volume_error: of volumes (mm³), at
-    the last evaluation. touched: whether bodies have touched at any iterate.
+    the last evaluation. kinked: whether forces had kinks at any iterate.
     """
 
     state: State
@@ -139,7 +139,7 @@ class _Solve:
     volume_error: float = 0.0
     handed_over: float = 0.0
     apart: float = 1.0
-    touched: bool = False
+    kinked: bool = False
 
 
 class Newton:
@@ -424,7 +424,7 @@ class Newton:
         volume = now.volume_error / self._volume_scale if self._volume_scale else 0.0
         error = max(force, volume, now.border.error(now.state) if now.border else 0.0)
         now.residuals.append(float(error))
-        now.touched = now.touched or self.model.contacts.touch(now.state)
+        now.kinked = now.kinked or self.model.contacts.kinks(now.state)
         self.watch(iteration, float(error))
         if not np.isfinite(error):
             now.reason = "an element turned inside out"
@@ -450,14 +450,14 @@ class Newton:
     def _rose(self) -> bool:
         """Whether the residual has grown by so much that it hardly comes back."""
         last, least = self._now.residuals[-1], min(self._now.residuals)
-        smooth = self.model.smooth and not self._now.touched
+        smooth = self.model.smooth and not self._now.kinked
         return smooth and last > max(TUNING.lost_above, TUNING.lost_rise * least)
 
     def _is_stuck(self) -> bool:
         """Whether points come into contact and leave it again, and no equilibrium comes nearer."""
         last, before = self._now.residuals[-1], self._now.residuals[-4:-1]
         stuck = last > max(TUNING.stuck_above, TUNING.stuck * max(before))
-        return stuck and self._now.touched and self.model.is_solid
+        return stuck and self._now.kinked and self.model.is_solid
 
     def _falls(self) -> bool:
         """Whether the residual falls steadily, as it does where the tangent is not exact."""

@@ -195,7 +195,7 @@ class Walk:
         order = {"none": 0, "linear": 1, "quadratic": 2}[self.settings.predictor]
         orders = sorted({order, 1} if len(self.model.contacts) else {order}, reverse=True)
         guesses = [extrapolate(path[-(k + 1) :], s) for k in orders if k and len(path) > 1]
-        if not any(self._touches(point) for point in (*guesses, path[-1])):
+        if not any(self._kinks(point) for point in (*guesses, path[-1])):
             guesses = guesses[:1]
         else:
             # Where bodies begin to touch the path has a kink, and a polynomial through it presses
@@ -205,9 +205,9 @@ class Walk:
             guesses = [] if best is None or errors[best] > 1.0 else [guesses[best]]
         return [*guesses, path[-1]]
 
-    def _touches(self, point: Point) -> bool:
-        """Whether bodies touch where the model has a point's displacements."""
-        return self.model.contacts.touch(replace(self.state, x=point.x))
+    def _kinks(self, point: Point) -> bool:
+        """Whether contact makes kinks where the model has a point's displacements."""
+        return self.model.contacts.kinks(replace(self.state, x=point.x))
 
     def _equilibrium(
         self,
@@ -281,7 +281,7 @@ class Walk:
         if self.alpha is not None:  # the error in time says it
             return min(self.largest, INCREMENTS.growth * self.size)
         own, contacts = 0, self.model.contacts
-        if contacts.touch(self.state):
+        if contacts.kinks(self.state):
             own = FOR_CONTACT if self.model.is_solid else 0
             own = own if contacts.symmetric else FOR_FRICTION
         return next_size(self.size, outcome.iterations - own, self.largest)

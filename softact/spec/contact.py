@@ -134,18 +134,23 @@ def outside(layout: Layout) -> tuple[str, ...]:
 
 
 def resolved_contact(
-    written: tuple[SurfaceContactSpec, ...] | None, steps: Sequence[Any], layout: Layout
+    written: tuple[SurfaceContactSpec, ...] | None,
+    steps: Sequence[Any],
+    layout: Layout,
+    meets_itself: bool,
 ) -> tuple[SurfaceContactSpec, ...]:
-    """The contacts of a spec: those written (None: nothing was) and, unless it says none, those of
-    the walls of cavities that a step evacuates, which would pass through each other.
+    """The contacts of a spec: those written, or of the outside where nothing was (None) and its
+    walls can meet (meets_itself); and, unless it says none, those of the walls of cavities that a
+    step evacuates, which would pass through each other.
 
     Sheets have an outer side only, so that their walls never meet from inside.
     """
     if written == ():
         return ()
     contacts = written or ()
-    if written == AUTO:
-        contacts = (SurfaceContactSpec(name="outside", self=outside(layout)),)
+    if written == AUTO or (written is None and meets_itself):
+        names = outside(layout)
+        contacts = (SurfaceContactSpec(name="outside", self=names),) if names else ()
     for cavity, walls in layout.cavities.items():
         evacuated = any(
             (change or {}).get(cavity, 0.0) < 0.0

@@ -177,8 +177,9 @@ class SpecBase(Part):
     contact: Contacts | None = Field(
         None,
         strict=False,
-        description="surfaces that may touch themselves or each other; auto: the outside touches "
-        "itself; walls of cavities under vacuum do in any case, unless it is none",
+        description="surfaces that may touch themselves or each other; by default auto, the "
+        "outside touches itself, of all geometries but block, tube and thick_sphere; walls of "
+        "cavities under vacuum do in any case, unless it is none",
     )
     steps: tuple[Step, ...] = Field(
         strict=False, description="in order; each starts from the last state"
@@ -264,7 +265,7 @@ class SpecBase(Part):
             clamp = SupportSpec(surface=layout.clamp, fix=("x", "y", "z")) if layout.clamp else None
             supports = (clamp,) if clamp else ()
         steps = [step.for_layout(layout) for step in self.steps]
-        contact = resolved_contact(self.contact, steps, layout)
+        contact = resolved_contact(self.contact, steps, layout, self.geometry.meets_itself)
         # Only here, before anybody else sees the new spec, a frozen model gets its defaults.
         self.__dict__.update(supports=supports, steps=tuple(steps), contact=contact)
         return self
