@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from functools import cache, partial
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -29,16 +30,42 @@ __all__ = ["Extra", "write_report"]
 Extra = Callable[[Results], "Section"]
 
 
+#: What ``write_report`` takes most of its time to import.
+_LOADED = (
+    "PIL.Image",
+    "matplotlib.backends.backend_agg",
+    "matplotlib.figure",
+    "softact.report.curvature",
+    "softact.report.curves",
+    "softact.report.hot_spots",
+    "softact.report.material_panel",
+    "softact.report.overlay",
+    "softact.report.pictures",
+    "softact.report.report_page",
+    "softact.report.surface",
+    "softact.verdict.judge",
+)
+
+
+def load() -> None:
+    """Import what ``write_report`` needs, while there is nothing else to do."""
+    with suppress(Exception):  # what is missing is told of when the report is made
+        for module in _LOADED:
+            import_module(module)
+
+
 def write_report(
     directory: str | Path,
     extra: Sequence[Extra] = (),
     warn: Callable[[str], None] = lambda line: None,
+    verdict: Verdict | None = None,
 ) -> Path:
     """(Re)build report.html, curve.png, states.png and shape.png; returns the report's path.
 
     extra: further sections; where one raises SpecError, the report says so in its place. Measured
     curves that stand in the folder (``remembered``) have one of their own. warn: called with each
-    line that the report has on what is missing or damaged.
+    line that the report has on what is missing or damaged. verdict: on the run, where it has just
+    been judged; one with reasons is made anew, with the places that they are about.
 
     A picture or 3-D view that cannot be made does not stop the rest: the report says which is
     missing and why. Raises SpecError where the folder is not a result folder, DamagedResultError
@@ -78,7 +105,8 @@ def write_report(
             view = _view(results, make_skin, faults)
         along = curvature.write(results, pictures.MOST_STATES)
         plotly()
-        verdict = judge(results)
+        if verdict is None or verdict.reasons:
+            verdict = judge(results)
         drawn = finish(_marks(results, verdict))
     faults += [along.fault] if along.fault else []
     if drawn.fault:

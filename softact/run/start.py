@@ -10,6 +10,7 @@ import shutil
 import signal
 import subprocess
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -104,6 +105,8 @@ def run(
     """
     directory = Path(directory)
     progress = _remembering(directory, measured, progress or (lambda event: None))
+    if report and threads != 1:
+        progress = _loading(progress)
     notes = [*spec.geometry.notes(), *plausible.lines(spec)]
     slopes, some = _chosen(spec, sensitivities)
     if spec.sheets and processes > 1:
@@ -137,7 +140,7 @@ def run(
             progress({"stage": "report"})
             from softact.report import write_report
 
-            write_report(directory)
+            write_report(directory, verdict=outcome.verdict)
         return outcome
 
 
@@ -147,6 +150,20 @@ def _remembering(directory: Path, measured: Sequence[Measured], progress: Progre
     def both(event: Mapping) -> None:
         if event["stage"] == "solve":
             _remember(directory, measured)
+        progress(event)
+
+    return both
+
+
+def _loading(progress: Progress) -> Progress:
+    """The same, which loads what the report needs while the solver is at work: this process has
+    nothing else to do then."""
+
+    def both(event: Mapping) -> None:
+        if event["stage"] == "solve":
+            from softact.report import load
+
+            threading.Thread(target=load, daemon=True).start()
         progress(event)
 
     return both
