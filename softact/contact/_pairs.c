@@ -185,8 +185,9 @@ void bodies(int64_t facets, int32_t count, const double *nodes, body_t *out)
     }
 }
 
-/* How far b is from the plane of a, at least. */
-static double off_plane(const body_t *a, const body_t *b)
+/* How far b is in front of the plane of a, at least, or deeper behind it than depth: between, it may
+   overlap with a. */
+static double off_plane(const body_t *a, const body_t *b, double depth)
 {
     double low = INFINITY, high = -INFINITY;
     for (int k = 0; k < 3; ++k) {
@@ -197,12 +198,13 @@ static double off_plane(const body_t *a, const body_t *b)
         low = fmin(low, height), high = fmax(high, height);
     }
     const double beyond = 0.2 * (high - low) + a->over + b->off;
-    return fmax(low, -high) - beyond;
+    return fmax(low, -high - depth) - beyond;
 }
 
-/* How far apart (pairs,) facets are from their candidates, at least; start, candidate: see above. */
+/* How far (pairs,) facets are from touching their candidates, at least: apart, or deeper in each other
+   than depth (facets,), where they do not look; start, candidate: see above. */
 void apart(int64_t facets, const body_t *of, const int64_t *start, const int32_t *candidate,
-           double *distance)
+           const double *depth, double *distance)
 {
     for (int64_t i = 0; i < facets; ++i)
         for (int64_t k = start[i]; k < start[i + 1]; ++k) {
@@ -211,7 +213,8 @@ void apart(int64_t facets, const body_t *of, const int64_t *start, const int32_t
             for (int c = 0; c < 3; ++c)
                 r[c] = a->centre[c] - b->centre[c];
             const double balls = sqrt(dot(r, r)) - a->radius - b->radius;
-            distance[k] = fmax(balls, fmax(off_plane(a, b), off_plane(b, a)));
+            const double deep = fmax(depth[i], depth[candidate[k]]);
+            distance[k] = fmax(balls, fmax(off_plane(a, b, deep), off_plane(b, a, deep)));
         }
 }
 

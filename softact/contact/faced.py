@@ -60,6 +60,7 @@ class Faced:
         shape = len(facets), len(facets.values)
         gap = np.full(shape, np.inf)
         self._nothing = np.full(shape, -1, np.int32), np.zeros((*shape, 2)), gap
+        self._kept = self._nothing[0]  # facet (k, 12) that each point faced last
         self._last: Seen | None = None  # of ``touching``
         self._every: Seen | None = None  # of ``in_reach``
 
@@ -79,11 +80,13 @@ class Faced:
         self.pairs.search(nodes)
         self._sight.look(nodes)
         self._last = self._every = None
+        self._kept = self._nothing[0]
 
     def look_only_at(self, facet: np.ndarray, point: np.ndarray, seen: Seen) -> None:
         """From here on, look only at what these points (m,) of facets (m,) face there."""
         self.pairs.take(facet, seen.partner[facet, point], seen.nodes)
-        self._last = self._every = self._looked(seen.nodes, self._all(), seen.partner)
+        self._kept = seen.partner
+        self._last = self._every = self._looked(seen.nodes, self._all())
 
     def touching(self, x: np.ndarray) -> Seen:
         """What points face, of those pairs that may touch: all gaps below zero are there, others
@@ -92,8 +95,9 @@ class Faced:
             return self._last
         nodes = self._facets.node_places(x)
         if self._last is None or not _same(self._last.nodes, nodes):
-            before = None if self._last is None else self._last.partner
-            self._last = self._looked(nodes, self._close(nodes), before)
+            self._last = self._looked(nodes, self._close(nodes))
+            partner = self._last.partner
+            self._kept = np.where(partner < 0, self._kept, partner)
         return self._last
 
     def in_reach(self, x: np.ndarray) -> Seen:
@@ -102,7 +106,7 @@ class Faced:
         if now.mark.all():
             return now
         if self._every is None or not _same(self._every.nodes, now.nodes):
-            self._every = self._looked(now.nodes, self._all(), now.partner)
+            self._every = self._looked(now.nodes, self._all())
         return self._every
 
     def before_touching(self, x: np.ndarray, there: np.ndarray) -> Seen:
@@ -110,7 +114,7 @@ class Faced:
         nodes are (k, n, 3)."""
         now = self.touching(x)
         mark = now.mark | self._close(there)
-        return now if (mark == now.mark).all() else self._looked(now.nodes, mark, now.partner)
+        return now if (mark == now.mark).all() else self._looked(now.nodes, mark)
 
     def ahead(self, now: np.ndarray) -> Looking:
         """The pairs that may have met on a straight way from where it looked about to ``now``."""
@@ -138,7 +142,7 @@ class Faced:
             return Looking(np.zeros(len(self._facets) + 1, np.int64), np.empty(0, np.int32))
         return self.pairs.looking.of(mark & self._facets.mine[self.pairs.looking.facet])
 
-    def _looked(self, nodes: np.ndarray, mark: np.ndarray, before: np.ndarray | None) -> Seen:
+    def _looked(self, nodes: np.ndarray, mark: np.ndarray) -> Seen:
         """What points face among the pairs of ``mark``, at the places ``nodes``."""
         if not mark.any():
             return Seen(nodes, *self._nothing, mark)
@@ -157,7 +161,7 @@ class Faced:
             looking.candidate,
             self._reach[looks],
             self._depth[looks],
-            None if before is None else _among(numbers, before[looks]),
+            _among(numbers, self._kept[looks]),
         )
         partner[row] = np.where(faced < 0, -1, numbers[faced])
         found[row, :, :2], found[row, :, 2] = place, gap - self._distance

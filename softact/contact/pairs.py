@@ -80,16 +80,18 @@ class Pairs:
         numbers: np.ndarray,
         side: np.ndarray,
         reach: np.ndarray,
+        depth: np.ndarray,
         backs: Backs,
         overlooks: Callable[[np.ndarray, np.ndarray], np.ndarray],
     ):
         """numbers: (k, n) of the facets' nodes. side: (k,) of which body (facets of one side do not
-        touch; −1: any other). reach: (k,) mm, how far they look. backs: pairs that never touch;
+        touch; −1: any other). reach, depth: (k,) mm, how far they look, and how deep inside of
+        each other. backs: pairs that never touch;
         overlooks: pairs of which only the second looks at the first."""
         self._library = jit.load_library(comm, Path(__file__).with_name("_pairs.c"))
         self._library.candidates.restype = self._library.near.restype = ctypes.c_int64
         self._adjoining, self.side, self._reach = neighbours(numbers), side, reach
-        self._backs, self._overlooks = backs, overlooks
+        self._backs, self._overlooks, self._depth = backs, overlooks, depth
         self._room = 64 * len(numbers)
 
     def search(self, nodes: np.ndarray) -> None:
@@ -104,7 +106,7 @@ class Pairs:
         self._distance = np.empty(len(self.looking.candidate))
         count, size = ctypes.c_int64(len(nodes)), ctypes.c_int32(nodes.shape[1])
         self._library.bodies(count, size, *_pointers(nodes, facets))
-        self._library.apart(count, *_pointers(facets, *self.looking, self._distance))
+        self._library.apart(count, *_pointers(facets, *self.looking, self._depth, self._distance))
 
     def take(self, facet: np.ndarray, other: np.ndarray, nodes: np.ndarray) -> None:
         """From here on, these pairs (m,) alone may touch, wherever they go."""
@@ -145,7 +147,8 @@ class Pairs:
         facing: float = 1.0,
     ) -> np.ndarray:
         """Which candidates (pairs,) may be nearer than ``within`` (k,) mm to the facet that looks
-        at them, where the facets have these nodes (k, n, 3); all others are farther off.
+        at them, or overlap with it, where the facets have these nodes (k, n, 3); all others are
+        farther off, or deeper in each other than they look.
 
         directions: see ``Closest``; of those, only pairs whose normals' product may be below
         ``facing``.

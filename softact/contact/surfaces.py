@@ -20,7 +20,7 @@ from softact.contact.chain_facets import ChainFacets
 from softact.contact.closest import derivatives
 from softact.contact.coupling import Coupling, NodeCoupling
 from softact.contact.crossing import Crossing
-from softact.contact.faced import Faced, Seen
+from softact.contact.faced import DEPTH, Faced, Seen
 from softact.contact.gap_hessian import gap_hessian
 from softact.contact.memory import stiffness_factor
 from softact.contact.pairs import Looking, Pairs
@@ -120,8 +120,8 @@ class SurfaceContact:
 
     def _faced_by(self, side: np.ndarray, model: Model) -> Faced:
         """What faces what. side: (k,) see ``Pairs``."""
-        reach = self._reaches(self.facets)
-        known = self.facets.nodes, side, reach, self._backs, self._overlooks
+        reach, depth = self._reaches(self.facets), DEPTH * self.facets.size
+        known = self.facets.nodes, side, reach, depth, self._backs, self._overlooks
         distance = self.touching.distance
         return Faced(model.comm, self.facets, Pairs(model.comm, *known), reach, distance)
 

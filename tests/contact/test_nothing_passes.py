@@ -271,12 +271,16 @@ steps: [{{name: suck, {load}}}]
 """
 
 
+OUTSIDE = ("clamp", "tip", "outer", "base")
+
+
 @pytest.mark.parametrize(
     ("contact", "load", "expected"),
     [
-        ("", "pressure: -20 kPa", [("cavity_walls", ("cavity",))]),
-        ("", "inject: -0.2 ml", [("cavity_walls", ("cavity",))]),
-        ("", "pressure: 20 kPa", []),
+        ("", "pressure: -20 kPa", [("outside", OUTSIDE), ("cavity_walls", ("cavity",))]),
+        ("", "inject: -0.2 ml", [("outside", OUTSIDE), ("cavity_walls", ("cavity",))]),
+        ("", "pressure: 20 kPa", [("outside", OUTSIDE)]),
+        ("contact: auto", "pressure: 20 kPa", [("outside", OUTSIDE)]),
         ("contact: none", "pressure: -20 kPa", []),
         ("contact: [{self: cavity}]", "pressure: -20 kPa", [("contact_1", ("cavity",))]),
         (

@@ -30,8 +30,8 @@ def pairs_of(nodes: np.ndarray, side: np.ndarray | None = None) -> Pairs:
     numbers = np.arange(nodes[..., 0].size).reshape(nodes.shape[:2])
     nobody = lambda i, j: np.zeros(len(i), bool)  # noqa: E731
     side = np.full(len(nodes), -1) if side is None else side
-    reach = np.full(len(nodes), 1.0)
-    return Pairs(MPI.COMM_SELF, numbers, side, reach, nobody, nobody)
+    reach, depth = np.full(len(nodes), 1.0), np.full(len(nodes), 0.25)
+    return Pairs(MPI.COMM_SELF, numbers, side, reach, depth, nobody, nobody)
 
 
 def closest(nodes: np.ndarray, i: np.ndarray, j: np.ndarray) -> np.ndarray:
@@ -78,6 +78,19 @@ def test_what_comes_near_is_marked(nodes):
         i, j = (a[~mark] for a in (pairs.looking.facet, pairs.looking.candidate))
         assert (closest(now, i, j) >= 0.1).all()
     assert not pairs.near(before, within).all()
+
+
+def test_what_overlaps_is_marked():
+    """A facet that lies behind another, by less than contact looks, may touch it; one that lies in
+    front of it, or deeper, does not."""
+    below = np.array([[[0, 0, 0], [2, 0, 0], [0, 2, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]]])
+    above = below[:, [0, 2, 1, 5, 4, 3]]
+    for height, wanted in ((0.02, False), (-0.001, True), (-0.2, True), (-0.4, False)):
+        nodes = np.concatenate([below, above + np.array([0.1, 0.1, height])])
+        pairs = pairs_of(nodes)
+        pairs.search(nodes)
+        assert len(pairs.looking.candidate) == 2
+        assert pairs.near(nodes, np.zeros(2)).all() == wanted
 
 
 def test_facets_that_move_as_one_stay_as_far_apart_as_they_were():
