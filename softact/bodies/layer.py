@@ -17,7 +17,7 @@ from softact.bodies.weight import Weight
 from softact.errors import SpecError
 from softact.materials.laws.linear import Linear
 from softact.materials.plane_stress import GreenLaw
-from softact.materials.tension_field import KEPT_BONDED, relaxed
+from softact.materials.tension_field import KEPT_BONDED
 from softact.mesh.triangles import Triangles
 from softact.system import forms
 from softact.system.kernels import Coefficient, Kernel
@@ -162,7 +162,7 @@ class Layer:
             plies = [(material, law, layer.thickness)]
             name, along = f"layer {layer.surface}", np.array([1.0, 0.0, 0.0])
             return RememberingLayer(name, triangles, along, plies, model.comm)
-        relaxed_law = relaxed(law, material.poissons_ratio, KEPT_BONDED)
+        relaxed_law = GreenTensionField(law, KEPT_BONDED)
         return BondedMembrane(
             triangles, np.array([1.0, 0.0, 0.0]), [(relaxed_law, layer.thickness)]
         )
