@@ -10,8 +10,8 @@ import ctypes
 
 import numpy as np
 
-from softact.materials.plane_stress import GreenLaw, Response, SheetLaw
-from softact.materials.tension_field import KEPT, TensionField
+from softact.materials.plane_stress import GreenLaw, Response
+from softact.materials.tension_field import KEPT
 from softact.system.kernels import pointer
 from softact.system.triangle_loops import library
 
@@ -55,15 +55,3 @@ class GreenTensionField(GreenSheet):
         count, poisson = ctypes.c_int64(len(c)), self._constants[1]
         library().green_states(count, pointer(c), poisson, pointer(states))
         return states
-
-
-def as_it_wrinkles(law: SheetLaw, poisson: float, kept: float = KEPT) -> SheetLaw:
-    """The relaxed form of a law with this Poisson's ratio: in closed form where there is one."""
-    if isinstance(law, GreenLaw):
-        return GreenTensionField(law, kept)
-    return TensionField(law, poisson, kept)
-
-
-def compiled(law: SheetLaw) -> SheetLaw:
-    """The same law, compiled where it can be."""
-    return GreenSheet(law) if isinstance(law, GreenLaw) else law

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from softact.bodies.compiled_sheet_law import relaxed
 from softact.bodies.inertia import SheetInertia
 from softact.bodies.membrane import BondedMembrane, Membrane
 from softact.bodies.plate import LayerBending, is_flat
@@ -162,7 +163,7 @@ class Layer:
             plies = [(material, law, layer.thickness)]
             name, along = f"layer {layer.surface}", np.array([1.0, 0.0, 0.0])
             return RememberingLayer(name, triangles, along, plies, model.comm)
-        relaxed_law = GreenTensionField(law, KEPT_BONDED)
+        relaxed_law = relaxed(law, material.poissons_ratio, KEPT_BONDED)
         return BondedMembrane(
             triangles, np.array([1.0, 0.0, 0.0]), [(relaxed_law, layer.thickness)]
         )

@@ -9,7 +9,7 @@ import numpy as np
 from mpi4py import MPI
 from scipy.spatial import cKDTree
 
-from softact.bodies.green_sheet import as_it_wrinkles, compiled
+from softact.bodies.compiled_sheet_law import compiled, relaxed
 from softact.bodies.inertia import SheetInertia
 from softact.bodies.membrane import Membrane
 from softact.bodies.plate import LayerBending
@@ -119,7 +119,7 @@ class SheetPart:
         """The law of a ply in its plane."""
         law = sheet_law(ply.law, self._fibres(ply), ply.incompressible)
         if self.sheet.tension_field:
-            return as_it_wrinkles(law, small_strain_constants(ply.law)[1])
+            return relaxed(law, small_strain_constants(ply.law)[1])
         return law if ply.law.remembers else compiled(law)
 
     def _fibres(self, ply: Ply) -> np.ndarray | None:

@@ -7,7 +7,6 @@ import functools
 from pathlib import Path
 
 import numpy as np
-from mpi4py import MPI
 
 from softact.mesh.triangles import VOLUME_RULE, Triangles, shape_gradients
 from softact.system import jit
@@ -17,7 +16,8 @@ from softact.system.kernels import pointer
 @functools.cache
 def library() -> ctypes.CDLL:
     """The compiled loops. Each process asks for them by itself: not all have triangles."""
-    return jit.load_library(MPI.COMM_SELF, Path(__file__).with_name("_triangles.c"))
+    source = Path(__file__).with_name("_triangles.c")
+    return jit.load_text("triangles", source.read_text(encoding="utf-8"))
 
 
 class _Triangles(ctypes.Structure):
