@@ -204,7 +204,7 @@ class SurfaceContact:
         partner = np.full((len(share), len(self.facets.values)), -1, np.int32)
         found = np.full((*partner.shape, 3), np.inf)
         partner[some], place, gap = self._closest(
-            np.einsum("qn,knc->kqc", self.facets.values, own),
+            self.facets.values @ own,
             own,
             nodes,
             np.append(start[on], start[-1]),

@@ -132,6 +132,7 @@ class _Solve:
     options: SolveOptions
     force_floor: float
     allowed: int
+    known: LastFew[tuple[np.ndarray, np.ndarray]] = field(default_factory=LastFew)
     factored_at: int | None = None
     residuals: list[float] = field(default_factory=list)
     reason: str = ""
@@ -139,9 +140,6 @@ class _Solve:
     out_of_balance: float = 0.0
     volume_error: float = 0.0
     handed_over: float = 0.0
-    known: LastFew[tuple[np.ndarray, np.ndarray]] = field(
-        default_factory=lambda: LastFew(TUNING.searches + 1)
-    )
     apart: float = 1.0
 
 
@@ -249,7 +247,11 @@ class Newton:
 
         def begin() -> None:
             border = Border(self.model, control, self._supported.dofs) if control else None
-            self._now = _Solve(state, origin, held, border, options, floor, allowed)
+            # What touches is seen from where it was last: there is no way back to an earlier place.
+            known: LastFew[tuple[np.ndarray, np.ndarray]] = LastFew(
+                1 if len(self.model.contacts) else TUNING.searches + 1
+            )
+            self._now = _Solve(state, origin, held, border, options, floor, allowed, known)
             self._x.setArray(guess)
             with np.errstate(all="ignore"):
                 self._snes.solve(None, self._x)
