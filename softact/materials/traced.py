@@ -36,19 +36,18 @@ class _Tape:
         return f"k[{len(self.constants) - 1}]"
 
 
-_OPERATORS = {
-    "add": "{} + {}",
-    "subtract": "{} - {}",
-    "multiply": "{} * {}",
-    "divide": "{} / {}",
-    "power": "pow({}, {})",
-    "negative": "-{}",
-    "greater": "({} > {} ? 1.0 : 0.0)",
-    "maximum": "fmax({}, {})",
-    "exp": "exp({})",
-    "expm1": "expm1({})",
-    "log": "log({})",
-    "sqrt": "sqrt({})",
+# What numpy does with numbers that it does not know, and where one of its own stands first.
+_FUNCTIONS: dict[np.ufunc, str] = {
+    np.add: "{} + {}",
+    np.subtract: "{} - {}",
+    np.multiply: "{} * {}",
+    np.true_divide: "{} / {}",
+    np.power: "pow({}, {})",
+    np.maximum: "fmax({}, {})",
+    np.exp: "exp({})",
+    np.expm1: "expm1({})",
+    np.log: "log({})",
+    np.sqrt: "sqrt({})",
 }
 
 
@@ -58,52 +57,53 @@ class Traced:
     def __init__(self, tape: _Tape, name: str):
         self.tape, self.name = tape, name
 
+    def _note(self, form: str, *inputs: Any) -> Traced:
+        return self.tape.note(form.format(*map(self.tape.of, inputs)))
+
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
-        form = _OPERATORS.get("divide" if ufunc is np.true_divide else ufunc.__name__)
+        form = _FUNCTIONS.get(ufunc)
         if method != "__call__" or kwargs or form is None:
             return NotImplemented
-        return self.tape.note(form.format(*map(self.tape.of, inputs)))
+        return self._note(form, *inputs)
 
     def __array_function__(
         self, function: Callable[..., Any], types: Any, inputs: Sequence[Any], kwargs: Any
     ) -> Any:
-        filled = {np.ones_like: 1.0, np.zeros_like: 0.0}
-        if function is np.full_like:
-            return inputs[1]
+        filled = {np.ones_like: 1.0, np.zeros_like: 0.0, np.full_like: inputs[-1]}
         return filled.get(function, NotImplemented)
 
-    def __add__(self, other: Any) -> Any:
-        return np.add(self, other)
+    def __add__(self, other: Any) -> Traced:
+        return self._note("{} + {}", self, other)
 
-    def __radd__(self, other: Any) -> Any:
-        return np.add(other, self)
+    def __radd__(self, other: Any) -> Traced:
+        return self._note("{} + {}", other, self)
 
-    def __sub__(self, other: Any) -> Any:
-        return np.subtract(self, other)
+    def __sub__(self, other: Any) -> Traced:
+        return self._note("{} - {}", self, other)
 
-    def __rsub__(self, other: Any) -> Any:
-        return np.subtract(other, self)
+    def __rsub__(self, other: Any) -> Traced:
+        return self._note("{} - {}", other, self)
 
-    def __mul__(self, other: Any) -> Any:
-        return np.multiply(self, other)
+    def __mul__(self, other: Any) -> Traced:
+        return self._note("{} * {}", self, other)
 
-    def __rmul__(self, other: Any) -> Any:
-        return np.multiply(other, self)
+    def __rmul__(self, other: Any) -> Traced:
+        return self._note("{} * {}", other, self)
 
-    def __truediv__(self, other: Any) -> Any:
-        return np.true_divide(self, other)
+    def __truediv__(self, other: Any) -> Traced:
+        return self._note("{} / {}", self, other)
 
-    def __rtruediv__(self, other: Any) -> Any:
-        return np.true_divide(other, self)
+    def __rtruediv__(self, other: Any) -> Traced:
+        return self._note("{} / {}", other, self)
 
-    def __pow__(self, exponent: float) -> Any:
-        return np.power(self, exponent)
+    def __pow__(self, exponent: float) -> Traced:
+        return self._note("pow({}, {})", self, exponent)
 
-    def __neg__(self) -> Any:
-        return np.negative(self)
+    def __neg__(self) -> Traced:
+        return self._note("-{}", self)
 
-    def __gt__(self, other: Any) -> Any:
-        return np.greater(self, other)
+    def __gt__(self, other: Any) -> Traced:
+        return self._note("({} > {} ? 1.0 : 0.0)", self, other)
 
 
 def formula_in_c(law: InvariantLaw, families: int) -> tuple[str, np.ndarray]:
@@ -113,7 +113,7 @@ def formula_in_c(law: InvariantLaw, families: int) -> tuple[str, np.ndarray]:
     ``used``. w: W̄, MPa. first: (COUNT,) and second: (COUNT, COUNT) its derivatives.
     """
     tape = _Tape()
-    inputs = [Traced(tape, f"i[{n}]") for n in range(2 + families)]
+    inputs: list[Any] = [Traced(tape, f"i[{n}]") for n in range(2 + families)]
     energy = law.strain_energy(law, *variables(*inputs))
     used = [n for n, first in enumerate(energy.gradient) if first is not None]
     ends = [f"    *w = {tape.of(energy.value)};"]

@@ -138,20 +138,22 @@ void add_blocks(int64_t count, int32_t n, const double *matrices, int32_t scalar
     for (int64_t k = 0; k < count; ++k, matrices += size) {
         const int64_t e = on ? on[k] : k;
         const int32_t *dof = dofs + 3 * n * e, *pairs = base + n * n * e, *length = row_length + n * e;
+        int all_free = 1;
+        for (int a = 0; a < 3 * n; ++a)
+            all_free &= !fixed[dof[a]];
         for (int a = 0; a < n; ++a)
             for (int i = 0; i < 3; ++i) {
                 if (fixed[dof[3 * a + i]])
                     continue;
                 double *to = values + (int64_t)i * length[a];
+                const int32_t *place = pairs + a * n;
+                const double *row = matrices + (scalar ? a * n : (3 * a + i) * 3 * n);
                 for (int b = 0; b < n; ++b)
-                    if (scalar) {
-                        if (!fixed[dof[3 * b + i]])
-                            to[pairs[a * n + b] + i] += factor * matrices[a * n + b];
-                    } else {
-                        const double *row = matrices + (3 * a + i) * 3 * n + 3 * b;
+                    if (scalar)
+                        to[place[b] + i] += fixed[dof[3 * b + i]] ? 0.0 : factor * row[b];
+                    else
                         for (int j = 0; j < 3; ++j)
-                            to[pairs[a * n + b] + j] += fixed[dof[3 * b + j]] ? 0.0 : row[j];
-                    }
+                            to[place[b] + j] += all_free || !fixed[dof[3 * b + j]] ? row[3 * b + j] : 0.0;
             }
     }
 }

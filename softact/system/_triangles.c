@@ -1,21 +1,21 @@
 /* Loops over linear and quadratic triangles in space: membranes, and the air between them.
 
    Each loop is written for n nodes and compiled for 3 and for 6 of them, so that the compiler knows
-   how long the inner ones are. Points of a triangle are those of a rule of at most RULE points. */
+   how long the inner ones are. */
 
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
 
-enum { RULE = 6 };
+enum { RULE = 3 }; /* points of a membrane's rule */
 
-/* slopes: (count, rule, 2, nodes) derivatives of the shape functions along the frames; weights:
-   (count, rule) areas of the points, mm^2; places: (count, nodes, 3) mm; frames: (count, rule, 3, 2)
+/* slopes: (count, RULE, 2, nodes) derivatives of the shape functions along the frames; weights:
+   (count, RULE) areas of the points, mm^2; places: (count, nodes, 3) mm; frames: (count, RULE, 3, 2)
    F where nothing has moved, and F is that and the derivative of the displacements, or null, and F
    is the derivative of the places; dofs: (count, nodes, 3) local unknowns. */
 typedef struct {
     int64_t count;
-    int32_t nodes, rule;
+    int32_t nodes;
     const double *slopes, *weights, *places, *frames;
     const int32_t *dofs;
 } triangles_t;
@@ -50,7 +50,7 @@ INLINE void strain_of(const int n, const triangles_t *on, const double *x, doubl
         double here[3 * n];
         for (int i = 0; i < 3 * n; ++i)
             here[i] = frames ? x[dof[i]] : place[i] + x[dof[i]];
-        for (int q = 0; q < on->rule; ++q, slopes += 2 * n, f += 6, c += 4) {
+        for (int q = 0; q < RULE; ++q, slopes += 2 * n, f += 6, c += 4) {
             for (int d = 0; d < 3; ++d)
                 for (int i = 0; i < 2; ++i) {
                     double sum = frames ? frames[2 * d + i] : 0.0;
@@ -67,7 +67,7 @@ INLINE void strain_of(const int n, const triangles_t *on, const double *x, doubl
     }
 }
 
-/* F (count, rule, 3, 2) and C = F^T F (count, rule, 2, 2) at the unknowns x. */
+/* F (count, RULE, 3, 2) and C = F^T F (count, RULE, 2, 2) at the unknowns x. */
 void membrane_strain(const triangles_t *on, const double *x, double *f, double *c)
 {
     FOR_NODES(strain_of, on, x, f, c);
@@ -80,7 +80,7 @@ INLINE void force_of(const int n, const triangles_t *on, const double *f, const 
     for (int64_t e = 0; e < on->count; ++e, dof += 3 * n) {
         double force[3][n];
         memset(force, 0, sizeof force);
-        for (int q = 0; q < on->rule; ++q, slopes += 2 * n, f += 6, s += 3, ++weight)
+        for (int q = 0; q < RULE; ++q, slopes += 2 * n, f += 6, s += 3, ++weight)
             for (int d = 0; d < 3; ++d) {
                 /* first Piola-Kirchhoff stress, times the point's area */
                 const double one = *weight * (f[2 * d] * s[0] + f[2 * d + 1] * s[2]);
@@ -94,7 +94,7 @@ INLINE void force_of(const int n, const triangles_t *on, const double *f, const 
     }
 }
 
-/* Add the nodal forces of S (count, rule, 3) to out (local). */
+/* Add the nodal forces of S (count, RULE, 3) to out (local). */
 void membrane_force(const triangles_t *on, const double *f, const double *s, double *out)
 {
     FOR_NODES(force_of, on, f, s, out);
@@ -103,14 +103,15 @@ void membrane_force(const triangles_t *on, const double *f, const double *s, dou
 INLINE void tangent_of(const int n, const triangles_t *on, const double *f, const double *moduli,
                        const double *carried, double *matrices)
 {
+    enum { FEW = 4, MOST = 20 }; /* rows are filled up to whole vectors */
+    const int width = (3 * n + FEW - 1) / FEW * FEW;
     const double *slopes = on->slopes, *weight = on->weights;
-    for (int64_t e = 0; e < on->count; ++e, matrices += 9 * n * n) {
-        double rates[3 * RULE][3 * n], left[3 * RULE][3 * n], geometric[n][n];
+    double rates[3 * RULE][3 * n], left[3 * RULE][MOST] = {{0}}, geometric[n][n];
+    for (int64_t e = 0; e < on->count; ++e) {
         memset(geometric, 0, sizeof geometric);
-        memset(matrices, 0, 9 * n * n * sizeof(double));
-        for (int q = 0; q < on->rule; ++q, slopes += 2 * n, f += 6, moduli += 9, carried += 3, ++weight) {
+        for (int q = 0; q < RULE; ++q, slopes += 2 * n, f += 6, moduli += 9, carried += 3, ++weight) {
             const double *one = slopes, *two = slopes + n, w = *weight;
-            double(*rate)[3 * n] = rates + 3 * q, (*push)[3 * n] = left + 3 * q;
+            double(*rate)[3 * n] = rates + 3 * q, (*push)[MOST] = left + 3 * q;
             for (int m = 0; m < n; ++m)
                 for (int d = 0; d < 3; ++d) {
                     rate[0][3 * m + d] = one[m] * f[2 * d];
@@ -128,19 +129,20 @@ INLINE void tangent_of(const int n, const triangles_t *on, const double *f, cons
                     geometric[m][l] += along * one[l] + across * two[l];
             }
         }
-        for (int a = 0; a < 3 * n; ++a) {
-            double *row = matrices + 3 * n * a;
-            for (int i = 0; i < 3 * on->rule; ++i)
-                for (int b = 0; b < 3 * n; ++b)
+        for (int a = 0; a < 3 * n; ++a, matrices += 3 * n) {
+            double row[MOST] = {0};
+            for (int i = 0; i < 3 * RULE; ++i)
+                for (int b = 0; b < width; ++b)
                     row[b] += rates[i][a] * left[i][b];
             for (int l = 0; l < n; ++l)
                 row[3 * l + a % 3] += geometric[a / 3][l];
+            memcpy(matrices, row, 3 * n * sizeof(double));
         }
     }
 }
 
-/* Matrices (count, nodes, 3, nodes, 3) of the moduli D (count, rule, 3, 3), and of the carried
-   stress (count, rule, 3) as geometric stiffness. */
+/* Matrices (count, nodes, 3, nodes, 3) of the moduli D (count, RULE, 3, 3), and of the carried
+   stress (count, RULE, 3) as geometric stiffness. */
 void membrane_tangent(const triangles_t *on, const double *f, const double *moduli,
                       const double *carried, double *matrices)
 {
@@ -222,18 +224,23 @@ void green_response(int64_t count, const double *c, double young, double poisson
 
 /* --- the air between sheets ------------------------------------------------------------------ */
 
-/* What a triangle adds to a cavity is V = sum_a sum_(b < c) T_abc (W x_a) . (x_b x x_c). Places x_b
-   and x_c count from its first node: sum_b T_abc = 0.
+/* What a triangle adds to a cavity is V = sum_a sum_p T_ap (W x_a) . (x_b x x_c) over the pairs p of
+   nodes b < c. Places x_b and x_c count from its first node: V does not change where they are shifted.
 
-   table: T as (a, c, b); first: sum_a T_abc as (c, b); flux: the diagonal of W. */
+   table: T (nodes, pairs); first: its sum over a; flux: the diagonal of W. */
 typedef struct {
     const double *table, *first, *flux;
 } volume_t;
 
-/* Places from the first node in `here`, and the vectors A_bc = sum_a T_abc W x_a in `areas`. */
+enum { PAIRS = 15 }; /* of six nodes; of three there are the first three */
+static const int one_of[PAIRS] = {0, 0, 1, 0, 1, 2, 0, 1, 2, 3, 0, 1, 2, 3, 4};
+static const int other_of[PAIRS] = {1, 2, 2, 3, 3, 3, 4, 4, 4, 4, 5, 5, 5, 5, 5};
+
+/* Places from the first node in `here`, and the vectors A_p = sum_a T_ap W x_a in `areas`. */
 INLINE void areas_of(const int n, const volume_t *of, const double *place, const int32_t *dof,
-                     const double *x, double here[n][3], double areas[3][n][n])
+                     const double *x, double here[n][3], double areas[3][PAIRS])
 {
+    const int pairs = n * (n - 1) / 2;
     double corner[3];
     for (int d = 0; d < 3; ++d)
         corner[d] = place[d] + x[dof[d]];
@@ -241,29 +248,36 @@ INLINE void areas_of(const int n, const volume_t *of, const double *place, const
         for (int d = 0; d < 3; ++d)
             here[a][d] = place[3 * a + d] + x[dof[3 * a + d]] - corner[d];
     for (int d = 0; d < 3; ++d) {
-        double *area = &areas[d][0][0];
-        for (int bc = 0; bc < n * n; ++bc)
-            area[bc] = of->flux[d] * corner[d] * of->first[bc];
-        for (int a = 1; a < n; ++a) {
-            const double along = of->flux[d] * here[a][d];
-            for (int bc = 0; bc < n * n; ++bc)
-                area[bc] += along * of->table[a * n * n + bc];
-        }
+        double area[PAIRS];
+        for (int p = 0; p < pairs; ++p)
+            area[p] = of->flux[d] * corner[d] * of->first[p];
+        for (int a = 1; a < n; ++a)
+            for (int p = 0; p < pairs; ++p)
+                area[p] += of->flux[d] * here[a][d] * of->table[a * pairs + p];
+        memcpy(areas[d], area, sizeof area);
+    }
+}
+
+/* x_b x x_c of all pairs. */
+INLINE void normals_of(const int n, const double here[n][3], double normals[3][PAIRS])
+{
+    for (int p = 0; p < n * (n - 1) / 2; ++p) {
+        double normal[3];
+        cross(here[one_of[p]], here[other_of[p]], normal);
+        for (int d = 0; d < 3; ++d)
+            normals[d][p] = normal[d];
     }
 }
 
 INLINE void volume_of(const int n, const triangles_t *on, const volume_t *of, const double *x, double *out)
 {
-    double here[n][3], areas[3][n][n], sum = 0.0;
+    double here[n][3], areas[3][PAIRS], normals[3][PAIRS], sum = 0.0;
     for (int64_t e = 0; e < on->count; ++e) {
         areas_of(n, of, on->places + 3 * n * e, on->dofs + 3 * n * e, x, here, areas);
-        for (int b = 0; b < n; ++b)
-            for (int c = b + 1; c < n; ++c) {
-                double normal[3];
-                cross(here[b], here[c], normal);
-                for (int d = 0; d < 3; ++d)
-                    sum += areas[d][c][b] * normal[d];
-            }
+        normals_of(n, here, normals);
+        for (int d = 0; d < 3; ++d)
+            for (int p = 0; p < n * (n - 1) / 2; ++p)
+                sum += areas[d][p] * normals[d][p];
     }
     *out += sum;
 }
@@ -277,25 +291,32 @@ void cavity_volume(const triangles_t *on, const volume_t *of, const double *x, d
 INLINE void gradient_of(const int n, const triangles_t *on, const volume_t *of, const double *x,
                         double factor, double *out)
 {
-    double here[n][3], areas[3][n][n], force[3][n], normals[3][n][n];
+    const int pairs = n * (n - 1) / 2;
+    double here[n][3], areas[3][PAIRS], normals[3][PAIRS], force[n][3];
     for (int64_t e = 0; e < on->count; ++e) {
         const int32_t *dof = on->dofs + 3 * n * e;
         areas_of(n, of, on->places + 3 * n * e, dof, x, here, areas);
-        memset(force, 0, sizeof force);
-        for (int c = 0; c < n; ++c)
-            for (int b = 0; b < n; ++b)
-                for (int d = 0; d < 3; ++d) {
-                    const int i = (d + 1) % 3, j = (d + 2) % 3;
-                    force[d][b] += here[c][i] * areas[j][c][b] - here[c][j] * areas[i][c][b];
-                    normals[d][c][b] = here[b][i] * here[c][j] - here[b][j] * here[c][i];
-                }
+        normals_of(n, here, normals);
         for (int a = 0; a < n; ++a)
             for (int d = 0; d < 3; ++d) {
                 double sum = 0.0;
-                for (int bc = 0; bc < n * n; ++bc)
-                    sum += of->table[a * n * n + bc] * (&normals[d][0][0])[bc];
-                out[dof[3 * a + d]] += factor * (force[d][a] + of->flux[d] * sum / 2);
+                for (int p = 0; p < pairs; ++p)
+                    sum += of->table[a * pairs + p] * normals[d][p];
+                force[a][d] = of->flux[d] * sum;
             }
+        for (int p = 0; p < pairs; ++p) {
+            const double area[3] = {areas[0][p], areas[1][p], areas[2][p]};
+            double by_one[3], by_other[3];
+            cross(here[other_of[p]], area, by_one);
+            cross(area, here[one_of[p]], by_other);
+            for (int d = 0; d < 3; ++d) {
+                force[one_of[p]][d] += by_one[d];
+                force[other_of[p]][d] += by_other[d];
+            }
+        }
+        for (int a = 0; a < n; ++a)
+            for (int d = 0; d < 3; ++d)
+                out[dof[3 * a + d]] += factor * force[a][d];
     }
 }
 
@@ -309,27 +330,31 @@ void cavity_gradient(const triangles_t *on, const volume_t *of, const double *x,
 INLINE void second_of(const int n, const triangles_t *on, const volume_t *of, const double *x,
                       double factor, double *matrices)
 {
-    double here[n][3], areas[3][n][n], turns[3][n][n];
+    const int pairs = n * (n - 1) / 2;
+    double here[n][3], areas[3][PAIRS], both[3][n][n], turns[3][n][n];
+    memset(both, 0, sizeof both);
     for (int64_t e = 0; e < on->count; ++e, matrices += 9 * n * n) {
         areas_of(n, of, on->places + 3 * n * e, on->dofs + 3 * n * e, x, here, areas);
-        for (int a = 0; a < n; ++a)
-            for (int d = 0; d < 3; ++d) {
-                double turn[n]; /* sum_c T_abc x_c */
-                memset(turn, 0, sizeof turn);
-                for (int c = 1; c < n; ++c)
-                    for (int b = 0; b < n; ++b)
-                        turn[b] += of->table[(a * n + c) * n + b] * here[c][d];
-                memcpy(turns[d][a], turn, sizeof turn);
+        memset(turns, 0, sizeof turns);
+        for (int d = 0; d < 3; ++d)
+            for (int p = 0; p < pairs; ++p) {
+                const int b = one_of[p], c = other_of[p];
+                both[d][b][c] = areas[d][p];
+                both[d][c][b] = -areas[d][p];
+                for (int a = 0; a < n; ++a) { /* sum_c T_abc x_c */
+                    turns[d][b][a] += of->table[a * pairs + p] * here[c][d];
+                    turns[d][c][a] -= of->table[a * pairs + p] * here[b][d];
+                }
             }
-        /* Of a node b and a component i of a, the second derivative with component j of b, where i,
-           j and d are 0, 1, 2 in turn: A_ab as (d, b, a), and W's of both nodes. */
+        /* Of a node a and its component i, the second derivative with component j of node b, where
+           i, j and d are 0, 1, 2 in turn. */
         memset(matrices, 0, 9 * n * n * sizeof(double));
         for (int d = 0; d < 3; ++d) {
             const int i = (d + 1) % 3, j = (d + 2) % 3;
             for (int a = 0; a < n; ++a)
                 for (int b = 0; b < n; ++b) {
-                    const double value = factor * (areas[d][b][a] + of->flux[i] * turns[d][a][b]
-                                                   - of->flux[j] * turns[d][b][a]);
+                    const double value = factor * (both[d][a][b] + of->flux[i] * turns[d][b][a]
+                                                   - of->flux[j] * turns[d][a][b]);
                     matrices[((3 * a + i) * n + b) * 3 + j] = value;
                     matrices[((3 * b + j) * n + a) * 3 + i] = value;
                 }

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from softact.mesh.triangles import VOLUME_RULE, Triangles, shape_gradients
+from softact.mesh.triangles import MEMBRANE_RULE, VOLUME_RULE, Triangles, shape_gradients
 from softact.system import jit
 from softact.system.kernels import pointer
 
@@ -24,7 +24,6 @@ class _Triangles(ctypes.Structure):
     _fields_ = (
         ("count", ctypes.c_int64),
         ("nodes", ctypes.c_int32),
-        ("rule", ctypes.c_int32),
         ("slopes", ctypes.c_void_p),
         ("weights", ctypes.c_void_p),
         ("places", ctypes.c_void_p),
@@ -36,10 +35,10 @@ class _Triangles(ctypes.Structure):
 class TriangleLoops:
     """What the loops have to know of triangles.
 
-    slopes: (k, q, 2, n) derivatives of the shape functions along the frames at the points of a
-    rule, 1/mm; weights: (k, q) areas of the points, mm². frames: (k, q, 3, 2) of the triangles as
-    they were made, where the deformation gradient is to come from displacements and not from
-    places. The volume needs none of them.
+    slopes: (k, q, 2, n) derivatives of the shape functions along the frames at the points of the
+    membrane's rule, 1/mm; weights: (k, q) areas of the points, mm². frames: (k, q, 3, 2) of the
+    triangles as they were made, where the deformation gradient is to come from displacements and
+    not from places. The volume needs none of them.
     """
 
     def __init__(
@@ -49,20 +48,22 @@ class TriangleLoops:
         weights: np.ndarray | None = None,
         frames: np.ndarray | None = None,
     ):
-        rule = 0 if weights is None else weights.shape[1]
         given = (slopes, weights, triangles.places, frames)
         doubles = [None if a is None else np.ascontiguousarray(a, dtype=float) for a in given]
         dofs = np.ascontiguousarray(triangles.dofs, dtype=np.int32)
         self._alive = doubles, dofs
         arrays = map(pointer, (*doubles, dofs))
-        self.shape = len(triangles.nodes), rule, triangles.nodes.shape[1]
-        self._on = _Triangles(self.shape[0], self.shape[2], rule, *arrays)
+        self.shape = triangles.nodes.shape
+        self._on = _Triangles(*self.shape, *arrays)
         self._matrices: np.ndarray | None = None
+
+    def __len__(self) -> int:
+        return self.shape[0]
 
     def strain(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """F (k, q, 3, 2) and C (k q, 2, 2) at the unknowns (local,)."""
-        k, q, _ = self.shape
-        f, c = np.empty((k, q, 3, 2)), np.empty((k * q, 2, 2))
+        points = len(MEMBRANE_RULE[1])
+        f, c = np.empty((len(self), points, 3, 2)), np.empty((len(self) * points, 2, 2))
         x = np.ascontiguousarray(x, dtype=float)
         library().membrane_strain(ctypes.byref(self._on), *map(pointer, (x, f, c)))
         return f, c
@@ -83,7 +84,7 @@ class TriangleLoops:
     def _room(self) -> np.ndarray:
         """Element matrices, in the same place each time: a new one would have to be mapped."""
         if self._matrices is None:
-            k, _, n = self.shape
+            k, n = self.shape
             self._matrices = np.empty((k, n, 3, n, 3))
         return self._matrices
 
@@ -94,15 +95,15 @@ class _Volume(ctypes.Structure):
 
 class VolumeLoops(TriangleLoops):
     """V = ∫ (W x) · (∂x/∂r × ∂x/∂s) dr ds of triangles, a polynomial in the places of their nodes,
-    as Σ_a Σ_(b < c) T_abc (W x_a) · (x_b × x_c); flux: (3,) the diagonal of W."""
+    as Σ_a Σ_(b < c) T_abc (W x_a) · (x_b × x_c). flux: (3,) the diagonal of W."""
 
     def __init__(self, triangles: Triangles, flux: np.ndarray):
         super().__init__(triangles)
         points, weights = VOLUME_RULE
-        r, s = np.moveaxis(shape_gradients(points, self.shape[2]), -1, 0)
+        r, s = np.moveaxis(shape_gradients(points, self.shape[1]), -1, 0)
         values = triangles.values(points) * (weights / 2)[:, None]  # of the reference triangle
-        table = np.einsum("qa,qb,qc->abc", values, r, s)
-        table = np.ascontiguousarray((table - table.transpose(0, 2, 1)).transpose(0, 2, 1))
+        other, one = np.tril_indices(self.shape[1], -1)  # of the nodes, in the order of the loops
+        table = values.T @ (r[:, one] * s[:, other] - r[:, other] * s[:, one])
         self._tables = table, table.sum(axis=0), np.ascontiguousarray(flux, dtype=float)
         self._of = _Volume(*map(pointer, self._tables))
 
