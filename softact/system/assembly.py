@@ -332,9 +332,9 @@ class Assembler:
         self.values[self._diagonal[owned_fixed]] = 1.0
         if self._any_changed():
             self._lay_out(self.matrix)
-        values = np.concatenate(
-            [self.values, self.extra_values, *(loose.values for loose in self._loose)]
-        )
+        beyond = [self.extra_values, *(loose.values for loose in self._loose)]
+        # Where there is nothing beyond the elements' values, they are handed over as they lie.
+        values = np.concatenate([self.values, *beyond]) if any(map(len, beyond)) else self.values
         _check(
             _petsc.MatSetValuesCOO(
                 ctypes.c_void_p(self.matrix.handle),

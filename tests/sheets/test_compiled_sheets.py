@@ -12,6 +12,8 @@ from softact.materials.invariants import InvariantLaw
 from softact.materials.plane_stress import IncompressibleLaw, sheet_law
 from softact.materials.tension_field import TensionField
 from softact.mesh.triangles import VOLUME_RULE, Triangles, shape_functions, shape_gradients
+from softact.solve.newton import Newton, SolveOptions
+from softact.system.term import TimeStep
 from tests.materials.samples import SAMPLES
 from tests.sheets.test_sheet_tangents import NYLON, RUBBER, metrics, pillow
 
@@ -124,6 +126,24 @@ def test_element_matrices_find_their_places():
     np.add.at(expected, (at[:, :, None], at[:, None]), whole.reshape(k, 3 * n, 3 * n))
     free = assembler.fixed == 0
     np.testing.assert_allclose(found, expected * np.outer(free, free), atol=1e-13)
+
+
+def test_a_line_search_evaluates_no_place_twice():
+    """The force at its start is that of the residual, and that at its end the next residual."""
+    model = pillow(Sheet([Ply(NYLON, 0.2)], tension_field=True), counts=(2, 2))
+    model.add_inertia()
+    state, places = model.initial_state(), []
+    state.put("pressure", {"air": 0.01})
+    state.motion = TimeStep(1e8, state.x.copy(), state.x.copy())
+    force = model.force
+    model.force = lambda state: places.append(state.x.tobytes()) or force(state)
+    solver = Newton(model, 1e-8, 30)
+    solver.set_supports([], state)
+    options = SolveOptions(1e-8, line_search=True)
+    outcome = solver.solve(state, solver.held(state).end, options=options)
+    assert outcome.converged and outcome.iterations > 2
+    assert solver.counts.residual_evaluations == outcome.iterations + 1 <= len(places)
+    assert len(set(places)) == len(places)
 
 
 def test_fibres_across_the_sheet_are_left_to_numpy():
