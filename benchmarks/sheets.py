@@ -1,7 +1,7 @@
 """What the load steps of fabric actuators cost, with this tree and with another.
 
-``python -m benchmarks.sheets OTHER [SPEC ...] [--rounds 3]``: OTHER is a Python in which the softact
-of another tree is installed, SPECs are names of ``configs/``, by default all free fabric actuators.
+``python -m benchmarks.sheets OTHER [SPEC ...] [--rounds 3]``: OTHER is a Python in which another
+tree's softact is installed, SPECs are names of ``configs/``, by default all free fabric actuators.
 Both solve each of this tree's specs on one process in turn; told are the medians of the processor
 time of the load steps, their ratio, and the iterations of Newton's method.
 """
