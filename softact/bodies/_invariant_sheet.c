@@ -150,7 +150,7 @@ void sheet_response(int64_t count, const double *c, const double *fibres, const 
 
 /* TAUT, WRINKLED or SLACK (count). */
 void sheet_states(int64_t count, const double *c, const double *fibres, const double *k,
-                  double *states)
+                  int64_t *states)
 {
     for (int64_t p = 0; p < count; ++p, c += 4, fibres += 3 * FAMILIES) {
         const double here[3] = {c[0], c[3], c[1]};

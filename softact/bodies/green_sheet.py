@@ -51,7 +51,7 @@ class GreenTensionField(GreenSheet):
 
     def state(self, c: np.ndarray) -> np.ndarray:
         """TAUT, WRINKLED or SLACK (n,)."""
-        states, c = np.empty(len(c)), np.ascontiguousarray(c, dtype=float)
+        states, c = np.empty(len(c), np.int64), np.ascontiguousarray(c, dtype=float)
         count, poisson = ctypes.c_int64(len(c)), self._constants[1]
         library().green_states(count, pointer(c), poisson, pointer(states))
         return states

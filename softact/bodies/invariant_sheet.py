@@ -76,6 +76,6 @@ class InvariantTensionField(InvariantSheet):
 
     def state(self, c: np.ndarray) -> np.ndarray:
         """TAUT, WRINKLED or SLACK (n,)."""
-        states, c = np.empty(len(c)), np.ascontiguousarray(c, dtype=float)
+        states, c = np.empty(len(c), np.int64), np.ascontiguousarray(c, dtype=float)
         self._functions.sheet_states(*self._at(c), pointer(states))
         return states

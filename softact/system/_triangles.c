@@ -178,7 +178,7 @@ INLINE int state_of(double low, double high, double poisson)
 }
 
 /* TAUT, WRINKLED or SLACK (count) at C (count, 2, 2). */
-void green_states(int64_t count, const double *c, double poisson, double *states)
+void green_states(int64_t count, const double *c, double poisson, int64_t *states)
 {
     for (int64_t k = 0; k < count; ++k, c += 4) {
         const double e0 = (c[0] - 1) / 2, e1 = (c[3] - 1) / 2, e2 = c[1] / 2;
