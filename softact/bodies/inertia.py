@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy.sparse
 
 from softact.system.kernels import Coefficient, Kernel
 from softact.system.term import FUNCTIONS, Origin, State
@@ -95,20 +97,24 @@ class SheetInertia(Inertia):
         self._triangles = triangles
         self._mass = density * triangles.mass()
 
+    @functools.cached_property
+    def _matrix(self) -> scipy.sparse.csr_matrix:
+        """The mass matrix of the unknowns up to the sheet's last."""
+        dofs, n = self._triangles.dofs, self._mass.shape[1]
+        rows, columns = np.repeat(dofs, n, axis=1), np.tile(dofs, (1, n, 1))
+        values = np.repeat(self._mass.reshape(len(dofs), -1), 3)
+        entries = values, (rows.ravel(), columns.ravel())
+        return scipy.sparse.csr_matrix(entries, shape=(int(dofs.max(initial=-1)) + 1,) * 2)
+
     def momentum(self, velocity: np.ndarray) -> np.ndarray:
         """See ``Inertia``."""
-        out = np.zeros_like(velocity)
-        forces = np.einsum("knm,kmc->knc", self._mass, velocity[self._triangles.dofs])
-        self._triangles.add_force(forces, out)
+        out, matrix = np.zeros_like(velocity), self._matrix
+        out[: matrix.shape[0]] = matrix @ velocity[: matrix.shape[1]]
         return out
 
     def add_mass(self, factor: float) -> None:
         """See ``Inertia``."""
-        k, n = self._mass.shape[:2]
-        matrices = np.zeros((k, n, 3, n, 3))
-        for c in range(3):
-            matrices[:, :, c, :, c] = factor * self._mass
-        self._triangles.table.add(matrices)
+        self._triangles.table.add_scalar(self._mass, factor)
 
 
 class LumpedInertia(Inertia):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from softact.bodies.compiled_sheet_law import relaxed
 from softact.bodies.inertia import SheetInertia
 from softact.bodies.membrane import BondedMembrane, Membrane
 from softact.bodies.plate import LayerBending, is_flat
@@ -17,7 +18,7 @@ from softact.bodies.weight import Weight
 from softact.errors import SpecError
 from softact.materials.laws.linear import Linear
 from softact.materials.plane_stress import GreenLaw
-from softact.materials.tension_field import KEPT_BONDED, relaxed
+from softact.materials.tension_field import KEPT_BONDED
 from softact.mesh.triangles import Triangles
 from softact.system import forms
 from softact.system.kernels import Coefficient, Kernel

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import functools
-import hashlib
 import operator
 
 import numpy as np
 
+from softact.bodies.last_few import LastFew
 from softact.materials.plane_stress import Response, SheetLaw
-from softact.materials.tension_field import PLACE, TensionField
+from softact.materials.tension_field import PLACE
 from softact.mesh.triangles import MEMBRANE_RULE, Triangles, areas_at
 from softact.system.term import Origin, State
-
-KEPT = 4  # states whose stresses are kept, see ``softact.bodies.solid``
+from softact.system.triangle_loops import TriangleLoops, linearised_stress
 
 #: Deformation gradient, energy, stress and moduli at a state.
 Evaluated = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
@@ -26,37 +25,26 @@ class Membrane:
     with its thickness (mm). along: (3,) the first axis of C, put into the sheet.
     """
 
+    from_displacements = False
+
     def __init__(self, triangles: Triangles, along: np.ndarray, laws: list[tuple[SheetLaw, float]]):
         self.triangles, self.laws = triangles, laws
         points, weights = MEMBRANE_RULE
         frames = triangles.frames(along, points)
-        self.gradients = triangles.gradients(frames, points)
-        k, _, n, _ = self.gradients.shape
-        # The same as one matrix (k, n, 2 q) for each triangle.
-        self._columns = np.ascontiguousarray(self.gradients.transpose(0, 2, 1, 3)).reshape(k, n, -1)
-        self.undeformed = np.swapaxes(frames, -1, -2)
+        slopes = np.swapaxes(triangles.gradients(frames, points), 2, 3)
         self.weights = areas_at(triangles.places, points) * weights
-        self._kept: dict[bytes, Evaluated] = {}
+        made = np.swapaxes(frames, -1, -2) if self.from_displacements else None
+        self._loops = TriangleLoops(triangles, slopes, self.weights, made)
+        self._kept: LastFew[Evaluated] = LastFew()
 
     @property
     def thickness(self) -> float:
         """Of all layers together, mm."""
         return sum(t for _, t in self.laws)
 
-    def deformation_gradient(self, x: np.ndarray) -> np.ndarray:
-        """F (k, q, 3, 2): what the frame's axes become."""
-        return self._gradient_of(self.triangles.current(x))
-
-    def _gradient_of(self, nodal: np.ndarray) -> np.ndarray:
-        """Derivatives (k, q, 3, 2) along the frames of a field with nodal values (k, n, 3)."""
-        k, q = self.weights.shape
-        product = np.swapaxes(nodal, 1, 2) @ self._columns
-        return np.ascontiguousarray(product.reshape(k, 3, q, 2).transpose(0, 2, 1, 3))
-
     def metric(self, x: np.ndarray) -> np.ndarray:
         """C (k q, 2, 2)."""
-        f = self.deformation_gradient(x).reshape(-1, 3, 2)
-        return f.transpose(0, 2, 1) @ f
+        return self._loops.strain(x)[1]
 
     def response(self, c: np.ndarray) -> Response:
         """Energy, stress and moduli per undeformed area (N/mm), all layers together."""
@@ -67,64 +55,36 @@ class Membrane:
         return energy, stress, moduli
 
     def _evaluate(self, x: np.ndarray) -> Evaluated:
-        """Deformation gradient and ``response``, kept for the last few states."""
-        key = hashlib.blake2b(x.data, digest_size=16).digest()
-        found = self._kept.pop(key, None)
-        if found is None:
-            f = self.deformation_gradient(x)
-            c = (np.swapaxes(f, -1, -2) @ f).reshape(-1, 2, 2)
-            energy, stress, moduli = self.response(c)
-            found = f, energy, stress, moduli
-        self._kept[key] = found
-        while len(self._kept) > KEPT:
-            del self._kept[next(iter(self._kept))]
-        return found
+        """Deformation gradient (k, q, 3, 2) and ``response``, kept for the last few states."""
 
-    def _rates(self, f: np.ndarray) -> np.ndarray:
-        """Derivatives (k, q, 3, 3 n) of E11, E22, 2 E12 with respect to nodal displacements."""
-        b = self.gradients
-        k, q, n, _ = b.shape
-        one, two = (b[..., i, None] * f[:, :, None, :, i] for i in (0, 1))
-        shear = b[..., 0, None] * f[:, :, None, :, 1] + b[..., 1, None] * f[:, :, None, :, 0]
-        return np.stack([one, two, shear], axis=2).reshape(k, q, 3, 3 * n)
+        def find() -> Evaluated:
+            f, c = self._loops.strain(x)
+            return f, *self.response(c)
+
+        return self._kept(x, b"", find)
 
     def add_force(self, state: State, out: np.ndarray) -> None:
+        """See ``Term``."""
         f, _, stress, _ = self._evaluate(state.x)
-        k, q = self.weights.shape
-        tensor = stress[:, PLACE].reshape(k, q, 2, 2) * self.weights[..., None, None]
-        first = (f @ tensor).transpose(0, 1, 3, 2).reshape(k, 2 * q, 3)  # first Piola-Kirchhoff
-        self.triangles.add_force(self._columns @ first, out)
+        self._loops.add_force(f, stress, out)
 
     def add_tangent(self, state: State, origin: Origin | None) -> None:
+        """See ``Term``."""
         f, _, stress, moduli = self._evaluate(state.x)
-        k, q = self.weights.shape
-        n = self.gradients.shape[2]
-        rates = self._rates(f)
-        weighted = moduli.reshape(k, q, 3, 3) * self.weights[..., None, None]
-        left = (weighted @ rates).reshape(k, 3 * q, 3 * n)
-        matrices = rates.reshape(k, 3 * q, 3 * n).transpose(0, 2, 1) @ left
-        carried = stress if origin is None else self._carried(state.x, origin)
-        tensor = carried.reshape(k, q, 3)[..., PLACE] * self.weights[..., None, None]
-        left = (self.gradients @ tensor).transpose(0, 2, 1, 3).reshape(k, n, 2 * q)
-        geometric = left @ np.swapaxes(self._columns, 1, 2)
-        matrices = matrices.reshape(k, n, 3, n, 3)
-        for c in range(3):
-            matrices[:, :, c, :, c] += geometric
-        self.triangles.table.add(matrices)
+        carried = stress if origin is None else self._carried(f, origin)
+        self.triangles.table.add(self._loops.tangent(f, moduli, carried))
 
-    def _carried(self, x: np.ndarray, origin: Origin) -> np.ndarray:
-        """Stress of the geometric stiffness, see ``Origin``."""
+    def _carried(self, now: np.ndarray, origin: Origin) -> np.ndarray:
+        """Stress of the geometric stiffness at deformation gradients, see ``Origin``."""
         kept = [self._evaluate(state) for state in origin.states]
         if not origin.linearised:
             shares = (w * part[2] for w, part in zip(origin.weights, kept, strict=True))
             return functools.reduce(operator.add, shares)
         before, _, stress, moduli = kept[0]
-        now = self.deformation_gradient(x)
-        e = (np.swapaxes(before, -1, -2) @ (now - before)).reshape(-1, 2, 2)
-        rate = np.stack([e[:, 0, 0], e[:, 1, 1], e[:, 0, 1] + e[:, 1, 0]], axis=1)
-        return stress + np.einsum("nij,nj->ni", moduli, rate)
+        return linearised_stress(before, now, stress, moduli)
 
     def energy(self, state: State) -> float:
+        """See ``Term``."""
         return float(self._evaluate(state.x)[1] @ self.weights.ravel())
 
     # --- what measures read -----------------------------------------------------------------
@@ -143,10 +103,8 @@ class Membrane:
 
     def wrinkling(self, x: np.ndarray) -> np.ndarray | None:
         """0 taut, 1 wrinkled, 2 slack (k, q), of the first layer; None without tension field."""
-        law = self.laws[0][0]
-        if not isinstance(law, TensionField):
-            return None
-        return law.state(self.metric(x)).reshape(self.weights.shape)
+        states = getattr(self.laws[0][0], "state", None)
+        return None if states is None else states(self.metric(x)).reshape(self.weights.shape)
 
 
 class BondedMembrane(Membrane):
@@ -156,7 +114,4 @@ class BondedMembrane(Membrane):
     Not for sheets by themselves: with it the inflation of a flat disc (Hencky's) does not settle.
     """
 
-    def deformation_gradient(self, x: np.ndarray) -> np.ndarray:
-        """See ``Membrane.deformation_gradient``."""
-        moved = x[self.triangles.dofs]
-        return self.undeformed + self._gradient_of(moved)
+    from_displacements = True

@@ -72,20 +72,24 @@ class LayerBending:
         self._owned_dofs = nodes.dofs[owned]
         mine = np.searchsorted(layer_nodes, number[owned])
         self._order = np.argsort(np.concatenate(nodes.comm.allgather(mine)))
-        self._rows = [(odd if c in symmetry else even)[mine] for c in range(3)]
-        self._register(mine)
+        # Of all three components of this process's nodes, by those of all nodes of the layer.
+        across = np.isin(np.arange(3), list(symmetry))
+        self._rows = scipy.sparse.csr_matrix(
+            scipy.sparse.kron(even[mine], np.diag(~across).astype(float))
+            + scipy.sparse.kron(odd[mine], np.diag(across).astype(float))
+        )
+        self._register()
 
-    def _register(self, mine: np.ndarray) -> None:
+    def _register(self) -> None:
         """Tell the assembler which unknowns are coupled, and keep the entries' order."""
         u = self._assembler.unknowns
-        numbers = self._gather(u.number[self._owned_dofs])
-        rows, columns, self._entries = [], [], []
-        for c, matrix in enumerate(self._rows):
-            entries = matrix.tocoo()
-            rows.append(u.number[self._owned_dofs[entries.row, c]])
-            columns.append(numbers[entries.col, c])
-            self._entries.append((entries.row, entries.col, entries.data))
-        self._slots = self._assembler.couple(np.concatenate(rows), np.concatenate(columns))
+        mine, entries = u.number[self._owned_dofs], self._rows.tocoo()
+        self._slots = self._assembler.couple(
+            mine.ravel()[entries.row], self._gather(mine).ravel()[entries.col]
+        )
+        self._entries = entries.row, entries.col, entries.data
+        self._free = np.ones_like(mine, dtype=bool), np.ones((len(self._order), 3), dtype=bool)
+        self._values = entries.data
 
     def go_on(self, repeat: Repeat) -> None:
         """Bend across the border to the next module, too; in one process."""
@@ -97,12 +101,12 @@ class LayerBending:
 
     def _gather(self, mine: np.ndarray) -> np.ndarray:
         """Values (n, 3) at all nodes of the layer, from those at each process's own."""
-        parts = self._comm.allgather(mine)
+        parts = self._comm.allgather(mine) if self._comm.size > 1 else [mine]
         return np.concatenate(parts)[self._order]
 
     def _forces(self, state: State) -> np.ndarray:
         u = self._gather(state.x[self._owned_dofs])
-        return np.column_stack([m @ u[:, c] for c, m in enumerate(self._rows)])
+        return (self._rows @ u.ravel()).reshape(-1, 3)
 
     def add_force(self, state: State, out: np.ndarray) -> None:
         out[self._owned_dofs] += self._forces(state)
@@ -110,12 +114,13 @@ class LayerBending:
             self.seam.add_force(state, out)
 
     def add_tangent(self, state: State, origin: Origin | None) -> None:
-        free = self._gather(self._assembler.fixed[self._owned_dofs]) == 0
         mine = self._assembler.fixed[self._owned_dofs] == 0
-        values = [
-            data * (mine[row, c] & free[col, c]) for c, (row, col, data) in enumerate(self._entries)
-        ]
-        self._assembler.extra_values[self._slots] += np.concatenate(values)
+        free = mine, self._gather(mine)
+        if not all(map(np.array_equal, free, self._free)):
+            row, column, data = self._entries
+            self._free = free
+            self._values = data * (free[0].ravel()[row] & free[1].ravel()[column])
+        self._assembler.extra_values[self._slots] += self._values
         if self.seam:
             self.seam.add_tangent(state, origin)
 

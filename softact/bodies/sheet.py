@@ -9,6 +9,7 @@ import numpy as np
 from mpi4py import MPI
 from scipy.spatial import cKDTree
 
+from softact.bodies.compiled_sheet_law import compiled, relaxed
 from softact.bodies.inertia import SheetInertia
 from softact.bodies.membrane import Membrane
 from softact.bodies.plate import LayerBending
@@ -17,7 +18,6 @@ from softact.bodies.weight import Weight
 from softact.errors import MeshError, SpecError
 from softact.materials.base import FibreLaw, Law
 from softact.materials.plane_stress import SheetLaw, sheet_law, small_strain_constants
-from softact.materials.tension_field import relaxed
 from softact.mesh.sheets import SheetMesh, SheetNodes
 from softact.mesh.triangles import MEMBRANE_RULE, Triangles
 from softact.system.assembly import BlockTable
@@ -119,8 +119,8 @@ class SheetPart:
         """The law of a ply in its plane."""
         law = sheet_law(ply.law, self._fibres(ply), ply.incompressible)
         if self.sheet.tension_field:
-            law = relaxed(law, small_strain_constants(ply.law)[1])
-        return law
+            return relaxed(law, small_strain_constants(ply.law)[1])
+        return law if ply.law.remembers else compiled(law)
 
     def _fibres(self, ply: Ply) -> np.ndarray | None:
         """Fibre directions (k q, families, 3) in the frames of the triangles, or None."""

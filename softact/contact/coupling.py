@@ -120,22 +120,27 @@ class NodeCoupling(Coupling):
         super().__init__(assembler, facets)
         self._facets = facets
         self._free = np.ones((self._count, 3), dtype=bool)
+        self._kept: np.ndarray | None = None  # of each block's entries, where both are free
 
     def begin(self) -> None:
         """See ``Coupling``."""
         super().begin()
-        self._free = self._facets.free(self._assembler.fixed)
+        free = self._facets.free(self._assembler.fixed)
+        if not np.array_equal(free, self._free):
+            self._free, self._kept = free, None
 
     def _lay_out(self) -> None:
+        self._kept = None
         first = self._facets.first
         row, column = np.divmod(self._keys, self._count)
         self._set_blocks(first[row], first[column])
 
     def finish(self, x: np.ndarray, push: Callable[[], np.ndarray]) -> None:
         """See ``Coupling``."""
-        row, column = np.divmod(self._keys, self._count)
-        kept = self._blocks * self._free[row][:, :, None] * self._free[column][:, None]
-        self._slots.values += kept.ravel()
+        if self._kept is None:
+            row, column = np.divmod(self._keys, self._count)
+            self._kept = self._free[row][:, :, None] & self._free[column][:, None]
+        self._slots.values += (self._blocks * self._kept).ravel()
 
 
 def _grouped(

@@ -53,7 +53,7 @@ class Crossing:
         """
         overlapping, deeper = (OVERLAPPING, BEHIND) if touching else (0.0, 0.0)
         pieces = np.array(PIECES if before.shape[1] == 6 else ((0, 1, 2),))
-        points = [np.einsum("qn,knc->kqc", values, nodes) for nodes in (before, after)]
+        points = [values @ nodes for nodes in (before, after)]
         corners = [nodes[:, pieces] for nodes in (before, after)]
         facet, other, piece, point = self._changed(
             points, corners, start, candidate, size, overlapping, deeper

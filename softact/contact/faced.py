@@ -154,7 +154,7 @@ class Faced:
         near, looks = nodes[numbers], numbers[on]
         row = np.searchsorted(facets.share, looks)
         faced, place, gap = self._closest(
-            np.einsum("qn,knc->kqc", points, near[on]),
+            points @ near[on],
             near[on],
             near,
             np.append(looking.start[on], looking.start[-1]),

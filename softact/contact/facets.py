@@ -117,7 +117,7 @@ class ContactFacets(Facets):
 
     def places(self, x: np.ndarray) -> np.ndarray:
         """Deformed places (k, 12, 3) of the quadrature points, mm."""
-        return np.einsum("qn,knc->kqc", self.values, self.node_places(x))
+        return self.values @ self.node_places(x)
 
     def sums_at_nodes(self, values: np.ndarray, count: int) -> np.ndarray:
         """See ``Facets``: of its own facets."""
@@ -127,7 +127,7 @@ class ContactFacets(Facets):
         self, tractions: np.ndarray, out: np.ndarray, on: np.ndarray | slice = slice(None)
     ) -> None:
         """Add the nodal forces of tractions (k', 12, 3), force per area, of the facets ``on``."""
-        forces = np.einsum("qn,kq,kqc->knc", self.values, self.areas[on], tractions)
+        forces = self.values.T @ (tractions * self.areas[on][..., None])
         out += np.bincount(self.dofs[on].ravel(), forces.ravel(), len(out))
 
     def add_tangent(self, moduli: np.ndarray, on: np.ndarray) -> None:

@@ -22,7 +22,7 @@ def gap_hessian(
     and A = a − g b: δg = n·v and δ²g = −(t a⁻¹ b A⁻¹ t + t A⁻¹ s + s A⁻¹ t + g s A⁻¹ s). It
     follows from g² = min |x − y|² over the facet, and holds at g = 0 too.
     """
-    metric = np.einsum("mac,mbc->mab", tangents, tangents)
+    metric = tangents @ tangents.transpose(0, 2, 1)
     curvature = bend[:, [0, 1, 1, 2]].reshape(-1, 2, 2)
     whole = np.linalg.inv(metric - gap[:, None, None] * curvature)
     first_part = np.linalg.solve(metric, curvature @ whole)

@@ -77,14 +77,10 @@ class RigidContact:
         """See the class."""
         return float(state["presence"].get(self.name, self.obstacle.active))
 
-    def gaps(
-        self, state: State, x: np.ndarray | None = None
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Signed gap (k, 12) mm at the quadrature points, normals and curvatures there."""
-        places = self._places(state, state.x if x is None else x)
-        g, n, h = self.obstacle.shape.distance(places.reshape(-1, 3))
-        form = places.shape[:2]
-        return g.reshape(form), n.reshape(*form, 3), h.reshape(*form, 3, 3)
+    def gaps(self, state: State) -> np.ndarray:
+        """Signed gap (k, 12) mm at the quadrature points."""
+        places = self._places(state, state.x)
+        return self.obstacle.shape.gap(places.reshape(-1, 3)).reshape(places.shape[:2])
 
     def _places(self, state: State, x: np.ndarray) -> np.ndarray:
         """Places of the points (k, 12, 3) as seen from the obstacle."""
@@ -95,9 +91,11 @@ class RigidContact:
 
     def _touch(self, state: State) -> _Touch:
         """The facets in touch."""
-        g, n, h = self.gaps(state)
-        on = np.flatnonzero((g < 0).any(axis=1))
-        g, n, h = g[on], n[on], h[on]
+        places, shape = self._places(state, state.x), self.obstacle.shape
+        on = np.flatnonzero((shape.gap(places.reshape(-1, 3)) < 0).reshape(places.shape[:2]).any(1))
+        g, n, h = shape.distance(places[on].reshape(-1, 3))
+        form = len(on), places.shape[1]
+        g, n, h = g.reshape(form), n.reshape(*form, 3), h.reshape(*form, 3, 3)
         stiffness = np.broadcast_to(self._stiffness(state)[on, None], g.shape)
         p, slope, _ = pressure(g, stiffness, self.facets.onset[on, None])
         return _Touch(on, p, slope, n, h)
@@ -158,7 +156,7 @@ class RigidContact:
         """Undeformed area in touch on this process, mm²."""
         if self.presence(state) != 1.0:
             return 0.0
-        return float(self.facets.areas[self.gaps(state)[0] < 0.0].sum())
+        return float(self.facets.areas[self.gaps(state) < 0.0].sum())
 
     def add_force(self, state: State, out: np.ndarray) -> None:
         if self.presence(state) == 1.0:
@@ -175,7 +173,7 @@ class RigidContact:
     def energy(self, state: State) -> float:
         if self.presence(state) != 1.0:
             return 0.0
-        g, _, _ = self.gaps(state)
+        g = self.gaps(state)
         stiffness = self._stiffness(state)[:, None]
         _, _, potential = pressure(g, stiffness, self.facets.onset[:, None])
         return float(np.sum(self.facets.areas * potential))
@@ -228,7 +226,7 @@ class RigidContact:
         return present and len(self.facets) > 0
 
     def _gap(self, places: np.ndarray) -> np.ndarray:
-        return self.obstacle.shape.distance(places)[0]
+        return self.obstacle.shape.gap(places)
 
     def _went_through(self, start: np.ndarray, end: np.ndarray) -> bool:
         """Whether a point is lost on its straight way (n, 3), as seen from the obstacle."""
@@ -260,12 +258,12 @@ class RigidContact:
         """Smallest gap, and its smallest ratio to the element size (both below zero: overlap)."""
         if self.presence(state) != 1.0 or not len(self.facets):
             return np.inf, np.inf
-        g, _, _ = self.gaps(state)
+        g = self.gaps(state)
         return float(g.min()), float((g / self.facets.size[:, None]).min())
 
     def deepest(self, state: State) -> tuple[float, np.ndarray]:
         """Smallest gap (mm) and where it is (3,), mm."""
         if not len(self.facets):
             return np.inf, np.zeros(3)
-        g, _, _ = self.gaps(state)
+        g = self.gaps(state)
         return float(g.min()), self.facets.places(state.x).reshape(-1, 3)[g.argmin()]

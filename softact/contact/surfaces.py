@@ -181,7 +181,7 @@ class SurfaceContact:
         nodes = facets[partner]
         values, first, second = derivatives(place, nodes.shape[1])
         across = np.hstack([self.facets.values[point], -values])
-        tangents = np.einsum("man,mnc->mac", first, nodes)
+        tangents = first @ nodes
         normal = np.cross(tangents[:, 0], tangents[:, 1])
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
         bend = np.einsum("kn,mnc,mc->mk", second, nodes, normal)
@@ -297,9 +297,10 @@ class SurfaceContact:
         facet, point = np.nonzero((seen.partner >= 0) & self.facets.mine[:, None])
         other = seen.partner[facet, point], seen.place[facet, point]
         values, first, _ = derivatives(other[1], moved.shape[1])
-        mine = np.einsum("mn,mnc->mc", self.facets.values[point], moved[facet])
-        theirs = np.einsum("mn,mnc->mc", values, moved[other[0]])
-        a, b = np.moveaxis(np.einsum("man,mnc->mac", first, moved[other[0]]), 1, 0)
+        mine = (self.facets.values[point][:, None] @ moved[facet])[:, 0]
+        faced = moved[other[0]]
+        theirs = (values[:, None] @ faced)[:, 0]
+        a, b = np.moveaxis(first @ faced, 1, 0)
         normal = np.cross(a, b)
         then = np.einsum("mc,mc->m", mine - theirs, normal) / np.linalg.norm(normal, axis=1)
         lowest = np.minimum(DEEPER * seen.gap[facet, point], -DEEPEST * self.facets.size[facet])

@@ -44,7 +44,7 @@ class GreenLaw:
     Green strain E: that of the facet layers."""
 
     def __init__(self, young: float, poisson: float):
-        self.young = young
+        self.young, self.poisson = young, poisson
         a = young / (1 - poisson**2)
         self.moduli = a * np.array(
             [[1, poisson, 0], [poisson, 1, 0], [0, 0, (1 - poisson) / 2]], dtype=float

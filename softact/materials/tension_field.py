@@ -12,13 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softact.materials.plane_stress import (
-    GreenLaw,
-    IncompressibleLaw,
-    Response,
-    SheetLaw,
-    SolidLaw,
-)
+from softact.materials.plane_stress import IncompressibleLaw, Response, SheetLaw, SolidLaw
 
 # Part of the unrelaxed energy that is kept, so that slack sheets keep a stiffness; of layers bonded
 # to solids, where Newton's method does not settle with less (docs/performance.md).
@@ -105,42 +99,6 @@ class TensionField:
         natural = values[:, 1] ** -self._poisson
         lacking = np.maximum(natural - values[:, 0], 1e-8)
         return vectors[:, :, 0] * np.sqrt(lacking)[:, None]
-
-
-class GreenTensionField(TensionField):
-    """The same of ``GreenLaw``, in closed form: with the principal strains e1 ≥ e2 it is wrinkled
-    where e1 > 0 and e2 < −ν e1, and its stress there E e1 along the first direction."""
-
-    law: GreenLaw
-
-    def _state(self, c: np.ndarray, stress: np.ndarray) -> np.ndarray:
-        low, high = _principal(_green(c))
-        return np.where(low + self._poisson * high >= 0, TAUT, np.where(high > 0, WRINKLED, SLACK))
-
-    def _wrinkled(self, c: np.ndarray, chosen: np.ndarray) -> Response:
-        strain = _green(c[chosen])
-        low, high = _principal(strain)
-        # Twice the angle of the first principal direction n; m is across it.
-        double = np.arctan2(strain[:, 2], (strain[:, 0] - strain[:, 1]) / 2)
-        cos, sin = np.cos(double), np.sin(double)
-        along = np.stack([(1 + cos) / 2, (1 - cos) / 2, sin / 2], axis=1)  # n ⊗ n
-        turning = np.stack([-sin, sin, cos], axis=1)  # n ⊗ m + m ⊗ n
-        young = self.law.young
-        turned = young * high / (2 * (high - low))
-        moduli = young * along[:, :, None] * along[:, None] + (
-            turned[:, None, None] * turning[:, :, None] * turning[:, None]
-        )
-        return young * high**2 / 2, (young * high)[:, None] * along, moduli
-
-
-def relaxed(law: SheetLaw, poisson: float, kept: float = KEPT) -> TensionField:
-    """The relaxed form of a law; poisson: Poisson's ratio at small strains, a first guess."""
-    return (GreenTensionField if isinstance(law, GreenLaw) else TensionField)(law, poisson, kept)
-
-
-def _green(c: np.ndarray) -> np.ndarray:
-    """Green strain (n, 3) of C (n, 2, 2)."""
-    return (_components(c) - [1.0, 1.0, 0.0]) / 2
 
 
 def _components(c: np.ndarray) -> np.ndarray:

@@ -15,6 +15,9 @@ from softact.system.inertia import MUMPS_CONTROLS
 # small for them (users' guide, section 8).
 OUT_OF_MEMORY, OUT_OF_SPACE = (-13, -19), (-8, -9)
 
+# Rows of displacements alone are of one size: to scale them takes a fifth of a factorisation.
+UNSCALED = {8: 0}
+
 
 @dataclass(frozen=True)
 class WorkingSpace:
@@ -69,7 +72,10 @@ class Factor:
         pc.setFactorSetUpSolverType()
         factors = pc.getFactorMatrix()
         self.fresh = self._analysed = False
-        for control, value in {**MUMPS_CONTROLS, 14: self._space}.items():
+        controls = {**MUMPS_CONTROLS, 14: self._space}
+        if not model.solids:
+            controls |= UNSCALED
+        for control, value in controls.items():
             factors.setMumpsIcntl(control, value)
         return factors
 

@@ -10,6 +10,7 @@ import numpy as np
 from petsc4py import PETSc
 
 from softact import compat
+from softact.bodies.last_few import LastFew
 from softact.loads.support import Held, Support
 from softact.model import Model
 from softact.solve.border import Border, Control
@@ -121,7 +122,8 @@ class _Solve:
 
     held: prescribed displacements. allowed: iterations. factored_at: iteration of the last
     factorisation. internal, out_of_balance: norms of forces (N), volume_error: of volumes (mm³), at
-    the last evaluation. kinked: whether forces had kinks at any iterate.
+    the last evaluation. kinked: whether forces had kinks at any iterate. known: forces at the last
+    few places, see ``_force``.
     """
 
     state: State
@@ -131,6 +133,7 @@ class _Solve:
     options: SolveOptions
     force_floor: float
     allowed: int
+    known: LastFew[tuple[np.ndarray, np.ndarray]] = field(default_factory=LastFew)
     factored_at: int | None = None
     residuals: list[float] = field(default_factory=list)
     reason: str = ""
@@ -246,7 +249,11 @@ class Newton:
 
         def begin() -> None:
             border = Border(self.model, control, self._supported.dofs) if control else None
-            self._now = _Solve(state, origin, held, border, options, floor, allowed)
+            # What touches is seen from where it was last: there is no way back to an earlier place.
+            known: LastFew[tuple[np.ndarray, np.ndarray]] = LastFew(
+                1 if len(self.model.contacts) else TUNING.searches + 1
+            )
+            self._now = _Solve(state, origin, held, border, options, floor, allowed, known)
             self._x.setArray(guess)
             with np.errstate(all="ignore"):
                 self._snes.solve(None, self._x)
@@ -307,12 +314,23 @@ class Newton:
         now, owned = self._now, self.model.unknowns.owned
         now.state.x = self.model.follow(self.model.unknowns.to_local(x))
         self.counts.residual_evaluations += 1
-        force, internal = self.model.force(now.state)
+        force, internal = self._force(now.state)
+        force = force.copy()
         force[self._supported.dofs] = now.state.x[self._supported.dofs] - now.held
         f.setArray(force[:owned])
         now.internal = self._norm(internal[:owned][self._is_force])
         now.out_of_balance = self._norm(force[:owned][self._is_force])
         now.volume_error = self._norm(force[:owned][~self._is_force])
+
+    def _force(self, state: State) -> tuple[np.ndarray, np.ndarray]:
+        """Out-of-balance and internal force (local,) on the way of a solve: a line search has been
+        at most places already."""
+
+        def find() -> tuple[np.ndarray, np.ndarray]:
+            with np.errstate(all="ignore"):
+                return self.model.force(state)
+
+        return find() if self._now.border else self._now.known(state.x, b"", find)
 
     def _jacobian(
         self, _snes: PETSc.SNES, _x: PETSc.Vec, _matrix: PETSc.Mat, _preconditioner: PETSc.Mat
@@ -388,8 +406,9 @@ class Newton:
         direction = np.where(self._is_force, change[owned], 0.0)
 
         def slope(t: float) -> float:
-            there = replace(now.state, x=here - t * change)
-            force, _ = self._forces(Loaded(there, now.held))
+            x = here - t * change
+            x[self._supported.dofs] = now.held
+            force, _ = self._force(replace(now.state, x=self.model.follow(x)))
             return self.model.sum(float(direction @ force[owned]))
 
         first = slope(0.0)

@@ -125,6 +125,39 @@ void assemble_matrix(kernel_t kernel, const entities_t *on, const int32_t *dofs,
     free(w);
 }
 
+/* Add matrices of elements beside the cells, of n nodes with three unknowns each, into CSR values.
+
+   matrices: (count, n, 3, n, 3), or (count, n, n) where `scalar`: then of each of the three, times
+   `factor`; on: numbers of the elements, or NULL for all in order; of these dofs (., n, 3), base
+   (., n, n) and row_length (., n) tell, as in `assemble_matrix`. */
+void add_blocks(int64_t count, int32_t n, const double *matrices, int32_t scalar, double factor,
+                const int64_t *on, const int32_t *dofs, const int32_t *base,
+                const int32_t *row_length, const uint8_t *fixed, double *values)
+{
+    const int64_t size = (scalar ? 1 : 9) * (int64_t)n * n;
+    for (int64_t k = 0; k < count; ++k, matrices += size) {
+        const int64_t e = on ? on[k] : k;
+        const int32_t *dof = dofs + 3 * n * e, *pairs = base + n * n * e, *length = row_length + n * e;
+        int all_free = 1;
+        for (int a = 0; a < 3 * n; ++a)
+            all_free &= !fixed[dof[a]];
+        for (int a = 0; a < n; ++a)
+            for (int i = 0; i < 3; ++i) {
+                if (fixed[dof[3 * a + i]])
+                    continue;
+                double *to = values + (int64_t)i * length[a];
+                const int32_t *place = pairs + a * n;
+                const double *row = matrices + (scalar ? a * n : (3 * a + i) * 3 * n);
+                for (int b = 0; b < n; ++b)
+                    if (scalar)
+                        to[place[b] + i] += fixed[dof[3 * b + i]] ? 0.0 : factor * row[b];
+                    else
+                        for (int j = 0; j < 3; ++j)
+                            to[place[b] + j] += all_free || !fixed[dof[3 * b + j]] ? row[3 * b + j] : 0.0;
+            }
+    }
+}
+
 /* Place of every pair of blocks of each cell in the CSR pattern of blocks: out[cell,i,j] is the
    entry of indptr/indices (columns sorted) that couples blocks[cell,i] and blocks[cell,j]. */
 void find_pairs(int64_t cells, int32_t count, const int32_t *blocks, const int32_t *indptr,

@@ -58,28 +58,33 @@ class BlockTable:
     def place_in(self, assembler: Assembler, place: np.ndarray, row_length: np.ndarray) -> None:
         """Learn where the values of each pair of nodes begin."""
         self._assembler = assembler
-        self._dofs = assembler.unknowns.first[self.blocks][..., None] + np.arange(3)
-        self._base = place[assembler.find_pairs(self.blocks)].astype(np.int64)
-        self._length = row_length[self.blocks]
-
-    def _places_of(self, on: np.ndarray | slice) -> np.ndarray:
-        """Places in the assembler's values of the matrices of the elements ``on``."""
-        c = np.arange(3)
-        rows = c * self._length[on][..., None]
-        return (self._base[on][:, :, None, :, None] + rows[:, :, :, None, None] + c).ravel()
-
-    @functools.cached_property
-    def _places(self) -> np.ndarray:
-        return self._places_of(slice(None))
+        dofs = assembler.unknowns.first[self.blocks][..., None] + np.arange(3)
+        tables = dofs, place[assembler.find_pairs(self.blocks)], row_length[self.blocks]
+        self._tables = tuple(np.ascontiguousarray(table, dtype=np.int32) for table in tables)
 
     def add(self, matrices: np.ndarray, on: np.ndarray | None = None) -> None:
         """Add matrices (k, n, 3, n, 3) of all elements, or of those ``on``; supported unknowns are
         left out."""
-        values = self._assembler.values
-        free = self._assembler.fixed[self._dofs if on is None else self._dofs[on]] == 0
-        kept = matrices * free[:, :, :, None, None] * free[:, None, None]
-        places = self._places if on is None else self._places_of(on)
-        values += np.bincount(places, kept.ravel(), len(values))
+        self._add(matrices, on, False, 1.0)
+
+    def add_scalar(self, matrices: np.ndarray, factor: float) -> None:
+        """Add ``factor`` times matrices (k, n, n) of all elements, to each of the nodes' three
+        unknowns alike."""
+        self._add(matrices, None, True, factor)
+
+    def _add(
+        self, matrices: np.ndarray, on: np.ndarray | None, scalar: bool, factor: float
+    ) -> None:
+        assembler, matrices = self._assembler, np.ascontiguousarray(matrices, dtype=float)
+        on = None if on is None else np.ascontiguousarray(on, dtype=np.int64)
+        assembler.library.add_blocks(
+            ctypes.c_int64(len(matrices)),
+            self.blocks.shape[1],
+            pointer(matrices),
+            scalar,
+            ctypes.c_double(factor),
+            *map(pointer, (on, *self._tables, assembler.fixed, assembler.values)),
+        )
 
 
 class Assembler:
@@ -327,9 +332,9 @@ class Assembler:
         self.values[self._diagonal[owned_fixed]] = 1.0
         if self._any_changed():
             self._lay_out(self.matrix)
-        values = np.concatenate(
-            [self.values, self.extra_values, *(loose.values for loose in self._loose)]
-        )
+        beyond = [self.extra_values, *(loose.values for loose in self._loose)]
+        # Where there is nothing beyond the elements' values, they are handed over as they lie.
+        values = np.concatenate([self.values, *beyond]) if any(map(len, beyond)) else self.values
         _check(
             _petsc.MatSetValuesCOO(
                 ctypes.c_void_p(self.matrix.handle),

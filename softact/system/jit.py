@@ -105,6 +105,13 @@ def load_library(comm: MPI.Comm, source: Path, header: Path | None = None) -> ct
     return _load(comm, source.stem, text + comm.bcast(known), lambda: text)
 
 
+def load_text(name: str, text: str) -> ctypes.CDLL:
+    """Compile C text, once per machine, for this process alone, and load it."""
+    from mpi4py import MPI
+
+    return _load(MPI.COMM_SELF, name, text, lambda: text)
+
+
 def load_kernels(
     comm: MPI.Comm, module: ModuleType, name: str, *arguments: int | None
 ) -> tuple[ctypes.c_void_p, ...]:

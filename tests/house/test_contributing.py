@@ -208,6 +208,7 @@ def test_the_obstacle_is_solved_and_resumed(extended):
         "import numpy as np; from softact.contact.obstacles.torus import Torus;"
         "t = Torus((1.0, 2.0, 3.0), (1.0, 2.0, -1.0), 3.0, 1.0);"
         "x = np.random.default_rng(0).uniform(-4, 8, (50, 3)); g, n, h = t.distance(x); s = 1e-5;"
+        "np.testing.assert_allclose(t.gap(x), g, rtol=1e-13);"
         "d = [(t.distance(x + s * e), t.distance(x - s * e)) for e in np.eye(3)];"
         "N = np.stack([(a[0] - b[0]) / (2 * s) for a, b in d], -1);"
         "H = np.stack([(a[1] - b[1]) / (2 * s) for a, b in d], -1);"

@@ -22,8 +22,11 @@ class Shape(Protocol):
     def room(self) -> float:
         """How deep a point may be inside before the nearest surface is that of another side, mm."""
 
+    def gap(self, x: np.ndarray) -> np.ndarray:
+        """Distance (n,) of points (n, 3) to the surface, mm, below zero inside."""
+
     def distance(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Of points (n, 3) mm: distance (n,) to the surface, mm, below zero inside; its gradient
+        """Of points (n, 3) mm: their ``gap``; its gradient
         (n, 3), which points out of the shape; the matrix of its second derivatives (n, 3, 3),
         1/mm."""
 

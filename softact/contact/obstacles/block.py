@@ -48,12 +48,22 @@ class Block:
         """See ``Shape``."""
         return min(self.size) / 2
 
+    def _beyond(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Places (3, n) along the axes, and how far beyond the sides (3, n), mm."""
+        local = np.asarray(self.axes, float) @ (x - self.center).T
+        return local, np.abs(local) - np.asarray(self.size)[:, None] / 2
+
+    def gap(self, x: np.ndarray) -> np.ndarray:
+        """See ``Shape``."""
+        over = self._beyond(x)[1]
+        highest, far = over.max(axis=0), np.maximum(over, 0.0)
+        return np.where(highest > 0.0, np.sqrt((far * far).sum(axis=0)), highest)
+
     def distance(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """See ``Shape``."""
         axes = np.asarray(self.axes, float)
-        local = (x - self.center) @ axes.T
+        local, over = (part.T for part in self._beyond(x))
         sign = np.where(local < 0, -1.0, 1.0)
-        over = np.abs(local) - np.asarray(self.size) / 2
         beyond = np.maximum(over, 0.0)
         nearest = np.eye(3)[np.argmax(over, axis=1)]
         sides = (over > 0).sum(axis=1)

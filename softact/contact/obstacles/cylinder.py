@@ -43,6 +43,17 @@ class Cylinder:
         """See ``Shape``."""
         return self.radius if self.length is None else min(self.radius, self.length / 2)
 
+    def gap(self, x: np.ndarray) -> np.ndarray:
+        """See ``Shape``."""
+        e = unit(self.axis)
+        arm = x - self.center
+        along = arm @ e
+        across = np.linalg.norm(arm - along[:, None] * e, axis=1) - self.radius
+        above = np.abs(along) - (np.inf if self.length is None else self.length / 2)
+        highest = np.maximum(across, above)
+        far = np.hypot(np.maximum(across, 0.0), np.maximum(above, 0.0))
+        return np.where(highest > 0.0, far, highest)
+
     def distance(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """See ``Shape``."""
         e = unit(self.axis)

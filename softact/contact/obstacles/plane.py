@@ -38,11 +38,15 @@ class Plane:
         """See ``Shape``."""
         return np.inf
 
+    def gap(self, x: np.ndarray) -> np.ndarray:
+        """See ``Shape``."""
+        return (x - self.point) @ unit(self.normal)
+
     def distance(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """See ``Shape``."""
         n = unit(self.normal)
         return (
-            (x - self.point) @ n,
+            self.gap(x),
             np.broadcast_to(n, x.shape),
             np.broadcast_to(np.zeros((3, 3)), (len(x), 3, 3)),
         )

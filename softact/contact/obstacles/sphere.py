@@ -39,6 +39,10 @@ class Sphere:
         """See ``Shape``."""
         return self.radius
 
+    def gap(self, x: np.ndarray) -> np.ndarray:
+        """See ``Shape``."""
+        return np.linalg.norm(x - self.center, axis=1) - self.radius
+
     def distance(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """See ``Shape``."""
         arm = x - self.center
