@@ -26,6 +26,9 @@ class WovenElongating(SheetGeometry, Chain):
     passage, without them.
     """
 
+    #: Flat pouches lie on each other, and unfold through each other: with contact they do not yet.
+    meets_itself: ClassVar[bool] = False
+
     type: Literal["woven_elongating"] = "woven_elongating"
     n_a: int = Field(5, ge=1, le=100, description="number of pouches")
     w_a: Length = Field(62.0, description="width of a pouch (active width)")
