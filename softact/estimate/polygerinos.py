@@ -53,8 +53,3 @@ def pressure(law: Law, a: Number, b: float, thickness: float) -> np.ndarray:
 def moment_arm(a: Number, b: float, d: float) -> Number:
     """Equation 5: M_a in mm², by which the pressure's increase raises force times lever (4)."""
     return b**2 * (2 - b**2 / (b**2 - (2 * a - d) ** 2))
-
-
-def touching(law: Law, b: float, thickness: float, gap: float) -> float:
-    """MPa at which the bulging walls of neighbours touch: two sagittas fill the gap."""
-    return float(np.ravel(pressure(law, np.array(gap / 2), b, thickness))[0])

@@ -261,7 +261,6 @@ def test_known_poor_cases_are_told_with_their_reason():
             "bulge less",
         ),
         ("xavier_three_cavities", ["geometry.pitch=16 mm"], "long beside"),
-        ("pneunet_small_touching", [], "neighbours touch"),
     ):
         assert any(word in line for line in estimate(spec(name, *changes)).reservations), name
 

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from softact.errors import SpecError
 from softact.estimate.beam import Beam
-from softact.estimate.driven import pressures
 from softact.estimate.films import film
-from softact.estimate.polygerinos import touching
 from softact.estimate.reach import gives, spread
 from softact.estimate.sections import Section, rectangle
 from softact.estimate.uniaxial import free_across
@@ -67,12 +65,5 @@ def reservations(spec: Spec) -> list[str]:
         found.append(
             f"chambers {g.chamber_height:g} mm tall and {g.chamber_width:g} mm wide bulge to the "
             "sides as much as into the gaps: runs bend up to a half less, long ones even back"
-        )
-    walls = min(g.chamber_width, g.chamber_height), g.inner_wall, g.row.gap
-    touch = touching(spec.materials["body"], *walls)
-    if g.chambers > 1 and spec.contact and touch < pressures(spec).get("cavity", 0.0):
-        found.append(
-            f"the walls of neighbours touch from about {1e3 * touch:.3g} kPa on (equation 2 of "
-            "Polygerinos et al.) and push each other apart, which is left out: it bends more"
         )
     return found
