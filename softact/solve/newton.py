@@ -159,6 +159,8 @@ class Newton:
         displacement[model.displacement_dofs] = True
         if model.repeat:
             displacement[model.repeat.dofs] = True
+        for body in model.free_bodies.values():
+            displacement[body.dofs] = True
         self._is_force = displacement[: u.owned]
         self._volume_scale = self._norm(model.pressure_weights[: u.owned])
         self._supported = Held(np.empty(0, dtype=int), np.empty(0), np.empty(0))
