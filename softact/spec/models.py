@@ -172,7 +172,7 @@ class SpecBase(Part):
         None, strict=False, description="default: the clamp of the geometry, all components"
     )
     obstacles: dict[Name, AnyObstacle] = Field(
-        {}, description="rigid bodies: name -> plane, block, cylinder or sphere"
+        {}, description="rigid bodies: name -> plane, block, cylinder, sphere or mesh"
     )
     contact: Contacts | None = Field(
         None,
