@@ -14,7 +14,7 @@ from softact import compat
 from softact.bodies import BODIES
 from softact.bodies.base import Body
 from softact.bodies.carried_mass import MassOnSurface
-from softact.bodies.inertia import Carried, Inertia
+from softact.bodies.inertia import Carried, Inertia, RigidInertia
 from softact.bodies.layer import BondedLayer, Layer
 from softact.bodies.memory import without_rates
 from softact.bodies.named_surfaces import Surfaces, turned_round
@@ -323,6 +323,16 @@ class Model:
         if not self.inertia:
             found = [body.inertia() for body in self.bodies]
             self.inertia = [inertia for inertia in found if inertia is not None]
+            self.inertia += [
+                RigidInertia(free.dofs, free.mass_matrix, free.add_to_matrix, free.mine)
+                for free in self.free_bodies.values()
+            ]
+
+    @property
+    def moving_dofs(self) -> np.ndarray:
+        """Unknowns (n,) that are displacements of nodes, or of free bodies."""
+        free = [body.dofs for body in self.free_bodies.values()]
+        return np.concatenate([self.displacement_dofs.ravel(), *free])
 
     def momentum(self, velocity: np.ndarray) -> np.ndarray:
         """Mass matrix times a velocity (local,), this process's share; bodies have inertia."""

@@ -122,10 +122,10 @@ class ClosedSurface:
 
     @functools.cached_property
     def _tree(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Order of the triangles in a tree of boxes, and its boxes and links; see ``_nearest.c``."""
+        """Order of the triangles in a tree of boxes, its boxes and links; see ``_nearest.c``."""
         corners = self.points[self.triangles]
         low, high, middle = corners.min(axis=1), corners.max(axis=1), corners.mean(axis=1)
-        order, boxes = np.arange(len(corners)), []
+        order, boxes = np.arange(len(corners)), list[np.ndarray]()
         links: list[tuple[int, int]] = []
         waiting: list[tuple[int, int, int, int]] = [(0, len(corners), -1, 0)]
         while waiting:

@@ -28,7 +28,9 @@ def rubbing(model: Model, name: str, state: State) -> np.ndarray:
 
 def lost(model: Model, state: State) -> str | None:
     """Which free body nothing holds in a state that Newton's method has found, and why; None where
-    all are held. Collective."""
+    all are held, or move in time. Collective."""
+    if state.motion is not None:
+        return None
     for body in model.free_bodies.values():
         if body.held(state) == 1.0:
             continue

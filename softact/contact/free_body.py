@@ -53,9 +53,9 @@ class FreeBody:
 
     State: ``hold[name]`` 1 where it is held in place, 0 where it is free; between, the force that
     held it fades. ``memory``: place (6,) and rotation (3, 3) of the last equilibrium, where it is
-    held (6,), and by what (6,) N. others: obstacles that it may touch. dofs: (6,) unknowns. mass:
-    of the meshed part, tonne. arm: mm. rests: where it touches ``others``. still: unknowns that
-    symmetry holds, and their values.
+    held (6,), and by what (6,) N. others: obstacles that it may touch. dofs: (6,) unknowns; mine:
+    whether this process owns them. mass: of the meshed part, tonne. arm: mm. rests: where it
+    touches ``others``. still: unknowns that symmetry holds, and their values.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class FreeBody:
         self.arm = float(np.sqrt(np.trace(self.gyration) / 2))
         self.dofs = model.unknowns.apart_dofs[2 * number : 2 * number + 2].ravel()
         self._table, self._number = table, number
-        self._mine = model.comm.rank == 0
+        self.mine = model.comm.rank == 0
         stiffness = max(body.stiffness for body in model.bodies) / self.arm
         self.stiffness = stiffness
         self.firm, self.soft = FIRMLY * stiffness, SOFTLY * stiffness
@@ -167,7 +167,7 @@ class FreeBody:
 
     def add_force(self, state: State, out: np.ndarray) -> None:
         """See ``Term``: on the process that owns its unknowns."""
-        if not self._mine:
+        if not self.mine:
             return
         out[self.dofs[:3]] -= self.weight(state)
         out[self.dofs] += self.resistance(state)
@@ -177,7 +177,7 @@ class FreeBody:
 
     def add_tangent(self, state: State, origin: Origin | None) -> None:
         """See ``Term``."""
-        if self._mine:
+        if self.mine:
             held = self.firm if self.held(state) == 1.0 else 0.0
             rests = sum((rest.tangent(state) for rest in self.rests), np.zeros((6, 6)))
             self.add_to_matrix((held + self.soft) * np.eye(6) + rests)
@@ -188,7 +188,7 @@ class FreeBody:
 
     def energy(self, state: State) -> float:
         """See ``Term``."""
-        if not self._mine:
+        if not self.mine:
             return 0.0
         q, held = state.x[self.dofs], self.held(state)
         found = -float(self.weight(state) @ q[:3])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -298,9 +299,16 @@ class Newton:
         """Ratio of the out-of-balance force of a guess to the internal one; inf: inverted."""
         force, internal = self._forces(guess)
         owned = slice(self.model.unknowns.owned)
-        out, inside = (self._norm(f[owned][self._is_force]) for f in (force, internal))
+        out, inside = self._norm(force[owned][self._is_force]), self._size_of(internal, guess.state)
         ratio = out / max(inside, self.model.force_floor / self.tolerance)
         return ratio if np.isfinite(ratio) else np.inf
+
+    def _size_of(self, internal: np.ndarray, state: State) -> float:
+        """Norm (N) of an internal force (local,) and of the weights of free bodies, which nothing
+        elastic may carry."""
+        inside = self._norm(internal[: self.model.unknowns.owned][self._is_force])
+        weights = [body.weight(state) for body in self.model.free_bodies.values()]
+        return math.hypot(inside, *np.ravel(weights))
 
     # --- what SNES calls ------------------------------------------------------------------------
 
@@ -311,7 +319,7 @@ class Newton:
         force, internal = self.model.force(now.state)
         force[self._supported.dofs] = now.state.x[self._supported.dofs] - now.held
         f.setArray(force[:owned])
-        now.internal = self._norm(internal[:owned][self._is_force])
+        now.internal = self._size_of(internal, now.state)
         now.out_of_balance = self._norm(force[:owned][self._is_force])
         now.volume_error = self._norm(force[:owned][~self._is_force])
 

@@ -14,6 +14,7 @@ from softact.units import Dimensionless, Mass
 
 TINY = 1e-300
 MOST_FRICTION = 10.0
+EVENLY = 1e-3  # how far moments of inertia that are the same may differ: files are rounded
 
 
 @dataclass(frozen=True)
@@ -110,6 +111,15 @@ class SpecObstacle(Part):
     def shape(self) -> Shape:
         """Its shape."""
         raise NotImplementedError
+
+    @property
+    def turns_evenly(self) -> bool:
+        """Whether its moments of inertia are the same about all axes."""
+        filled = self.shape().filled
+        if filled is None:
+            return False
+        found = filled.gyration
+        return bool(np.allclose(found, found[0, 0] * np.eye(3), atol=EVENLY * found[0, 0]))
 
 
 def unit(vector: Any) -> np.ndarray:
