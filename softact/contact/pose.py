@@ -75,7 +75,7 @@ def rotation_vector(matrix: np.ndarray) -> np.ndarray:
     return np.degrees(angle) * column / np.linalg.norm(column)
 
 
-def between(states: Sequence[np.ndarray], number: float) -> np.ndarray:
+def between(states: np.ndarray | Sequence[np.ndarray], number: float) -> np.ndarray:
     """Rotation matrix (3, 3) at a place among the rotation vectors (degrees) of several states,
     on the shortest way between two."""
     before = int(np.clip(np.floor(number), 0, len(states) - 1))
