@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from softact.system.assembly import BlockTable
 
 # Springs that hold a body, by the stiffness of the actuator: in place, and where nothing does.
-FIRMLY, SOFTLY = 1e4, 1e-6
+FIRMLY, SOFTLY = 1e4, 1e-7
 SAME = 1e-6  # of the arm: what is nearer to a symmetry plane lies on it
 # The body is lost where the soft spring carries more than this part of all that acts on it.
 LOST = 0.01

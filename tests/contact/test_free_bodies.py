@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from softact.contact.dropped import rubbing
+from softact.contact.obstacles.block import Block
+from softact.contact.obstacles.cylinder import Cylinder
 from softact.contact.obstacles.sphere import Sphere
 from softact.contact.rigid import Obstacle
 from softact.loads.load_step import LoadStep
@@ -20,6 +22,10 @@ MIDDLE = (9.0, 4.0, 4.0)
 BALL = Sphere(MIDDLE, 5.0)
 MASS = 20 * GRAM
 WEIGHT = MASS * GRAVITY
+THINGS = {
+    "block": Block(MIDDLE, (10.0, 5.0, 5.0)),
+    "bar": Cylinder(MIDDLE, (0.0, 1.0, 0.0), 5.0, 6.0),
+}
 
 
 class Both:
@@ -136,6 +142,30 @@ def test_it_slips():
     presses = rubbing(model, "ball", solution.state)[0]
     # Each pad's face leans a little where the ball has sunk in and is pulled down.
     assert carried == pytest.approx(0.1 * presses, rel=0.06)
+
+
+def test_it_is_dropped():
+    """The pads open until friction carries its weight no more: that is where the step ends."""
+    ball = Obstacle("ball", BALL, 0.5, surfaces=FACES, mass=MASS, held=True)
+    model = between_pads(SOFT, [ball])
+    solution = grasp(model, LoadStep("open", supports=backs(0.0)), stops=True)
+    stopped = solution.stepper.progress.stopped
+    assert "step 'open'" in stopped and "obstacles.ball: it slips: " in stopped
+    assert 0.5 * rubbing(model, "ball", solution.state)[0] == pytest.approx(WEIGHT, rel=0.05)
+
+
+@pytest.mark.parametrize("name", THINGS)
+def test_other_bodies_are_lifted(name):
+    """They hang by their friction as a ball does, and go up with the pads."""
+    shape = THINGS[name]
+    thing = Obstacle("ball", shape, 0.5, surfaces=FACES, mass=MASS, held=True)
+    model = between_pads(SOFT, [thing])
+    solution = grasp(model, LoadStep("lift", supports=backs(0.5, (0.0, 0.0, 6.0))))
+    (term,) = model.contacts
+    carried = model.contacts.force(term, solution.state)
+    np.testing.assert_allclose(carried, [0, 0, -WEIGHT], atol=1e-4 * WEIGHT)
+    before, after = (state.x[model.free_bodies["ball"].dofs] for state in solution.ends[1:])
+    np.testing.assert_allclose(after - before, [0, 0, 6, 0, 0, 0], atol=2e-3)
 
 
 def test_nothing_holds_it():
