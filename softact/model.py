@@ -184,7 +184,7 @@ class Model:
         if mesh.layout.repeats and self.comm.size > 1:
             raise SpecError("module: runs in one process only; leave -n out")
         self.unknowns: Unknowns = (
-            like.unknowns if like else Unknowns(self.comm, spaces, len(loose), apart)
+            like.unknowns if like else Unknowns(self.comm, spaces, len(loose), apart, free > 0)
         )
         self.nodes: Nodes = nodes_of(self.unknowns, places, loose)
         self.sheets: dict[str, SheetPart] = {}

@@ -23,7 +23,7 @@ class Unknowns:
     loose: number of further nodes with three unknowns each, for one process only; they come last,
     with the dofs ``loose_dofs`` and the blocks ``loose_blocks``. apart: number of further threes of
     unknowns that are no node's, after them: ``apart_dofs``; the first process owns them, and all
-    others hold them last of all.
+    others hold them last of all. far: whether these couple with unknowns all over the model.
     cell_dofs: (cells, dofs) local numbers of each cell's unknowns, space after space.
     cell_blocks: (cells, blocks) the same for blocks.
     owned, local: number of unknowns that this process owns, and holds.
@@ -36,8 +36,9 @@ class Unknowns:
         spaces: Sequence[dolfinx.fem.FunctionSpace],
         loose: int = 0,
         apart: int = 0,
+        far: bool = False,
     ):
-        self.comm = comm
+        self.comm, self.far = comm, far
         self.spaces = list(spaces)
         sizes = [s.dofmap.index_map_bs for s in self.spaces]
         maps = [s.dofmap.index_map for s in self.spaces]
