@@ -51,6 +51,19 @@ def slipping(model: Model, state: State) -> list[str]:
     return found
 
 
+def smooth(model: Model, state: State) -> list[str]:
+    """Which free bodies are pressed on, and nothing rubs on them. Collective."""
+    found = []
+    for body in model.free_bodies.values():
+        presses, _, most = rubbing(model, body.name, state)
+        if body.held(state) < 1.0 and presses > 0.0 and most == 0.0:
+            found.append(
+                f"{PLACE}{body.name}: what presses on it with {presses:.3g} N has no friction, and "
+                "may let it slip"
+            )
+    return found
+
+
 def _why(body: FreeBody, state: State, acts: np.ndarray) -> str:
     presses, rubs, most = acts
     weighs = float(np.linalg.norm(body.weight(state)))

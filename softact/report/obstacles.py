@@ -52,12 +52,15 @@ class Body:
 def bodies(results: Results, low: np.ndarray, high: np.ndarray) -> list[Body]:
     """The obstacles of a result; endless ones are drawn as large as the box from ``low`` to
     ``high`` (3,) mm, around its middle."""
-    try:
-        written = results.spec.get("obstacles") or {}
-        shapes = {n: OBSTACLES[o["type"]].model_validate(o).shape() for n, o in written.items()}
-    except (ValidationError, KeyError, TypeError, AttributeError):
-        return []  # written by another version of softact
-    return [_body(results, name, shape, low, high) for name, shape in shapes.items()]
+    written = results.spec.get("obstacles")
+    found = []
+    for name, obstacle in written.items() if isinstance(written, dict) else ():
+        try:
+            shape = OBSTACLES[obstacle["type"]].model_validate(obstacle).shape()
+        except (ValidationError, KeyError, TypeError, AttributeError):
+            continue  # written by another version of softact, or out of a file that is not there
+        found.append(_body(results, name, shape, low, high))
+    return found
 
 
 def _body(results: Results, name: str, shape: Shape, low: np.ndarray, high: np.ndarray) -> Body:

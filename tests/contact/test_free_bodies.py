@@ -144,6 +144,15 @@ def test_it_slips():
     assert carried == pytest.approx(0.1 * presses, rel=0.06)
 
 
+def test_nothing_rubs():
+    """Without friction it is squeezed out of the pads, and the line says so."""
+    ball = Obstacle("ball", BALL, 0.0, surfaces=FACES, mass=MASS, held=True)
+    model = between_pads(SOFT, [ball])
+    solution = grasp(model, stops=True, dynamics=False, min_increment=0.02)
+    stopped = solution.stepper.progress.stopped
+    assert "obstacles.ball: what presses on it with " in stopped and "has no friction" in stopped
+
+
 def test_it_is_dropped():
     """The pads open until friction carries its weight no more: that is where the step ends."""
     ball = Obstacle("ball", BALL, 0.5, surfaces=FACES, mass=MASS, held=True)

@@ -134,6 +134,24 @@ def test_it_is_lifted_off_the_table():
     np.testing.assert_allclose(contact, [0, 0, -WEIGHT], atol=1e-4 * WEIGHT)
 
 
+def test_the_table_is_taken_away():
+    """What it bore goes over to the pads as it fades; turned back on, it would bear nothing."""
+    obstacles = [
+        Obstacle("ball", Sphere(MIDDLE, 5.0), 0.5, surfaces=FACES, mass=MASS, held=True),
+        Obstacle("table", Plane((0.0, 0.0, -1.0), (0.0, 0.0, 1.0)), 0.3, surfaces=FACES),
+    ]
+    model = between_pads(SOFT, obstacles)
+    solution = grasp(model, LoadStep("take", presence={"table": 0.0}), increment=0.25)
+    (rest,) = model.free_bodies["ball"].rests
+    bore = rest.force(solution.ends[1])
+    going = [state for state in solution.path if 0.0 < state["presence"]["table"] < 1.0]
+    assert going and abs(bore[2]) > 0.9 * WEIGHT
+    for state in going:
+        np.testing.assert_allclose(rest.force(state), state["presence"]["table"] * bore)
+    contact = model.contacts.force(next(iter(model.contacts)), solution.state)
+    np.testing.assert_allclose(contact, [0, 0, -WEIGHT], atol=1e-4 * WEIGHT)
+
+
 def test_it_overlaps_the_table():
     """One line, before anything is solved."""
     model = on_table(Sphere((0, 0, 0.5), 1.0), Plane((0, 0, 0), (0, 0, 1)))
