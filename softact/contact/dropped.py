@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -51,12 +52,13 @@ def slipping(model: Model, state: State) -> list[str]:
     return found
 
 
-def smooth(model: Model, state: State) -> list[str]:
-    """Which free bodies are pressed on, and nothing rubs on them. Collective."""
+def smooth(model: Model, state: State, free: Container[str]) -> list[str]:
+    """Which of the free bodies of these names are pressed on, and nothing rubs on them.
+    Collective."""
     found = []
     for body in model.free_bodies.values():
         presses, _, most = rubbing(model, body.name, state)
-        if body.held(state) < 1.0 and presses > 0.0 and most == 0.0:
+        if body.name in free and presses > 0.0 and most == 0.0:
             found.append(
                 f"{PLACE}{body.name}: what presses on it with {presses:.3g} N has no friction, and "
                 "may let it slip"

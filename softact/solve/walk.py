@@ -477,7 +477,7 @@ class Walk:
         """Why there is none from here on, as what the last state says of the physics."""
         modes = next(a.unstable_modes for a in reversed(self.progress.attempts) if a.converged)
         jumps = sum(a.converged and a.control == "dynamics" for a in self.attempts)
-        found = smooth(self.model, self.state)
+        found = smooth(self.model, self.state, self.ramp.let_go)
         found += causes(self.model, self.state, modes, self.faster(), jumps)
         limit, dropped = self.limit_point(), slipping(self.model, self.state)
         why = [limit, *found] if limit else found or [reason]

@@ -148,7 +148,7 @@ def test_nothing_rubs():
     """Without friction it is squeezed out of the pads, and the line says so."""
     ball = Obstacle("ball", BALL, 0.0, surfaces=FACES, mass=MASS, held=True)
     model = between_pads(SOFT, [ball])
-    solution = grasp(model, stops=True, dynamics=False, min_increment=0.004)
+    solution = grasp(model, stops=True, dynamics=False, min_increment=0.02)
     stopped = solution.stepper.progress.stopped
     assert "obstacles.ball: what presses on it with " in stopped and "has no friction" in stopped
 
