@@ -10,7 +10,8 @@ from tests.run.test_resume import interrupt
 from tests.run.test_resume_loads import CASES
 
 BASE, CHANGE, LATER = CASES["hold"]
-SPEC = f"{BASE}steps: [{{name: first, {CHANGE}}}, {LATER}]\n"
+# Fine enough that it can be interrupted.
+SPEC = f"{BASE}steps: [{{name: first, {CHANGE}}}, {LATER}]\n".replace("size: 2 mm", "size: 1 mm")
 FIGURES = [
     "contact_force_cell_x_N", "contact_force_cell_z_N", "obstacle_cell_x_mm", "obstacle_cell_z_mm",
     "obstacle_cell_turn_y_deg", "rest_force_cell_N", "hold_force_cell_N",
