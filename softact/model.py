@@ -14,7 +14,7 @@ from softact import compat
 from softact.bodies import BODIES
 from softact.bodies.base import Body
 from softact.bodies.carried_mass import MassOnSurface
-from softact.bodies.inertia import Carried, Inertia
+from softact.bodies.inertia import Carried, Inertia, RigidInertia
 from softact.bodies.layer import BondedLayer, Layer
 from softact.bodies.memory import without_rates
 from softact.bodies.named_surfaces import Surfaces, turned_round
@@ -28,6 +28,7 @@ from softact.bodies.spring import SpringSupport
 from softact.bodies.weight import Weight
 from softact.contact.contacts import Contacts
 from softact.contact.facets import ContactFacets
+from softact.contact.free_body import FreeBody
 from softact.contact.rigid import Obstacle, RigidContact
 from softact.contact.surfaces import SurfaceContact, Touching
 from softact.errors import SpecError
@@ -96,7 +97,8 @@ class Model:
     ):
         self.mesh, self.comm = mesh, mesh.comm
         self.degree, pressure_degree = ELEMENTS[element]
-        self._number(pressure_degree, sheets or {}, like)
+        free = [obstacle for obstacle in obstacles if obstacle.mass]
+        self._number(pressure_degree, sheets or {}, like, len(free))
         parts = {
             "materials": SolidParts(materials, wall_normal, pressure_degree),
             "layers": layers,
@@ -123,9 +125,15 @@ class Model:
         self.inertia: list[Inertia] = []
         self.carried = Carried()
         self.load_terms: dict[tuple[str, str], Term] = {}
+        placed = [obstacle for obstacle in obstacles if not obstacle.mass]
+        self.free_bodies = {
+            obstacle.name: FreeBody(self, obstacle, placed, self.apart, number)
+            for number, obstacle in enumerate(free)
+        }
         self.contacts = Contacts(
             self.comm,
             [*map(self._against, obstacles), *(SurfaceContact(t, self) for t in touching)],
+            self.free_bodies.values(),
         )
         self.assembler.symmetric = self.contacts.symmetric
         self.pressure_weights = self._pressure_weights()
@@ -149,9 +157,13 @@ class Model:
         return volumes
 
     def _number(
-        self, pressure_degree: int | None, sheets: Mapping[str, Sheet], like: Model | None
+        self,
+        pressure_degree: int | None,
+        sheets: Mapping[str, Sheet],
+        like: Model | None,
+        free: int,
     ) -> None:
-        """Nodes and unknowns of the solids, then of the sheets."""
+        """Nodes and unknowns of the solids, then of the sheets, and those of free bodies."""
         mesh = self.mesh
         spaces: list[dolfinx.fem.FunctionSpace] = list(like.unknowns.spaces) if like else []
         if mesh.domain is not None and like is None:
@@ -168,11 +180,11 @@ class Model:
             places = solid_places(spaces, middles)
         if mesh.sheets:
             loose, elements, curves = self._sheet_nodes(mesh.sheets, places)
-        apart = THREES if mesh.layout.repeats else 0
-        if apart and self.comm.size > 1:
+        apart = THREES if mesh.layout.repeats else 2 * free
+        if mesh.layout.repeats and self.comm.size > 1:
             raise SpecError("module: runs in one process only; leave -n out")
         self.unknowns: Unknowns = (
-            like.unknowns if like else Unknowns(self.comm, spaces, len(loose), apart)
+            like.unknowns if like else Unknowns(self.comm, spaces, len(loose), apart, free > 0)
         )
         self.nodes: Nodes = nodes_of(self.unknowns, places, loose)
         self.sheets: dict[str, SheetPart] = {}
@@ -180,7 +192,9 @@ class Model:
             size = self.unknowns.local
             self.sheets = make_parts(mesh.sheets, elements, sheets, self.nodes, size)
         tables = [part.triangles.table for part in self.sheets.values()]
-        tables += [BlockTable(self.unknowns.apart_blocks[np.newaxis])] if apart else []
+        together = THREES if mesh.layout.repeats else 2
+        self.apart: BlockTable = BlockTable(self.unknowns.apart_blocks.reshape(-1, together))
+        tables += [self.apart] if apart else []
         shared = like.assembler if like else None
         self.assembler: Assembler = Assembler(
             mesh, self.unknowns, tables, shared, None if middles is None else places
@@ -240,7 +254,8 @@ class Model:
         return RepeatedCavity(self, self.repeat, closed, self.surfaces.facet_nodes(facets))
 
     def _against(self, obstacle: Obstacle) -> RigidContact:
-        return RigidContact(obstacle, ContactFacets(self, obstacle.surfaces or self.outside))
+        facets = ContactFacets(self, obstacle.surfaces or self.outside)
+        return RigidContact(obstacle, facets, self, self.free_bodies.get(obstacle.name))
 
     @property
     def outside(self) -> tuple[str, ...]:
@@ -280,6 +295,7 @@ class Model:
             *(term for body in self.bodies for term in body.external),
             *self.inertia,
             self.carried,
+            *self.free_bodies.values(),
             *self.contacts,
         ]
 
@@ -307,6 +323,16 @@ class Model:
         if not self.inertia:
             found = [body.inertia() for body in self.bodies]
             self.inertia = [inertia for inertia in found if inertia is not None]
+            self.inertia += [
+                RigidInertia(free.dofs, free.mass_matrix, free.add_to_matrix, free.mine)
+                for free in self.free_bodies.values()
+            ]
+
+    @property
+    def moving_dofs(self) -> np.ndarray:
+        """Unknowns (n,) that are displacements of nodes, or of free bodies."""
+        free = [body.dofs for body in self.free_bodies.values()]
+        return np.concatenate([self.displacement_dofs.ravel(), *free])
 
     def momentum(self, velocity: np.ndarray) -> np.ndarray:
         """Mass matrix times a velocity (local,), this process's share; bodies have inertia."""
@@ -458,7 +484,9 @@ class Model:
                         f"{clash} points where another support prescribes a different value"
                     )
                 values[dofs] = value
-        for dof, value in (self.repeat.held() if self.repeat else {}).items():
+        still = [self.repeat.held()] if self.repeat else []
+        still += [body.still for body in self.free_bodies.values()]
+        for dof, value in (item for each in still for item in each.items()):
             values[dof] = value
         self.supports = tuple(supports)
         dofs = np.flatnonzero(~np.isnan(values))

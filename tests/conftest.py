@@ -41,6 +41,8 @@ sweep/test_modules run/test_staying
 modules/test_tube modules/test_antagonistic modules/test_sheet_chains modules/test_walker
 house/test_tutorials geometries/test_five_files geometries/test_gripper
 modules/test_segments modules/test_imported_module
+contact/test_free_bodies contact/test_resting_bodies contact/test_mesh_obstacles
+contact/test_free_bodies_on_two run/test_gripper_lifts_ball
 """.split()
 
 

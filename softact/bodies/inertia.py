@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -115,6 +116,28 @@ class SheetInertia(Inertia):
     def add_mass(self, factor: float) -> None:
         """See ``Inertia``."""
         self._triangles.table.add_scalar(self._mass, factor)
+
+
+class RigidInertia(Inertia):
+    """Of a rigid body by its unknowns (6,); matrix: (6, 6) tonne. It counts on the process that
+    owns them; add: adds a matrix (6, 6) of theirs to the assembler's."""
+
+    def __init__(
+        self, dofs: np.ndarray, matrix: np.ndarray, add: Callable[[np.ndarray], None], mine: bool
+    ):
+        self._dofs, self._matrix, self._add, self._mine = dofs, matrix, add, mine
+
+    def momentum(self, velocity: np.ndarray) -> np.ndarray:
+        """See ``Inertia``."""
+        out = np.zeros_like(velocity)
+        if self._mine:
+            out[self._dofs] = self._matrix @ velocity[self._dofs]
+        return out
+
+    def add_mass(self, factor: float) -> None:
+        """See ``Inertia``."""
+        if self._mine:
+            self._add(factor * self._matrix)
 
 
 class LumpedInertia(Inertia):

@@ -8,6 +8,7 @@ import numpy as np
 from mpi4py import MPI
 
 from softact.contact.base import Contact
+from softact.contact.free_body import FreeBody
 from softact.contact.memory import stiffness_factor, stiffness_key
 from softact.errors import SpecError
 from softact.system.term import State
@@ -19,15 +20,22 @@ STIFFER, STIFFEST = 4.0, 1e4
 UNSEEN = "a surface met '{}', which was farther off than contact looks ahead"
 PASSED = "a point went through '{}' on its way"
 OVERLAP = "'{}' overlaps by {:.1%} of an element; {:.0%} is the limit"
+SUNK = "'{}' overlaps '{}' by {:.3g} mm"
 OVERRUN = "'{}' moved too far into the body in one increment"
 
 
 class Contacts:
-    """The contacts of a model, in order; collective over the processes of ``comm``."""
+    """The contacts of a model, in order; collective over the processes of ``comm``.
 
-    def __init__(self, comm: MPI.Comm, contacts: Iterable[Contact] = ()):
+    bodies: free bodies, of which ``rests`` holds what they do with obstacles that stay in place.
+    """
+
+    def __init__(
+        self, comm: MPI.Comm, contacts: Iterable[Contact] = (), bodies: Iterable[FreeBody] = ()
+    ):
         self._comm = comm
-        self._all = list(contacts)
+        self._all, self._bodies = list(contacts), list(bodies)
+        self._rests = [rest for body in self._bodies for rest in body.rests]
 
     def __iter__(self) -> Iterator[Contact]:
         return iter(self._all)
@@ -38,12 +46,17 @@ class Contacts:
     @property
     def symmetric(self) -> bool:
         """Whether the tangent is: without friction."""
-        return all(contact.symmetric for contact in self._all)
+        sliding = any(rest.friction for rest in self._rests)
+        return not sliding and all(contact.symmetric for contact in self._all)
 
     def remember(self, state: State) -> None:
         """Take ``state`` as the last equilibrium: from it friction is counted on."""
+        kept: dict[str, np.ndarray] = {}
         for contact in self._all:
-            state.memory = {**state.memory, **contact.remember(state)}
+            kept |= contact.remember(state)
+        for body in self._bodies:
+            kept |= body.remember(state)
+        state.memory = {**state.memory, **kept}
 
     def resume(self, state: State) -> None:
         """Take up a run at an equilibrium that was stored with its ``shift``, ``presence`` and
@@ -76,6 +89,8 @@ class Contacts:
 
     def touch(self, state: State) -> bool:
         """Whether anything is in touch."""
+        if any(rest.touches(state) for rest in self._rests):
+            return True
         return any(self._overlap(contact, state) > 0.0 for contact in self._all)
 
     def kinks(self, state: State) -> bool:
@@ -103,6 +118,7 @@ class Contacts:
     def admissible(self, state: State, x: np.ndarray, to: np.ndarray) -> bool:
         """Whether Newton may go from ``x`` to ``to`` (local unknowns) at the loads of ``state``."""
         fine = all([contact.admissible(state, x, to) for contact in self._all])
+        fine = fine and all(rest.admissible(state, x, to) for rest in self._rests)
         return bool(self._comm.allreduce(fine, op=MPI.LAND)) if self._all else True
 
     def met_unseen(self, state: State) -> str | None:
@@ -119,6 +135,10 @@ class Contacts:
             overlap = self._overlap(contact, state)
             if overlap > LIMIT:
                 return OVERLAP.format(contact.name, overlap, LIMIT)
+        for body in self._bodies:
+            for rest in body.rests:
+                if depth := rest.overlap(state):
+                    return SUNK.format(body.name, rest.other.name, depth)
         return None
 
     def overrun(self, before: State, after: State) -> str | None:
@@ -133,6 +153,13 @@ class Contacts:
 
     def check_clear(self, state: State, names: Container[str] | None = None) -> None:
         """Raise SpecError where an obstacle (one of ``names``) that is there overlaps the body."""
+        for body in self._bodies:
+            for rest in body.rests:
+                if depth := rest.overlap(state):
+                    raise SpecError(
+                        f"obstacles.{body.name}: overlaps obstacles.{rest.other.name} by "
+                        f"{depth:.3g} mm; place it free of that, or let it touch"
+                    )
         for contact in self._all:
             if not contact.stands(state):
                 continue

@@ -12,15 +12,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softact.contact.facets import ContactFacets
+from softact.contact.free_body import FreeBody
 from softact.contact.friction import ELASTIC_SLIP, friction
+from softact.contact.grasp import Grasp
 from softact.contact.memory import remembered, stiffness_factor
 from softact.contact.obstacles.base import Shape
+from softact.contact.pose import Pose, pose_of
 from softact.contact.pressure import pressure
 from softact.contact.way import goes_deeper
 from softact.system.term import Origin, State
 
 if TYPE_CHECKING:
     from softact.contact.base import Contact
+    from softact.model import Model
 
 # What a step of Newton's method may press in on its way, of the element size and of the
 # obstacle's room.
@@ -35,7 +39,11 @@ CHORD = 0.25
 @dataclass(frozen=True)
 class Obstacle:
     """A rigid body: shape (see ``obstacles``), Coulomb coefficient, whether it is there from the
-    start, whether it is a load cell, and the surfaces that may touch it (None: all outside)."""
+    start, whether it is a load cell, and the surfaces that may touch it (None: all outside).
+
+    mass: tonne, of one that moves freely; 0: it is where steps put it. held: whether a free one is
+    held in place at first. turns: whether a step turns it.
+    """
 
     name: str
     shape: Shape
@@ -43,12 +51,16 @@ class Obstacle:
     active: bool = True
     load_cell: bool = False
     surfaces: tuple[str, ...] | None = None
+    mass: float = 0.0
+    held: bool = False
+    turns: bool = False
 
 
 @dataclass(frozen=True)
 class _Touch:
     """Facets ``on`` (m,) in touch with an obstacle; at their points (m, 12): pressure p, slope
-    −dp/dg, normals (..., 3) and curvatures (..., 3, 3) of the distance."""
+    −dp/dg, normals (..., 3) and curvatures (..., 3, 3) of the distance, as the obstacle sees
+    them."""
 
     on: np.ndarray
     pressure: np.ndarray
@@ -60,14 +72,19 @@ class _Touch:
 class RigidContact:
     """Contact of some facets of the body with one obstacle.
 
-    State: ``shift[name]`` (3,) mm how far the obstacle was moved; ``presence[name]`` 1 where it is
-    there, 0 where not; between, it was removed and the force of the last equilibrium fades.
-    ``memory[name.what]``: traction, slip and place at the last equilibrium.
+    State: ``shift[name]`` (3,) mm how far the obstacle was moved and ``turn[name]`` (6,) how it was
+    turned (``pose``); ``presence[name]`` 1 where it is there, 0 where not; between, it was removed
+    and the force of the last equilibrium fades. ``memory[name.what]``: traction, and slip and place
+    as the obstacle sees them, at the last equilibrium. body: the obstacle as one that moves freely,
+    by the unknowns.
     """
 
-    def __init__(self, obstacle: Obstacle, facets: ContactFacets):
-        self.obstacle, self.facets = obstacle, facets
+    def __init__(
+        self, obstacle: Obstacle, facets: ContactFacets, model: Model, body: FreeBody | None = None
+    ):
+        self.obstacle, self.facets, self.body = obstacle, facets, body
         self.name, self.symmetric = obstacle.name, obstacle.friction == 0
+        self._grasp = None if body is None else Grasp(model, facets, body)
 
     def stands(self, state: State) -> bool:
         """See ``Contact``."""
@@ -77,6 +94,12 @@ class RigidContact:
         """See the class."""
         return float(state["presence"].get(self.name, self.obstacle.active))
 
+    def pose(self, state: State, x: np.ndarray | None = None) -> Pose:
+        """Where the obstacle is, at the unknowns ``x`` (local,), by default those of the state."""
+        if self.body is not None:
+            return self.body.pose(state, x)
+        return pose_of(state["shift"].get(self.name), state["turn"].get(self.name))
+
     def gaps(self, state: State) -> np.ndarray:
         """Signed gap (k, 12) mm at the quadrature points."""
         places = self._places(state, state.x)
@@ -84,7 +107,7 @@ class RigidContact:
 
     def _places(self, state: State, x: np.ndarray) -> np.ndarray:
         """Places of the points (k, 12, 3) as seen from the obstacle."""
-        return self.facets.places(x) - state["shift"].get(self.name, np.zeros(3))
+        return self.pose(state, x).seen(self.facets.places(x))
 
     def _stiffness(self, state: State) -> np.ndarray:
         return self.facets.stiffness * stiffness_factor(state, self.name)
@@ -101,7 +124,7 @@ class RigidContact:
         return _Touch(on, p, slope, n, h)
 
     def _traction(self, state: State, touch: _Touch) -> np.ndarray:
-        """Tractions (m, 12, 3) on the body."""
+        """Tractions (m, 12, 3) on the body, as the obstacle sees them."""
         traction = touch.pressure[..., None] * touch.normal
         return traction + self._friction(state, touch)[0] if self.obstacle.friction else traction
 
@@ -135,7 +158,7 @@ class RigidContact:
         presence = self.presence(state)
         if presence == 1.0:
             touch = self._touch(state)
-            everywhere[touch.on] = self._traction(state, touch)
+            everywhere[touch.on] = self.pose(state).outward(self._traction(state, touch))
         elif presence > 0.0 and (last := remembered(state, self.name, "traction")) is not None:
             everywhere += presence * last
         return everywhere
@@ -152,6 +175,19 @@ class RigidContact:
         """Force (3,) N of the obstacle on this process's part of the body."""
         return np.einsum("kq,kqc->c", self.facets.areas, self.tractions(state))
 
+    def rubbing(self, state: State) -> np.ndarray:
+        """Of this process (3,), N: the sums of the sizes of what presses, of what rubs, and of what
+        might rub at most."""
+        if self.presence(state) != 1.0:
+            return np.zeros(3)
+        touch = self._touch(state)
+        presses = float((touch.pressure * self.facets.areas[touch.on]).sum())
+        if not self.obstacle.friction:
+            return np.array([presses, 0.0, 0.0])
+        rubs = np.linalg.norm(self._friction(state, touch)[0], axis=-1)
+        sums = (rubs * self.facets.areas[touch.on]).sum(), self.obstacle.friction * presses
+        return np.array([presses, *sums])
+
     def area(self, state: State) -> float:
         """Undeformed area in touch on this process, mm²."""
         if self.presence(state) != 1.0:
@@ -161,14 +197,21 @@ class RigidContact:
     def add_force(self, state: State, out: np.ndarray) -> None:
         if self.presence(state) == 1.0:
             touch = self._touch(state)
-            self.facets.add_force(-self._traction(state, touch), out, touch.on)
+            tractions = self._traction(state, touch)
+            self.facets.add_force(-self.pose(state).outward(tractions), out, touch.on)
+            if self._grasp is not None:
+                self._grasp.add_force(state, tractions, out, touch.on)
         elif self.presence(state) > 0.0:
             self.facets.add_force(-self.tractions(state), out)
 
     def add_tangent(self, state: State, origin: Origin | None) -> None:
         if self.presence(state) == 1.0:
             touch = self._touch(state)
-            self.facets.add_tangent(-self._modulus(state, touch), touch.on)
+            moduli = self._modulus(state, touch)
+            self.facets.add_tangent(-self.pose(state).outward_matrices(moduli), touch.on)
+            if self._grasp is not None:
+                tractions = self._traction(state, touch)
+                self._grasp.add_tangent(state, tractions, moduli, touch.on)
 
     def energy(self, state: State) -> float:
         if self.presence(state) != 1.0:

@@ -7,9 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from softact.contact.dropped import rubbing
+from softact.contact.pose import pose_of
 from softact.measures.base import Measure, vector_columns
 
 if TYPE_CHECKING:
+    from softact.contact.rigid import Obstacle
     from softact.measures.snapshot import Snapshot
 
 
@@ -22,6 +25,29 @@ def blocked_force(snapshot: Snapshot) -> np.ndarray | None:
     return np.sum([snapshot.of_whole(contacts.force(cell, state)) for cell in cells], axis=0)
 
 
+def _place(snapshot: Snapshot, obstacle: Obstacle) -> dict[str, float]:
+    """Where an obstacle is; of a free body also what it rests on and by what it is held."""
+    model, state, name = snapshot.model, snapshot.state, obstacle.name
+    body = model.free_bodies.get(name)
+    pose = pose_of(state["shift"].get(name), state["turn"].get(name))
+    pose = pose if body is None else body.pose(state)
+    middle = np.asarray(obstacle.shape.center, float)
+    columns = vector_columns(f"obstacle_{name}_<xyz>_mm", pose.placed(middle) - middle)
+    if body is not None or obstacle.turns:
+        columns |= vector_columns(f"obstacle_{name}_turn_<xyz>_deg", pose.rotation)
+    if body is None:
+        return columns
+    columns[f"hold_force_{name}_N"] = float(
+        np.linalg.norm(snapshot.of_whole(body.hold_force(state)[:3]))
+    )
+    if body.rests:
+        rests = np.sum([rest.force(state)[:3] for rest in body.rests], axis=0)
+        columns[f"rest_force_{name}_N"] = float(np.linalg.norm(snapshot.of_whole(rests)))
+    _, rubs, most = rubbing(model, name, state)
+    columns[f"friction_used_{name}_percent"] = 100 * rubs / most if most else 0.0
+    return columns
+
+
 def _evaluate(snapshot: Snapshot) -> dict[str, float]:
     contacts, state = snapshot.model.contacts, snapshot.state
     columns: dict[str, float] = {}
@@ -32,8 +58,7 @@ def _evaluate(snapshot: Snapshot) -> dict[str, float]:
         if contact.obstacle is not None:
             force = snapshot.of_whole(contacts.force(contact, state))
             columns |= vector_columns(f"contact_force_{contact.name}_<xyz>_N", force)
-            moved = np.asarray(state["shift"].get(contact.name, np.zeros(3)))
-            columns |= vector_columns(f"obstacle_{contact.name}_<xyz>_mm", moved)
+            columns |= _place(snapshot, contact.obstacle)
         area = snapshot.layout.copies * contacts.area(contact, state)
         columns[f"contact_area_{contact.name}_mm2"] = area
         pressure = contacts.largest_pressure(contact, state)
@@ -51,8 +76,20 @@ CONTACT = Measure(
     "contact",
     "forces of the obstacles on the whole actuator, and how far bodies overlap",
     {f"contact_force_<obstacle>_{c}_N": f"force of an obstacle along {c}" for c in "xyz"}
-    | {f"obstacle_<obstacle>_{c}_mm": f"how far an obstacle has moved along {c}" for c in "xyz"}
     | {
+        f"obstacle_<obstacle>_{c}_mm": f"how far the middle of an obstacle has moved along {c}"
+        for c in "xyz"
+    }
+    | {
+        f"obstacle_<obstacle>_turn_{c}_deg": "rotation vector of a free body, or of an obstacle "
+        f"that a step turns, of at most half a turn: along {c}"
+        for c in "xyz"
+    }
+    | {
+        "hold_force_<obstacle>_N": "size of the force that holds a free body in place",
+        "rest_force_<obstacle>_N": "size of the force of all other obstacles on a free body",
+        "friction_used_<obstacle>_percent": "friction on a free body, summed up without its "
+        "directions, by the most that there could be: at 100 it slips",
         "contact_gap_<contact>_mm": "smallest gap to an obstacle or of a contact, below zero: the "
         "largest overlap; empty where the obstacle is not there or no gap is near",
         "contact_area_<contact>_mm2": "undeformed area in touch of the whole actuator; of two "

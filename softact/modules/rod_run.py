@@ -47,6 +47,8 @@ def faults(spec: Spec) -> Iterator[Fault]:
     for name, obstacle in spec.obstacles.items():
         if not obstacle.active:
             yield ("obstacles", name, "active"), "what a rod may touch stands there from the start"
+        if obstacle.mass is not None:
+            yield ("obstacles", name, "mass"), "what a rod may touch stays in place; leave it out"
     moves = any(step.timing(spec.layout()) for step in spec.steps)
     for name, material in spec.materials.items() if moves else ():
         if material.remembers:

@@ -25,6 +25,7 @@ from softact.preview.figures import Figures
 from softact.preview.roles import LOADED, loads_of, roles
 from softact.report.obstacles import COLOUR
 from softact.spec import Spec, plausible
+from softact.units import MASS
 
 _OF_FACES = "Faces", "Number", "Names so far; kind, area and place"
 
@@ -113,6 +114,8 @@ def _obstacles(spec: Spec, points: np.ndarray) -> Iterator[tuple[np.ndarray, Pat
         extent = float((high - low).max())
         places, triangles = obstacle.shape().surface(extent, (low + high) / 2)
         said = f"obstacle, {obstacle.kind}" + (", a load cell" if obstacle.load_cell else "")
+        if obstacle.mass is not None:
+            said = f"free body, {obstacle.kind} of {MASS.format(obstacle.mass)}"
         yield places, Patch(name, COLOUR, said, triangles, opacity=0.45)
 
 

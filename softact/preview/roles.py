@@ -106,13 +106,29 @@ def loads_of(step: Step, layout: Layout) -> Iterator[tuple[str, str, str]]:
     written = step.model_dump(mode="json", exclude_none=True)
     for key in step.loads:
         value, words = written[key], key.replace("_", " ")
-        if not isinstance(value, dict):
+        if key == "obstacles":
+            for name, change in value.items():
+                yield name, "", _changed(change)
+        elif not isinstance(value, dict):
             yield words, "", _plain(value)
         elif "surface" in value or not known & set(value):
             yield words, value.pop("surface", None) or layout.tip, _plain(value)
         else:
             for name, amount in value.items():
                 yield words, name, _plain(amount)
+
+
+def _changed(change: dict[str, Any]) -> str:
+    """What a step does with an obstacle."""
+    said = []
+    if "turn" in change:
+        said.append(f"turned by {change['turn']['angle']}")
+    if "move" in change:
+        said.append(f"moved by {_plain(change['move'])}")
+    for key, yes, no in (("active", "put there", "removed"), ("held", "held", "let go")):
+        if key in change:
+            said.append(yes if change[key] else no)
+    return ", ".join(said)
 
 
 def _plain(value: Any) -> str:

@@ -91,8 +91,10 @@ class Picture extends Shape {
   /* The rigid obstacles: where they are in this state, and whether they are there. */
   bodies() {
     return this.view.bodies.map((body) => {
-      const shift = body.shift[this.state];
-      const [x, y, z] = ["x", "y", "z"].map((axis, n) => body[axis].map((at) => at + shift[n]));
+      const { middle } = body, shift = body.shift[this.state], turn = body.turn[this.state];
+      const arms = ["x", "y", "z"].map((axis, n) => body[axis].map((at) => at - middle[n]));
+      const [x, y, z] = turn.map((row, n) => arms[0].map((_, i) =>
+        middle[n] + shift[n] + row[0] * arms[0][i] + row[1] * arms[1][i] + row[2] * arms[2][i]));
       return { x, y, z, visible: body.there[this.state], body };
     });
   }

@@ -170,7 +170,9 @@ def _obstacle(body: Body, numbers: list[int]) -> dict:
     return {
         **dict(zip("xyz", points.tolist(), strict=True)),
         **dict(zip("ijk", triangles.tolist(), strict=True)),
+        "middle": body.middle.tolist(),
         "shift": [(body.shift[n] if n >= 0 else np.zeros(3)).tolist() for n in numbers],
+        "turn": [np.round(body.turned(n), 6).tolist() for n in numbers],
         "there": [body.seen(n) for n in numbers],
         "colour": COLOUR,
     }

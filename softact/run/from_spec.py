@@ -103,8 +103,19 @@ def _springs(spec: Spec) -> list[Spring]:
 
 
 def _obstacles(spec: Spec) -> list[Obstacle]:
+    turned = {n for step in spec.steps for n, o in (step.obstacles or {}).items() if o.turn}
     return [
-        Obstacle(name, o.shape(), o.friction, o.active, o.load_cell, o.surfaces)
+        Obstacle(
+            name,
+            o.shape(),
+            o.friction,
+            o.active,
+            o.load_cell,
+            o.surfaces,
+            o.mass or 0.0,
+            o.held,
+            name in turned,
+        )
         for name, o in spec.obstacles.items()
     ]
 

@@ -44,6 +44,9 @@ def identity(spec: Spec) -> dict:
     data["steps"] = with_contents(data["steps"])
     if spec.target_line is not None:
         data["target_line"]["file"] = digest(Path(spec.target_line.file))
+    for obstacle in data["obstacles"].values():
+        if "file" in obstacle:
+            obstacle["file"] = digest(Path(obstacle["file"]))
     if not data["tolerances"]:
         del data["tolerances"]  # as before there were any
     return data

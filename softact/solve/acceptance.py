@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from softact.bodies.soundness import NOTHING, smallest_in_the_middle
+from softact.contact.dropped import lost
 from softact.model import Model
 from softact.system.term import State
 
@@ -24,7 +25,7 @@ def way_fault(model: Model, before: State, state: State) -> str | None:
 def state_fault(model: Model, state: State) -> str | None:
     """What is impossible in a state; None: nothing. Collective."""
     overlap = model.contacts.overlap_fault(state)
-    return overlap or _empty_cavity(model, state) or _inverted(model, state)
+    return overlap or _empty_cavity(model, state) or _inverted(model, state) or lost(model, state)
 
 
 def _empty_cavity(model: Model, state: State) -> str | None:

@@ -276,7 +276,7 @@ def _groups(model: Model) -> list[tuple[np.ndarray, np.ndarray, int]]:
     if apart:
         numbers = np.zeros((apart, 3))
         numbers[:, 0] = np.arange(apart)
-        groups.append((numbers, unknowns.apart_dofs, apart))
+        groups.append((numbers, unknowns.apart_dofs, apart if model.comm.rank == 0 else 0))
     return groups
 
 

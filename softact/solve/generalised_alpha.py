@@ -56,7 +56,7 @@ class GeneralisedAlpha:
 
     def __init__(self, model: Model, dynamics: Dynamics):
         model.add_inertia()
-        self._model = model
+        self._model, self._moving = model, model.moving_dofs
         d = dynamics
         self._weights = Weights(d.alpha_m, d.alpha_f, d.beta, d.gamma)
         self._floor = STILL * model.diagonal * np.sqrt(model.sum(model.nodes.owned))
@@ -144,12 +144,11 @@ class GeneralisedAlpha:
     def _displacements(self, vector: np.ndarray) -> np.ndarray:
         """A vector (local,) with zeros for all that is no displacement."""
         out = np.zeros_like(vector)
-        dofs = self._model.displacement_dofs
-        out[dofs] = vector[dofs]
+        out[self._moving] = vector[self._moving]
         return out
 
     def _norm(self, vector: np.ndarray) -> float:
-        mine = vector[self._model.displacement_dofs[: self._model.nodes.owned]]
+        mine = vector[self._moving[self._moving < self._model.unknowns.owned]]
         return float(np.sqrt(self._model.sum(float((mine**2).sum()))))
 
 

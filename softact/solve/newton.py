@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -163,6 +164,8 @@ class Newton:
         displacement[model.displacement_dofs] = True
         if model.repeat:
             displacement[model.repeat.dofs] = True
+        for body in model.free_bodies.values():
+            displacement[body.dofs] = True
         self._is_force = displacement[: u.owned]
         self._volume_scale = self._norm(model.pressure_weights[: u.owned])
         self._supported = Held(np.empty(0, dtype=int), np.empty(0), np.empty(0))
@@ -304,9 +307,16 @@ class Newton:
         """Ratio of the out-of-balance force of a guess to the internal one; inf: inverted."""
         force, internal = self._forces(guess)
         owned = slice(self.model.unknowns.owned)
-        out, inside = (self._norm(f[owned][self._is_force]) for f in (force, internal))
+        out, inside = self._norm(force[owned][self._is_force]), self._size_of(internal, guess.state)
         ratio = out / max(inside, self.model.force_floor / self.tolerance)
         return ratio if np.isfinite(ratio) else np.inf
+
+    def _size_of(self, internal: np.ndarray, state: State) -> float:
+        """Norm (N) of an internal force (local,) and of the weights of free bodies, which nothing
+        elastic may carry."""
+        inside = self._norm(internal[: self.model.unknowns.owned][self._is_force])
+        weights = [body.weight(state) for body in self.model.free_bodies.values()]
+        return math.hypot(inside, *np.ravel(weights))
 
     # --- what SNES calls ------------------------------------------------------------------------
 
@@ -318,7 +328,7 @@ class Newton:
         force = force.copy()
         force[self._supported.dofs] = now.state.x[self._supported.dofs] - now.held
         f.setArray(force[:owned])
-        now.internal = self._norm(internal[:owned][self._is_force])
+        now.internal = self._size_of(internal, now.state)
         now.out_of_balance = self._norm(force[:owned][self._is_force])
         now.volume_error = self._norm(force[:owned][~self._is_force])
 

@@ -48,8 +48,16 @@ def nested_dissection(assembler: Assembler) -> np.ndarray | None:
         vertex_of[first[width > c] + c] = vertex[width > c]
     weight = np.bincount(vertex, width).astype(np.int32)
     i, j = vertex_of[np.concatenate([pairs for _, pairs in gathered], axis=1)]
+    last = np.empty(0, int)
+    if assembler.unknowns.far:  # no separator parts these from the others
+        last = vertex_of[assembler.unknowns.number[assembler.unknowns.apart_dofs[:, 0]]]
+        near = ~np.isin(i, last) & ~np.isin(j, last)
+        i, j = i[near], j[near]
     place = _dissected(_adjacency(i, j, len(vertices)), weight)
-    return None if place is None else _expanded(place[vertex], first, width)
+    if place is None:
+        return None
+    place[last] = len(place)
+    return _expanded(place[vertex], first, width)
 
 
 def _blocks(unknowns: Unknowns) -> np.ndarray:

@@ -152,6 +152,12 @@ class Ramp:
         return tuple(self._step.loads.get("presence", {}))
 
     @property
+    def let_go(self) -> tuple[str, ...]:
+        """Free bodies that nothing holds in place at the end of the step."""
+        _, end = self._ends.get("hold", ({}, {}))
+        return tuple(name for name, held in end.items() if held != 1.0)
+
+    @property
     def pressures(self) -> dict[str, tuple[float, float]]:
         """Cavities whose pressure changes: (at the start, at the end), MPa."""
         start, end = self._ends.get("pressure", ({}, {}))

@@ -12,6 +12,7 @@ from dataclasses import asdict, replace
 
 import numpy as np
 
+from softact.contact.dropped import PLACE, slipping, smooth
 from softact.loads.load_step import LoadStep
 from softact.loads.support import Support
 from softact.model import Model
@@ -482,9 +483,12 @@ class Walk:
         """Why there is none from here on, as what the last state says of the physics."""
         modes = next(a.unstable_modes for a in reversed(self.progress.attempts) if a.converged)
         jumps = sum(a.converged and a.control == "dynamics" for a in self.attempts)
-        found = causes(self.model, self.state, modes, self.faster(), jumps)
-        limit = self.limit_point()
+        found = smooth(self.model, self.state, self.ramp.let_go)
+        found += causes(self.model, self.state, modes, self.faster(), jumps)
+        limit, dropped = self.limit_point(), slipping(self.model, self.state)
         why = [limit, *found] if limit else found or [reason]
+        if dropped or reason.startswith(PLACE):  # nothing else is the cause
+            why = dropped or [reason]
         loads = [
             (f, n, value) for f, named in self.state.loads.items() for n, value in named.items()
         ]

@@ -270,6 +270,22 @@ def _known_obstacles(step: dict, place: Place, known: Any) -> Iterator[Fault]:
         if name not in known:
             hint = nearest(name, known) if known else "the spec has none; write obstacles:"
             yield (*place, "obstacles", name), f"there is no obstacle {show(name)}; {hint}"
+        else:
+            change = step["obstacles"][name]
+            yield from _free_or_not(change, (*place, "obstacles", name), known[name])
+
+
+def _free_or_not(change: Any, place: Place, obstacle: Any) -> Iterator[Fault]:
+    """What a step does with a free body, and cannot; or only with one."""
+    if not isinstance(change, dict) or not isinstance(obstacle, dict):
+        return
+    if "mass" in obstacle:
+        for key in ("move", "turn", "active"):
+            if key in change:
+                fault = "a free body goes where it is pushed; a step may hold it or let it go: held"
+                yield (*place, key), fault
+    elif "held" in change:
+        yield (*place, "held"), "it is no free body, and stays where it is put; give it a mass"
 
 
 def _step(step: dict, place: Place, layout: Layout) -> Iterator[Fault]:

@@ -172,7 +172,7 @@ class SpecBase(Part):
         None, strict=False, description="default: the clamp of the geometry, all components"
     )
     obstacles: dict[Name, AnyObstacle] = Field(
-        {}, description="rigid bodies: name -> plane, block, cylinder or sphere"
+        {}, description="rigid bodies: name -> plane, block, cylinder, sphere or mesh"
     )
     contact: Contacts | None = Field(
         None,
@@ -240,7 +240,8 @@ class SpecBase(Part):
         between = list(cross_faults(data, _geometry(data)))
         if spec is not None and not between:
             between = list(fibre_faults(spec.materials, spec.geometry.layout()))
-            between += inertia_faults(spec.steps, spec.materials, spec.module is not None)
+            module = spec.module is not None
+            between += inertia_faults(spec.steps, spec.materials, module, spec.obstacles)
         faults += [{"type": fault(text), "loc": place, "input": None} for place, text in between]
         if faults or spec is None:
             raise ValidationError.from_exception_data(cls.__name__, faults)

@@ -297,7 +297,7 @@ def _obstacle(obstacle: SpecObstacle, place: Place) -> Iterator[Oddity]:
     for name in ("radius", "length"):
         yield from _size("obstacle", getattr(obstacle, name, None), (*place, name))
     for name in ("center", "point"):
-        for i, coordinate in enumerate(getattr(obstacle, name, ())):
+        for i, coordinate in enumerate(getattr(obstacle, name, None) or ()):
             yield from _size("place", coordinate, (*place, name, i))
     for i, edge in enumerate(getattr(obstacle, "size", ())):
         yield from _size("obstacle", edge, (*place, "size", i))

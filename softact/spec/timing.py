@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, Field, GetJsonSchemaHandler, field_validator, model_validator
 from pydantic_core import CoreSchema
 
+from softact.contact.obstacles import SpecObstacle
 from softact.errors import SpecError
 from softact.fields import Fault, Part, fault
 from softact.files.text import NAMES_A_FILE, digest
@@ -164,7 +165,10 @@ def timing(
 
 
 def inertia_faults(
-    steps: Sequence[Any], materials: Mapping[str, BaseModel], module: bool
+    steps: Sequence[Any],
+    materials: Mapping[str, BaseModel],
+    module: bool,
+    obstacles: Mapping[str, SpecObstacle],
 ) -> Iterator[Fault]:
     """Steps with inertia that the bodies of a spec cannot have. module: the spec is that of one."""
     moving = [number for number, step in enumerate(steps) if step.dynamics is not None]
@@ -174,6 +178,13 @@ def inertia_faults(
         if "density" not in law.model_fields_set:
             what = "missing; dynamics needs the mass; write for example density: 1070 kg/m^3"
             yield ("materials", name, "density"), what
+    for name, obstacle in obstacles.items():
+        if obstacle.mass is not None and not obstacle.turns_evenly:
+            fault = (
+                "dynamics follows free bodies that resist all turns alike, such as a sphere or a "
+                "cube; leave dynamics out, or the mass"
+            )
+            yield ("obstacles", name, "mass"), fault
     if module:
         yield ("steps", moving[0], "dynamics"), "a module of a chain has no inertia; leave it out"
 

@@ -22,7 +22,8 @@ class Unknowns:
     spaces: dolfinx function spaces (each of blocks of equal size).
     loose: number of further nodes with three unknowns each, for one process only; they come last,
     with the dofs ``loose_dofs`` and the blocks ``loose_blocks``. apart: number of further threes of
-    unknowns that are no node's, for one process only, after them: ``apart_dofs``.
+    unknowns that are no node's, after them: ``apart_dofs``; the first process owns them, and all
+    others hold them last of all. far: whether these couple with unknowns all over the model.
     cell_dofs: (cells, dofs) local numbers of each cell's unknowns, space after space.
     cell_blocks: (cells, blocks) the same for blocks.
     owned, local: number of unknowns that this process owns, and holds.
@@ -35,21 +36,25 @@ class Unknowns:
         spaces: Sequence[dolfinx.fem.FunctionSpace],
         loose: int = 0,
         apart: int = 0,
+        far: bool = False,
     ):
-        self.comm = comm
+        self.comm, self.far = comm, far
         self.spaces = list(spaces)
         sizes = [s.dofmap.index_map_bs for s in self.spaces]
         maps = [s.dofmap.index_map for s in self.spaces]
         owned = [m.size_local for m in maps]
         ghosts = [m.num_ghosts for m in maps]
         first_owned = np.concatenate([[0], np.cumsum(np.multiply(owned, sizes))])
-        self.owned = int(first_owned[-1])
+        of_spaces, here = int(first_owned[-1]), comm.rank == 0
+        self.owned = of_spaces + 3 * (loose + apart * here)
         first_ghost = self.owned + np.concatenate([[0], np.cumsum(np.multiply(ghosts, sizes))])
-        fixed_part = int(first_ghost[-1])
-        self.local = fixed_part + 3 * (loose + apart)
-        self.owned += 3 * (loose + apart)
-        last = np.arange(fixed_part, self.local, dtype=np.int32).reshape(-1, 3)
-        self.loose_dofs, self.apart_dofs = last[:loose], last[loose:]
+        self.local = int(first_ghost[-1]) + 3 * apart * (not here)
+        ends = of_spaces + 3 * loose, self.owned if here else self.local
+        self.loose_dofs, self.apart_dofs = (
+            np.arange(end - 3 * count, end, dtype=np.int32).reshape(-1, 3)
+            for end, count in zip(ends, (loose, apart), strict=True)
+        )
+        last = np.vstack([self.loose_dofs, self.apart_dofs])
         self._block_offsets = np.concatenate([[0], np.cumsum(np.add(owned, ghosts))])
         # Per space: (blocks, size) local numbers, in the space's own order.
         self.space_dofs: list[np.ndarray] = []
@@ -104,7 +109,7 @@ class Unknowns:
         """Global number of each local unknown, from the ranges that all processes own."""
         starts = np.array(self.comm.allgather([m.local_range[0] for m in maps]))
         offsets = np.array(self.comm.allgather(list(first_owned)))
-        process_start = np.concatenate([[0], np.cumsum(offsets[:, -1])])
+        process_start = np.concatenate([[0], np.cumsum(self.comm.allgather(self.owned))])
         number = np.empty(self.local, dtype=PETSc.IntType)
         for k, (index_map, size) in enumerate(zip(maps, sizes, strict=True)):
             blocks = index_map.local_to_global(
@@ -114,7 +119,10 @@ class Unknowns:
             first = process_start[owner] + offsets[owner, k] + size * (blocks - starts[owner, k])
             number[self.space_dofs[k]] = first[:, None] + np.arange(size)
         number[self.loose_dofs] = self.loose_dofs
-        number[self.apart_dofs] = self.apart_dofs
+        last = process_start[1]  # of those of the first process
+        number[self.apart_dofs] = (
+            last - self.apart_dofs.size + np.arange(self.apart_dofs.size).reshape(-1, 3)
+        )
         return number
 
     def create_vector(self) -> PETSc.Vec:

@@ -17,9 +17,10 @@ from softact.mesh.quality import signed_volumes
 from softact.preview import of_spec, of_step, write
 from softact.preview.cost import FIT, cost
 from softact.preview.page import packed
+from softact.preview.roles import loads_of
 from softact.preview.through import _Walk, thicknesses
 from softact.preview.words import rows
-from softact.spec import load, loads
+from softact.spec import Step, load, loads
 from tests import step_files
 
 FINGER = """
@@ -314,3 +315,26 @@ def test_the_command_writes_over_its_own_page_and_nothing_else(tmp_path, monkeyp
     assert leave("preview", str(part), "--set", "a=b") == 2
     assert leave("preview", str(part)) == 0
     assert "wrote part_preview.html" in capsys.readouterr().out
+
+
+def test_what_a_step_does_with_obstacles():
+    """In words, of each obstacle, and not of the tip."""
+    step = Step.model_validate(
+        {
+            "name": "go",
+            "obstacles": {
+                "ball": {"held": False},
+                "cell": {
+                    "move": ["1 mm", "0 mm", "0 mm"],
+                    "turn": {"axis": [0, 0, 1], "angle": "20 deg"},
+                },
+                "post": {"active": False},
+            },
+        }
+    )
+    found = list(loads_of(step, loads(FINGER).layout()))
+    assert found == [
+        ("ball", "", "let go"),
+        ("cell", "", "turned by 20 deg, moved by (1 mm, 0 mm, 0 mm)"),
+        ("post", "", "removed"),
+    ]

@@ -27,6 +27,12 @@ solver: {initial_increment: 0.3, max_increment: 0.3}
 """
 # Only where the tangent is symmetric do its factors tell whether the state is stable.
 SYMMETRIC = BLOCK.replace(", friction: 0.3", "")
+# A ball on the table, between the block and a wall.
+BALL = BLOCK.replace(
+    "[6 mm, 2 mm, 8.2 mm], radius: 4 mm, active: false}",
+    "[8 mm, 2 mm, 1.9 mm], radius: 2 mm, mass: 2 g, friction: 0.5, held: true}\n"
+    "  wall: {type: plane, point: [10 mm, 0 mm, 0 mm], normal: [-1, 0, 0], friction: 0.3}",
+)
 FREE = "\n".join(line for line in BLOCK.splitlines() if "type: plane" not in line) + "\n"
 SPHERE = """
 geometry: {type: thick_sphere, mesh_size: 4 mm}
@@ -62,6 +68,16 @@ CASES = {
     "surface_pressure": (BLOCK, "surface_pressure: {x_max: 2 kPa}", LATER),
     "shift": (BLOCK, "obstacles: {table: {move: [0 mm, 0 mm, 0.3 mm]}}", LATER),
     "presence": (BLOCK, "obstacles: {cell: {active: true, move: [0 mm, 0 mm, -1 mm]}}", LATER),
+    "turned obstacle": (
+        BLOCK,
+        "obstacles: {table: {move: [0 mm, 0 mm, 0.2 mm], turn: {axis: [0, 1, 0], angle: -3 deg}}}",
+        LATER,
+    ),
+    "hold": (
+        BALL,
+        "gravity: [0, 0, -1], traction: {surface: x_max, value: [6 kPa, 0 kPa, 0 kPa]}",
+        "{name: later, obstacles: {cell: {held: false}}}",
+    ),
     "supports": (
         BLOCK,
         "supports: [{surface: x_min, fix: [x, y, z]}, {surface: x_max, move: {x: 0.5 mm}}]",

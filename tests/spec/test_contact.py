@@ -67,6 +67,80 @@ WRONG = {
 }
 
 
+FREE = """\
+geometry: {type: pneunet, symmetry: true}
+materials: {body: {law: neo_hookean, c10: 0.1 MPa, density: 1000 kg/m^3}}
+obstacles:
+  table: {type: plane, point: [0 mm, 0 mm, -1 cm], normal: [0, 0, 1]}
+  ball: {type: sphere, center: [0 mm, 0 mm, 90 mm], radius: 4 mm, mass: 50 g, held: true}
+  bar: {type: cylinder, center: [0 mm, 0 mm, 90 mm], axis: [0, 1, 0], radius: 4 mm, length: 1 cm}
+steps:
+  - {name: go, obstacles: {ball: {held: false}, bar: {turn: {axis: [0, 2, 0], angle: 20 deg}}}}
+"""
+
+WRONG_FREE = {
+    "mass: 50 g": ("mass: 0 g", "obstacles.ball.mass: "),
+    "mass: 50 g, held": (
+        "held",
+        "obstacles.ball.held: all obstacles stay in place but free bodies",
+    ),
+    "normal: [0, 0, 1]": (
+        "normal: [0, 0, 1], mass: 1 g",
+        "obstacles.table.mass: a plane without end has no mass",
+    ),
+    "radius: 4 mm, length: 1 cm": (
+        "radius: 4 mm, mass: 1 g",
+        "obstacles.bar.mass: a cylinder without end has no mass",
+    ),
+    "held: true": ("active: false", "obstacles.ball.active: a free body is there from the start"),
+    "{held: false}": (
+        "{move: [1 mm, 0 mm, 0 mm]}",
+        "steps.0.obstacles.ball.move: a free body goes where it is pushed",
+    ),
+    "bar: {turn": ("bar: {held: true, turn", "steps.0.obstacles.bar.held: it is no free body"),
+    "axis: [0, 2, 0]": (
+        "axis: [0, 0, 1]",
+        "steps.0.obstacles.bar.turn.axis: an obstacle that turns about an axis that is not normal "
+        "to the symmetry plane",
+    ),
+    "length: 1 cm": (
+        "length: 1 cm, mass: 1 g}\n  cube: {type: mesh, file: nowhere.stl",
+        "obstacles.cube.file: there is no file",
+    ),
+}
+
+
+def test_free_bodies_are_read():
+    """Masses become tonne; a turn is told by its axis, of length 1, and a point of it."""
+    read = spec.loads(FREE, "ball.yaml")
+    assert read.obstacles["ball"].mass == pytest.approx(50e-6) and read.obstacles["ball"].held
+    assert read.obstacles["bar"].mass is None
+    change = read.steps[0].obstacles
+    assert change["ball"].held is False
+    again = spec.loads(read.to_yaml(), "again.yaml")
+    assert again == read and again.hash == read.hash
+
+
+@pytest.mark.parametrize("part", WRONG_FREE)
+def test_a_fault_of_a_free_body(part):
+    """One line says where it is and what is wrong; steps may be at odds with it, too."""
+    wrong, words = WRONG_FREE[part]
+    assert FREE.count(part) == 1
+    with pytest.raises(SpecError) as caught:
+        spec.loads(FREE.replace(part, wrong), "ball.yaml")
+    assert sum(words in line for line in caught.value.lines) == 1
+
+
+def test_what_turns_unevenly_has_no_dynamics():
+    """A bar resists turns about its axis less than others: its motion is refused, a ball's not."""
+    moving = FREE.replace("name: go,", "name: go, duration: 1 s, dynamics: true,")
+    spec.loads(moving, "ball.yaml")
+    text = moving.replace("length: 1 cm}", "length: 1 cm, mass: 1 g}")
+    text = text.replace(", bar: {turn: {axis: [0, 2, 0], angle: 20 deg}}", "")
+    with pytest.raises(SpecError, match=r"obstacles.bar.mass: dynamics follows free bodies that"):
+        spec.loads(text, "ball.yaml")
+
+
 SHEETS = """\
 geometry: {type: woven_elongating}
 sheets:

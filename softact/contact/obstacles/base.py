@@ -2,21 +2,45 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Protocol
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar, Protocol, Self
 
 import numpy as np
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, model_validator
 
-from softact.fields import Part, fault
+from softact.fields import Part, fault, fault_at
 from softact.system.rotation import rotation_about
-from softact.units import Dimensionless
+from softact.units import Dimensionless, Mass
 
 TINY = 1e-300
 MOST_FRICTION = 10.0
+EVENLY = 1e-3  # how far moments of inertia that are the same may differ: files are rounded
+
+
+@dataclass(frozen=True)
+class Filled:
+    """A shape as a body of one density, for one that moves freely.
+
+    gyration: (3, 3) mm², moments of inertia about its centre, by its mass. points: (k, 3) mm of
+    its surface, as it was placed, that touch other obstacles; radius: mm, of balls about them,
+    which do so.
+    """
+
+    gyration: np.ndarray
+    points: np.ndarray
+    radius: float = 0.0
 
 
 class Shape(Protocol):
     """Signed distance of points, its gradient and its second derivatives."""
+
+    @property
+    def center(self) -> tuple[float, float, float]:
+        """Its middle, mm, about which it turns."""
+
+    @property
+    def filled(self) -> Filled | None:
+        """As a body of one density; None of an endless one."""
 
     @property
     def room(self) -> float:
@@ -60,10 +84,45 @@ class SpecObstacle(Part):
         strict=False,
         description="surfaces and sheets that may touch it; default: the whole outside",
     )
+    mass: Mass | None = Field(
+        None,
+        gt=0,
+        description="makes it a free body, which moves and turns by what touches it and by its "
+        "weight: 50 g",
+    )
+    held: bool = Field(
+        False, description="true: a free body is held in place until a step lets it go"
+    )
+
+    @model_validator(mode="after")
+    def _free_or_not(self) -> Self:
+        if self.mass is None:
+            if self.held:
+                raise fault_at(
+                    ("held",), "all obstacles stay in place but free bodies: give it a mass too"
+                )
+        elif self.shape().filled is None:
+            raise fault_at(
+                ("mass",), f"a {self.kind} without end has no mass; leave it out, or bound it"
+            )
+        elif not self.active:
+            raise fault_at(
+                ("active",), "a free body is there from the start; held: true keeps it in place"
+            )
+        return self
 
     def shape(self) -> Shape:
         """Its shape."""
         raise NotImplementedError
+
+    @property
+    def turns_evenly(self) -> bool:
+        """Whether its moments of inertia are the same about all axes."""
+        filled = self.shape().filled
+        if filled is None:
+            return False
+        found = filled.gyration
+        return bool(np.allclose(found, found[0, 0] * np.eye(3), atol=EVENLY * found[0, 0]))
 
 
 def unit(vector: Any) -> np.ndarray:

@@ -8,12 +8,13 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import BeforeValidator, Field
 
-from softact.contact.obstacles.base import TINY, SpecObstacle, rotation_of
+from softact.contact.obstacles.base import TINY, Filled, SpecObstacle, rotation_of
 from softact.fields import Point, three
 from softact.units import Angle, Length
 
 Edge = Annotated[Length, Field(gt=0)]
 Edges = Annotated[tuple[Edge, Edge, Edge], BeforeValidator(three)]
+ACROSS = 7  # points across a face that touch other obstacles
 Turns = Annotated[tuple[Angle, Angle, Angle], BeforeValidator(three)]
 
 
@@ -42,6 +43,16 @@ class Block:
     center: tuple[float, float, float]
     size: tuple[float, float, float]
     axes: tuple[tuple[float, float, float], ...] = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
+
+    @property
+    def filled(self) -> Filled:
+        """See ``Shape``: points of a grid on its faces, corners and edges among them."""
+        axes, squares = np.asarray(self.axes, float), np.square(self.size)
+        gyration = axes.T @ np.diag(squares.sum() - squares) @ axes / 12
+        places = np.linspace(-0.5, 0.5, ACROSS)
+        grid = np.stack(np.meshgrid(places, places, places, indexing="ij"), -1).reshape(-1, 3)
+        on_faces = grid[np.abs(grid).max(axis=1) == 0.5]
+        return Filled(gyration, self.center + (on_faces * self.size) @ axes)
 
     @property
     def room(self) -> float:

@@ -8,9 +8,11 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from softact.contact.obstacles.base import TINY, SpecObstacle, grid_triangles, unit
+from softact.contact.obstacles.base import TINY, Filled, SpecObstacle, grid_triangles, unit
 from softact.fields import Direction, Point
 from softact.units import Length
+
+AROUND, ALONG = 96, 5  # points around and along it that touch other obstacles
 
 
 class CylinderObstacle(SpecObstacle):
@@ -37,6 +39,26 @@ class Cylinder:
     axis: tuple[float, float, float]
     radius: float
     length: float | None = None
+
+    @property
+    def filled(self) -> Filled | None:
+        """See ``Shape``: points on its side, the rims among them, and in the middle of the ends."""
+        if self.length is None:
+            return None
+        e, a, b = self._frame()
+        gyration = self.radius**2 / 4 * (np.eye(3) + np.outer(e, e))
+        gyration += self.length**2 / 12 * (np.eye(3) - np.outer(e, e))
+        angles = np.linspace(0, 2 * np.pi, AROUND, endpoint=False)[:, None, None]
+        heights = np.linspace(-0.5, 0.5, ALONG)[None, :, None] * self.length
+        side = self.radius * (np.cos(angles) * a + np.sin(angles) * b) + heights * e
+        ends = np.array([[-0.5], [0.5]]) * self.length * e
+        return Filled(gyration, np.asarray(self.center) + np.vstack([side.reshape(-1, 3), ends]))
+
+    def _frame(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Directions (3,) along it and two across."""
+        e = unit(self.axis)
+        a = unit(np.cross(e, np.eye(3)[np.argmin(np.abs(e))]))
+        return e, a, np.cross(e, a)
 
     @property
     def room(self) -> float:
@@ -81,9 +103,7 @@ class Cylinder:
 
     def surface(self, extent: float, about: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The side and both ends."""
-        e = unit(self.axis)
-        a = unit(np.cross(e, np.eye(3)[np.argmin(np.abs(e))]))
-        b = np.cross(e, a)
+        e, a, b = self._frame()
         half, middle = extent / 2, self.center + (np.asarray(about) - self.center) @ e * e
         if self.length is not None:
             half, middle = self.length / 2, np.asarray(self.center)

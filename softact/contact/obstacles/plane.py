@@ -34,6 +34,15 @@ class Plane:
     normal: tuple[float, float, float]
 
     @property
+    def center(self) -> tuple[float, float, float]:
+        """See ``Shape``."""
+        return self.point
+
+    @property
+    def filled(self) -> None:
+        """See ``Shape``: it is endless."""
+
+    @property
     def room(self) -> float:
         """See ``Shape``."""
         return np.inf

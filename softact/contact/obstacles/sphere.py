@@ -8,7 +8,7 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from softact.contact.obstacles.base import TINY, SpecObstacle, grid_triangles
+from softact.contact.obstacles.base import TINY, Filled, SpecObstacle, grid_triangles
 from softact.fields import Point
 from softact.units import Length
 
@@ -33,6 +33,11 @@ class Sphere:
 
     center: tuple[float, float, float]
     radius: float
+
+    @property
+    def filled(self) -> Filled:
+        """See ``Shape``: a ball about its middle."""
+        return Filled(0.4 * self.radius**2 * np.eye(3), np.array([self.center]), self.radius)
 
     @property
     def room(self) -> float:
