@@ -122,9 +122,11 @@ def stretches(angle, pressure) -> tuple[float, float]:
     symmetry = {"x_0": 0, "y_0": 1, "z_0": 2}
     model = build(mesh, sheets, cavities={"air": ("wall", "cap")}, symmetry=symmetry)
     solution = solve(model, LoadStep("inflate", pressure={"air": pressure}), [], increment=0.5)
-    f = model.sheets["wall"].membrane.deformation_gradient(solution.state.x)
-    x = model.sheets["wall"].triangles.places.mean(axis=1)[:, 0]
-    lengths = np.linalg.norm(f, axis=2)[x < length / 4].mean(axis=(0, 1))
+    wall = model.sheets["wall"]
+    c = wall.membrane.metric(solution.state.x).reshape(*wall.membrane.weights.shape, 2, 2)
+    x = wall.triangles.places.mean(axis=1)[:, 0]
+    squares = np.diagonal(c, axis1=2, axis2=3)
+    lengths = np.sqrt(squares)[x < length / 4].mean(axis=(0, 1))
     return lengths[0], lengths[1]
 
 
