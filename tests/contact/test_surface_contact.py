@@ -73,6 +73,29 @@ def test_tangent(friction):
     assert_contact_tangent(model, term, state, friction, least=0.01, off=2e-4)
 
 
+@pytest.mark.parametrize("size", [0.0, 0.003, 0.03, 0.1])
+def test_what_is_left_out_does_not_touch(size):
+    """Of a state that overlaps on, to others by random ways: what points face among the pairs that
+    may have come near has all overlaps that a look at all pairs finds, as deep."""
+    model, state = bitten(0.0)
+    (term,) = model.contacts
+    rng = np.random.default_rng(7)
+    places = model.unknowns.spaces[0].tabulate_dof_coordinates()
+    z, found = model.displacement_dofs[:, 2], 0
+    for lift in (0.0, 0.02):  # closed when it looks about, and open
+        state.x[z] += lift * (places[:, 2] > 1.01)
+        term.resume(state)
+        for _ in range(8):
+            x = state.x + size * rng.standard_normal(model.unknowns.local)
+            x[z] -= lift * (places[:, 2] > 1.01)
+            near, every = term._faced.touching(x), term._faced.in_reach(x)
+            overlap = every.gap < 0
+            np.testing.assert_array_equal(near.gap < 0, overlap)
+            np.testing.assert_allclose(near.gap[overlap], every.gap[overlap], atol=1e-14)
+            found += overlap.sum()
+    assert found > 100
+
+
 @pytest.mark.parametrize("friction", [0.0, 0.4])
 def test_action_and_reaction(friction):
     """The forces of a contact of a body with itself add up to nothing."""
