@@ -40,6 +40,6 @@ def test_two_processes_give_the_curve_of_one(alone, tmp_path):
 def test_an_interrupted_run_goes_on(alone, tmp_path):
     """Where it is and how it is turned is remembered once, by all."""
     folder = tmp_path / "cut"
-    interrupt(specs.loads(SPEC), folder, 6, processes=2)
+    interrupt(specs.loads(SPEC), folder, 2, processes=2)
     found = solved(folder, 2, resume=True)
     np.testing.assert_allclose(found, alone, atol=1e-7 * np.abs(alone).max())
