@@ -7,12 +7,13 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.sparse
 
 from softact.system.kernels import Coefficient, Kernel
 from softact.system.term import FUNCTIONS, Origin, State
 
 if TYPE_CHECKING:
+    import scipy.sparse
+
     from softact.mesh.triangles import Triangles
     from softact.model import Model
     from softact.system.assembly import Assembler
@@ -101,6 +102,8 @@ class SheetInertia(Inertia):
     @functools.cached_property
     def _matrix(self) -> scipy.sparse.csr_matrix:
         """The mass matrix of the unknowns up to the sheet's last."""
+        import scipy.sparse  # here: sweeps and their tables shall not wait for it
+
         dofs, n = self._triangles.dofs, self._mass.shape[1]
         rows, columns = np.repeat(dofs, n, axis=1), np.tile(dofs, (1, n, 1))
         values = np.repeat(self._mass.reshape(len(dofs), -1), 3)

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self, get_args
@@ -12,6 +12,7 @@ from pydantic import (
     ModelWrapValidatorHandler,
     ValidationError,
     create_model,
+    field_serializer,
     model_validator,
 )
 from pydantic_core import ErrorDetails, InitErrorDetails
@@ -30,7 +31,7 @@ from softact.mesh.layout import Layout
 from softact.spec.building import changed
 from softact.spec.checks import cross_faults, fibre_faults
 from softact.spec.choice import MaterialChoice
-from softact.spec.contact import AnyObstacle, Contacts, resolved_contact
+from softact.spec.contact import AUTO, AnyObstacle, Contacts, resolved_contact
 from softact.spec.fields import GEOMETRY, AnyGeometry, AnyMaterial, Measures
 from softact.spec.films import LayerSpec, SheetOfLayers
 from softact.spec.modules import ModuleSpec
@@ -259,6 +260,15 @@ class SpecBase(Part):
             return layout
         return replace(layout, clamp=module.left, tip=module.right, repeats=module.repeats)
 
+    @field_serializer("contact")
+    def _as_written(self, contact: Any) -> Any:
+        """``auto`` where that says it, so that it goes along with another geometry."""
+        is_auto = contact and contact == self._contact(AUTO, self.steps, self._own_layout())
+        return "auto" if is_auto else contact
+
+    def _contact(self, written: Contacts | None, steps: Sequence[Any], layout: Layout) -> Contacts:
+        return resolved_contact(written, steps, layout, self.geometry.meets_itself)
+
     def _resolved(self) -> Self:
         layout = self._own_layout()
         supports = () if layout.repeats else self.supports
@@ -266,7 +276,7 @@ class SpecBase(Part):
             clamp = SupportSpec(surface=layout.clamp, fix=("x", "y", "z")) if layout.clamp else None
             supports = (clamp,) if clamp else ()
         steps = [step.for_layout(layout) for step in self.steps]
-        contact = resolved_contact(self.contact, steps, layout, self.geometry.meets_itself)
+        contact = self._contact(self.contact, steps, layout)
         # Only here, before anybody else sees the new spec, a frozen model gets its defaults.
         self.__dict__.update(supports=supports, steps=tuple(steps), contact=contact)
         return self

@@ -109,7 +109,10 @@ def _of_inner(spec: Spec, layout: Layout) -> list[dict[str, Any]] | str:
     the actuator touch is none of its."""
     there = {*layout.surfaces, *layout.sheets} - {layout.clamp, layout.tip}
     found = []
-    for contact in spec.model_dump(mode="json", exclude_none=True)["contact"]:
+    contacts = spec.model_dump(mode="json", exclude_none=True)["contact"]
+    if isinstance(contacts, str):
+        return contacts
+    for contact in contacts:
         groups = contact.get("between") or [contact["self"]]
         kept = [[name for name in group if name in there] for group in groups]
         if all(kept):

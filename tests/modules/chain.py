@@ -55,7 +55,8 @@ class Case:
             {"name": name, self.load: {self.cavity: f"{p * self.pressure} kPa"}}
             for name, p in parts.items()
         ]
-        data = {"geometry": geometry, "materials": self.materials, "steps": steps, **self.more}
+        data = {"geometry": geometry, "materials": self.materials, "steps": steps}
+        data |= {"contact": "none"} | self.more
         if "sheets" in data:
             there = GEOMETRIES[geometry["type"]].model_validate(geometry).layout().sheets
             data["sheets"] = {name: data["sheets"][name] for name in there}

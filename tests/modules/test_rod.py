@@ -34,6 +34,7 @@ SPEC = {
         "mesh_size": "4 mm",
     },
     "materials": {"body": "elastosil-m4601"},
+    "contact": "none",
     "solver": {"initial_increment": 0.5, "max_increment": 0.5},
     "steps": [
         {"name": "weight", "gravity": [0, 0, -1], "payload": {"force": ["0 N", "0 N", "-0.02 N"]}},

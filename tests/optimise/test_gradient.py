@@ -267,7 +267,8 @@ def test_a_run_from_the_beginning_that_differs_is_told(tmp_path, made_up):
         ("goal: maximise}]", "goal: maximise, take: largest}]"),
         ("bending_angle_deg, goal", "pressure_work_mJ, goal"),
         ("  supports: [{surface: x_min, fix: [x, y, z]}]",
-         "  contact: [{self: z_max}]\n  supports: [{surface: x_min, fix: [x, y, z]}]"),
+         "  contact: [{self: z_max, friction: 0.2}]\n"
+         "  supports: [{surface: x_min, fix: [x, y, z]}]"),
     ],
 )  # fmt: skip
 def test_what_hangs_on_the_way_has_all_states(tmp_path, made_up, old, new):

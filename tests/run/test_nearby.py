@@ -18,7 +18,8 @@ FINGER = """
 geometry: {type: pneunet, chambers: 2, chamber_length: 7 mm, mesh_size: 6 mm, inner_wall: 1 mm}
 materials: {body: elastosil-m4601}
 layers: [{surface: strain_limiting_layer, thickness: 0.1 mm, material: paper}]
-measures: [pressure, bending, tip, energy, stress]
+measures: [pressure, bending, tip, energy, stress, contact]
+contact: none
 steps:
   - {name: gravity, gravity: [0, 0, -1]}
   - {name: inflate, pressure: 20 kPa}
@@ -100,8 +101,10 @@ def test_a_state_too_far_away_is_solved_from_the_beginning(tmp_path, first):
 @pytest.mark.parametrize(
     ("more", "why"),
     [
-        ("contact: [{self: outer}]\n", "something may touch"),
-        ("obstacles: {t: {type: plane, point: [0 mm, 0 mm, -9 mm], normal: [0, 0, 1]}}\n", "touch"),
+        (
+            "obstacles: {t: {type: plane, point: [0 mm, 0 mm, -9 mm], normal: [0, 0, 1]}}\n",
+            "touches",
+        ),
         ("  - {name: fill, inject: 1 ml}\n", "a load depends on the way"),
         ("  - {name: hold, pressure: 20 kPa, duration: 1 s}\n", "it goes in time"),
         ("supports: [{surface: clamp, move: {x: 1 mm, y: 0 mm, z: 0 mm}}]\n", "its supports move"),
@@ -110,6 +113,25 @@ def test_a_state_too_far_away_is_solved_from_the_beginning(tmp_path, first):
 def test_what_depends_on_the_way_is_never_sought_at_once(more, why):
     assert why_not(specs.loads(FINGER)) == ""
     assert why in why_not(specs.loads(FINGER + more))
+
+
+def test_what_rubs_depends_on_the_way():
+    auto = FINGER.replace("contact: none", "contact: auto")
+    assert why_not(specs.loads(auto)) == ""
+    rubs = FINGER.replace("contact: none", "contact: [{self: outer, friction: 0.2}]")
+    assert "touches may depend on the way" in why_not(specs.loads(rubs))
+
+
+def test_an_actuator_that_touches_itself_is_solved_from_the_beginning(tmp_path):
+    """And one that does not touch, but whose neighbour does, too."""
+    auto = FINGER.replace("contact: none\n", "")
+    row, *_ = solved(tmp_path / "first", text=auto, paths=None)
+    assert row["contact_area_outside_mm2"] > 0
+    again, counts, notes, _ = solved(
+        tmp_path / "near", ["geometry.inner_wall=1.05 mm"], tmp_path / "first", auto, None
+    )
+    assert any("that actuator touches itself" in note for note in notes)
+    assert counts["increments"] > 1 and again["contact_area_outside_mm2"] > 0
 
 
 def test_the_guess_goes_along_with_the_parameters(tmp_path, first):
