@@ -26,6 +26,9 @@ class WovenStiffening(SheetGeometry):
 
     why_no_module: ClassVar[str] = ": it is one pouch"
 
+    #: The crumpled sheet at the joint changes what it touches all the time: that does not converge.
+    meets_itself: ClassVar[bool] = False
+
     type: Literal["woven_stiffening"] = "woven_stiffening"
     l_i: Length = Field(240.0, description="length of the pouch")
     w_a: Length = Field(65.0, description="width across")

@@ -179,8 +179,9 @@ class SpecBase(Part):
         None,
         strict=False,
         description="surfaces that may touch themselves or each other; by default auto, the "
-        "outside touches itself, of all geometries but block, tube, thick_sphere and "
-        "woven_elongating; walls of cavities under vacuum do in any case, unless it is none",
+        "outside touches itself, of all geometries but block, tube, thick_sphere, "
+        "woven_elongating and woven_stiffening; walls of cavities under vacuum do in any case, "
+        "unless it is none",
     )
     steps: tuple[Step, ...] = Field(
         strict=False, description="in order; each starts from the last state"
