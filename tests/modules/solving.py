@@ -43,7 +43,8 @@ def stepped(
         if attempt.fraction == 1.0:
             ends[attempt.step] = State(state.x.copy(), dict(state.loads))
 
-    settings = Settings(initial_increment=1.0, max_increment=1.0, tolerance=1e-9)
+    size = 0.25 if spec.sheets else 1.0  # of slack folds a long way leaves others
+    settings = Settings(initial_increment=size, max_increment=size, tolerance=1e-9)
     supports = supports_of(spec.supports or ())
     progress = Stepper(model, settings, keep).run(load_steps(spec, model), supports)
     assert not progress.stopped, progress.stopped

@@ -147,6 +147,7 @@ def test_no_equilibrium_keeps_what_was_reached(tmp_path):
         (
             *COARSE,
             "steps=[{name: burst, pressure: 300 kPa}]",
+            "contact=none",
             "solver.initial_increment=0.015",
             "solver.max_increment=0.05",
             "solver.min_increment=0.014",
