@@ -232,7 +232,7 @@ def refuse_kinks(worst: float) -> None:
     if worst > GOOD:
         raise SpecError(
             f"contact: the law of the module is off by {100 * worst:.2g} %, where its walls begin "
-            "to press on each other; solve the whole actuator, or leave contact out"
+            "to press on each other; solve the whole actuator, or write contact: none"
         )
 
 
