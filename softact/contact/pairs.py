@@ -86,8 +86,8 @@ class Pairs:
     ):
         """numbers: (k, n) of the facets' nodes. side: (k,) of which body (facets of one side do not
         touch; −1: any other). reach, depth: (k,) mm, how far they look, and how deep inside of
-        each other. backs: pairs that never touch;
-        overlooks: pairs of which only the second looks at the first."""
+        each other. backs: pairs that never touch; overlooks: pairs of which only the second
+        looks at the first."""
         self._library = jit.load_library(comm, Path(__file__).with_name("_pairs.c"))
         self._library.candidates.restype = self._library.near.restype = ctypes.c_int64
         self._adjoining, self.side, self._reach = neighbours(numbers), side, reach
