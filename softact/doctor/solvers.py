@@ -11,6 +11,7 @@ from types import ModuleType
 
 from softact.doctor.finding import Finding, missing_module
 from softact.doctor.supply import owner, packages, sudo
+from softact.solve import pardiso
 from softact.system import blas
 
 
@@ -52,6 +53,8 @@ def look_at_petsc() -> Iterable[Finding]:
         return
     yield Finding("solvers", "ok", ", ".join(present))
     yield Finding("orderings", "ok", "MUMPS with " + ", ".join(mumps_orderings(PETSc)))
+    if pardiso.library() is not None:
+        yield Finding("Pardiso", "ok", "of MKL, for specs with solver: {factor: pardiso}")
 
 
 def mumps_orderings(petsc: ModuleType) -> list[str]:

@@ -98,11 +98,13 @@ def run(
     be, the run has all of them, and its notes say why. staying: a process that solves this run
     after others, with one thread.
 
-    Raises MeshError before anything is written, FolderBusyError where another process writes into
+    Raises SpecError where the spec asks for a library that is not there and MeshError, both before
+    anything is written, FolderBusyError where another process writes into
     the folder, DamagedResultError where the run there cannot go on, CannotWriteError where the disk
     is full or the folder read-only, and SolverCrashError where the solver's process ends in a way
     that it could not tell of itself.
     """
+    _check_factor(spec)
     directory = Path(directory)
     progress = _remembering(directory, measured, progress or (lambda event: None))
     if report and threads != 1:
@@ -174,6 +176,17 @@ def _remember(directory: Path, measured: Sequence[Measured]) -> None:
         from softact.report.remembered import remember
 
         remember(directory, measured)
+
+
+def _check_factor(spec: Spec) -> None:
+    """Raises SpecError where what the spec wants its tangents factorised by is not there."""
+    if spec.solver.factor == "pardiso":
+        from softact.solve import pardiso  # few have it
+
+        if pardiso.library() is None:
+            raise SpecError(
+                f"solver.factor: pardiso is part of MKL, which is not there: {pardiso.HOW}"
+            )
 
 
 def usual_processes(spec: Spec) -> int:

@@ -20,17 +20,18 @@ WORSE = 1.25
 
 @dataclass(frozen=True)
 class Analysis:
-    """What MUMPS said of a matrix before its factorisation.
+    """What a direct solver said of a matrix before its factorisation.
 
     ordering: of the pivots. operations: floating point operations of one factorisation, by the
     orderings that were tried. memory_MB: of the factors and working space as estimated, all
-    processes. untried: why METIS was not among them, "" where it was.
+    processes. untried: why METIS was not among them, "" where it was. solver: its name.
     """
 
     ordering: str
     operations: Mapping[str, float]
     memory_MB: int  # noqa: N815 (a unit)
     untried: str = ""
+    solver: str = "MUMPS"
 
 
 class Analyst:

@@ -16,6 +16,8 @@ from softact.loads.support import Held, Support
 from softact.model import Model
 from softact.solve.border import Border, Control
 from softact.solve.factor import Factor
+from softact.solve.mumps_factor import MumpsFactor
+from softact.solve.settings import FactorName
 from softact.system.term import Origin, State
 
 
@@ -146,13 +148,27 @@ class _Solve:
     kinked: bool = False
 
 
+def _factor_of(name: FactorName) -> type[Factor]:
+    if name == "pardiso":
+        from softact.solve.pardiso_factor import PardisoFactor  # few have it
+
+        return PardisoFactor
+    return MumpsFactor
+
+
 class Newton:
     """Equilibrium of a model at fixed loads.
 
-    options: of a solve that asks for nothing else.
+    factor: what makes the factors of its tangents. options: of a solve that asks for nothing else.
     """
 
-    def __init__(self, model: Model, tolerance: float, max_iterations: int):
+    def __init__(
+        self,
+        model: Model,
+        tolerance: float,
+        max_iterations: int,
+        factor: FactorName = "mumps",
+    ):
         self.model, self.options = model, SolveOptions(tolerance)
         self.counts = Counts()
         # Hears of each iteration: its number in the solve, and the relative residual.
@@ -174,7 +190,7 @@ class Newton:
         self._max_iterations = max_iterations
         self._snes = self._create_snes(max_iterations)
         pressures = model.sum(int((~self._is_force).sum()))
-        self.factor = Factor(model, self._snes, pressures)
+        self.factor = _factor_of(factor)(model, self._snes, pressures)
         # The present solve, or the last one; before the first, one that has factorised nothing.
         rest, nowhere = model.initial_state(), np.empty(0)
         self._now = _Solve(rest, None, nowhere, None, self.options, model.force_floor, allowed=0)

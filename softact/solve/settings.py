@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 Predictor = Literal["none", "linear", "quadratic"]
+FactorName = Literal["mumps", "pardiso"]
 
 
 @dataclass(frozen=True)
@@ -18,3 +19,4 @@ class Settings:
     predictor: Predictor = "quadratic"
     dynamics: bool = True
     time_tolerance: float = 5e-4
+    factor: FactorName = "mumps"

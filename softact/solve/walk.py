@@ -73,7 +73,8 @@ class Walk:
     @functools.cached_property
     def newton(self) -> Newton:
         """Newton's method, made when all loads have made their terms and coupled their nodes."""
-        newton = Newton(self.model, self.settings.tolerance, self.settings.max_iterations)
+        s = self.settings
+        newton = Newton(self.model, s.tolerance, s.max_iterations, s.factor)
         newton.watch = self._watch
         return newton
 

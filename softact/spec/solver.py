@@ -5,7 +5,7 @@ from typing import Literal, Self
 from pydantic import Field, model_validator
 
 from softact.fields import Part, fault
-from softact.solve.settings import Predictor, Settings
+from softact.solve.settings import FactorName, Predictor, Settings
 from softact.units import Dimensionless
 
 USUAL = Settings()
@@ -56,6 +56,12 @@ class Solver(Part):
         le=0.1,
         description="on the error of stresses that creep, in one increment of a step with a clock, "
         f"by the largest stress so far; default: {USUAL.time_tolerance:g}",
+    )
+
+    factor: FactorName = Field(
+        USUAL.factor,
+        description="what factorises the tangent: mumps, or MKL's pardiso where you have installed "
+        "mkl yourself: faster, and not free software",
     )
 
     @model_validator(mode="after")

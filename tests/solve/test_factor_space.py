@@ -7,7 +7,7 @@ from softact.bodies.sheet import Ply, Sheet
 from softact.loads.support import Support
 from softact.materials import LAWS
 from softact.mesh.sheets import SheetMesh
-from softact.solve import factor
+from softact.solve import mumps_factor
 from softact.solve.newton import Newton
 from softact.system.rotation import rotation_about
 from softact.system.term import EVERYTHING, TimeStep
@@ -21,7 +21,7 @@ TURN = rotation_about(np.array([0.3, 1.0, 0.2]), 40.0)
 def fallen(slack: int, monkeypatch):
     """A square sheet without stress that leans, held along one side, after a time step of its fall
     from rest: displacements (n, 3) and the space that the factors had (percent)."""
-    monkeypatch.setattr(factor, "SPACE", factor.WorkingSpace(of_sheets=slack))
+    monkeypatch.setattr(mumps_factor, "SPACE", mumps_factor.WorkingSpace(of_sheets=slack))
 
     def place(s):
         return SIZE * np.column_stack([s, np.zeros(len(s))]) @ TURN.T
@@ -48,7 +48,7 @@ def test_too_little_space_is_made_more(monkeypatch):
     falls freely, by g·n Δt² in a step of backward Euler."""
     little, space = fallen(-90, monkeypatch)
     ample, kept = fallen(400, monkeypatch)
-    assert space >= factor.WorkingSpace().usual and kept == 400
+    assert space >= mumps_factor.WorkingSpace().usual and kept == 400
     np.testing.assert_allclose(little, ample, atol=1e-9 * GRAVITY * TIME_STEP**2)
     normal = TURN[:, 2]
     free = -GRAVITY * normal[2] * TIME_STEP**2
