@@ -68,8 +68,8 @@ class Solid:
         self.pressure_values = (
             None if pressure_degree is None else compat.tabulate_values(pressure_degree, points)
         )
-        kernels = assembler.kernels("solid", degree, pressure_degree)
-        self._residual, self._tangent = (Kernel(assembler, k, self.cells) for k in kernels)
+        (residual,) = assembler.kernels("solid", degree, pressure_degree)
+        self._residual = Kernel(assembler, residual, self.cells)
         self.volumes = self._reference_volumes()
         self._kept: LastFew[Response] = LastFew()
         self._anchor: Anchor | None = None
@@ -301,15 +301,13 @@ class Solid:
 
     def add_tangent(self, state: State, origin: Origin | None) -> None:
         stress, moduli, _ = self._evaluate(state)
-        points = len(self.weights)
         geometric = stress if origin is None else self._carried_stress(state, origin)
-        self._tangent.add_matrix(
-            self._size,
-            [
-                self._unknowns(state.x),
-                Coefficient(np.ascontiguousarray(moduli), 36 * points),
-                Coefficient(np.ascontiguousarray(geometric), 6 * points),
-            ],
+        self.assembler.add_solid(
+            self.loop(state.x),
+            self.weights,
+            moduli,
+            geometric,
+            self.pressure_values,
             self.constants(),
         )
 
@@ -377,10 +375,7 @@ class Solid:
         if self.fibres is not None:
             families = self.fibres.reshape(len(self.cells), -1, *self.fibres.shape[1:])[chosen]
             part.fibres = families.reshape(-1, *self.fibres.shape[1:])
-        kernels = self._residual, self._tangent
-        part._residual, part._tangent = (
-            Kernel(self.assembler, kernel.address, part.cells) for kernel in kernels
-        )
+        part._residual = Kernel(self.assembler, self._residual.address, part.cells)
         part._kept, part._last, part._began = LastFew(), {}, None
         if self._anchor is not None:
             part._anchor = self._anchor.part(chosen, self.volumes.shape[1])

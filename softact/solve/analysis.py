@@ -16,6 +16,9 @@ from softact.solve.ordering import metis, nested_dissection
 METIS = "METIS"
 # An order of an earlier matrix is kept until a factorisation takes so many times the operations.
 WORSE = 1.25
+# METIS's order is tried in MUMPS where it takes at most this part of its own order's operations by
+# our count, which is lower than MUMPS's: an analysis costs as much as a factorisation.
+GAIN = 0.9
 
 
 @dataclass(frozen=True)
@@ -46,6 +49,7 @@ class Analyst:
     kept: str | None = None
     _order: np.ndarray | None = None
     _operations = 0.0  # of the matrix that the order was made for
+    _counted: float | None = None  # by METIS's order, before MUMPS's analysis
 
     def __init__(self, model: Model):
         self._model = model
@@ -59,12 +63,13 @@ class Analyst:
             return  # the user may have chosen an ordering by an option of PETSc's
         structure = mumps.Structure(self._model.comm, factors)
         why = structure.fault or ("" if metis() else "PETSc is not linked to METIS")
-        dissected = not why and self._dissect(factors, structure)
-        second = _said(factors, METIS) if dissected else None
-        if second is None:
+        if why or not self._dissect(factors, structure):
             self.kept = first.ordering
-            self.last = replace(first, untried=why or "METIS found no order")
+            counted = {} if why or not self._counted else {METIS: self._counted}
+            said = why or ("" if counted else "METIS found no order")
+            self.last = replace(first, operations={**first.operations, **counted}, untried=said)
             return
+        second = _said(factors, METIS)
         found = {**first.operations, **second.operations}
         if found[METIS] < (np.inf if self.kept == METIS else found[first.ordering]):
             self.kept, self.last = METIS, replace(second, operations=found)
@@ -73,17 +78,21 @@ class Analyst:
         self.kept, self.last = first.ordering, replace(first, operations=found)
 
     def _dissect(self, factors: PETSc.Mat, structure: mumps.Structure) -> bool:
-        """Analyse the matrix with METIS's order; whether there is one."""
+        """Analyse the matrix with METIS's order; whether there is one that may be the better."""
         if self._operations:
             structure.analyse(mumps.GIVEN, self._order)
             if _operations(factors) < WORSE * self._operations:
                 return True
-        self._order, self._operations = nested_dissection(self._model.assembler), 0.0
-        found = self._model.comm.bcast(self._order is not None)
-        if found:
-            structure.analyse(mumps.GIVEN, self._order)
-            self._operations = _operations(factors)
-        return found
+        dissection, comm = nested_dissection(self._model.assembler), self._model.comm
+        self._operations = 0.0
+        self._order = dissection.places if dissection else None
+        self._counted = comm.bcast(dissection.operations if dissection else None)
+        own = np.inf if self.kept == METIS else GAIN * _operations(factors)
+        if self._counted is None or self._counted > own:
+            return False
+        structure.analyse(mumps.GIVEN, self._order)
+        self._operations = _operations(factors)
+        return True
 
 
 def _operations(factors: PETSc.Mat) -> float:

@@ -16,8 +16,9 @@ from softact.system.inertia import MUMPS_CONTROLS
 # small for them (users' guide, section 8).
 OUT_OF_MEMORY, OUT_OF_SPACE = (-13, -19), (-8, -9)
 
-# Rows of displacements alone are of one size: to scale them takes a fifth of a factorisation.
-UNSCALED = {8: 0}
+# MUMPS's ICNTL(8): rows are not scaled, which takes an eighth of a factorisation, or they are.
+SCALING, UNSCALED, SCALED = 8, 0, 7
+DELAYED = 13  # of INFOG: pivots that were too small where they stood
 
 
 @dataclass(frozen=True)
@@ -36,9 +37,14 @@ SPACE = WorkingSpace()
 
 
 class MumpsFactor(Factor):
-    """Factors by MUMPS, on all processes. See ``Factor``."""
+    """Factors by MUMPS, on all processes. See ``Factor``.
+
+    Rows are scaled from the first factorisation on that had to delay pivots; not of sheets alone,
+    whose displacements have rows of one size, and which delay pivots where they carry nothing.
+    """
 
     _matrix: PETSc.Mat = None
+    _scaling = UNSCALED
 
     def __init__(self, model: Model, snes: PETSc.SNES, pressures: int):
         super().__init__(model, snes, pressures)
@@ -60,11 +66,17 @@ class MumpsFactor(Factor):
         pc.setFactorSolverType("mumps")
         pc.setFactorSetUpSolverType()
         self._matrix = pc.getFactorMatrix()
-        controls = {**MUMPS_CONTROLS, 14: self._space}
-        if not self._model.solids:
-            controls |= UNSCALED
+        controls = {**MUMPS_CONTROLS, 14: self._space, SCALING: self._scaling}
         for control, value in controls.items():
             self._matrix.setMumpsIcntl(control, value)
+
+    def follow_layout(self) -> None:
+        """See ``Factor``."""
+        delayed = self._analysed and self._model.solids and self._matrix.getMumpsInfog(DELAYED)
+        if delayed and self._scaling == UNSCALED:
+            self._scaling = SCALED
+            self._matrix.setMumpsIcntl(SCALING, SCALED)
+        super().follow_layout()
 
     def _analyse(self) -> None:
         self.analyst.analyse(self._matrix)

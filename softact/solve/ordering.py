@@ -8,15 +8,20 @@ from __future__ import annotations
 
 import ctypes
 import functools
+from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import scipy.sparse
+from mpi4py import MPI
 from petsc4py import PETSc
 
+from softact.system import jit
 from softact.system.assembly import Assembler
 from softact.system.kernels import pointer
 from softact.system.unknowns import Unknowns
 
+_FILL = Path(__file__).with_name("_fill.c")
 _OPTIONS = 40  # METIS_NOPTIONS
 _DONE = 1  # METIS_OK
 
@@ -33,10 +38,23 @@ def metis() -> ctypes.CDLL | None:
     return library if np.count_nonzero(options) == _OPTIONS else None
 
 
-def nested_dissection(assembler: Assembler) -> np.ndarray | None:
-    """Place of each unknown (all,) among the pivots, from 1, on rank 0; None on the others, and
-    where METIS finds none. Collective. The graph is that of the matrix as it is laid out.
+@dataclass(frozen=True)
+class Dissection:
+    """An order of the pivots.
+
+    places: (all,) of each unknown among them, from 1. operations: floating point operations of a
+    factorisation in it; MUMPS, which fills up blocks, takes up to a sixth more.
     """
+
+    places: np.ndarray
+    operations: float
+
+
+def nested_dissection(assembler: Assembler) -> Dissection | None:
+    """METIS's order, on rank 0; None on the others, and where METIS finds none. Collective. The
+    graph is that of the matrix as it is laid out.
+    """
+    jit.load_library(assembler.unknowns.comm, _FILL)
     blocks, pairs = _blocks(assembler.unknowns), assembler.coupled
     gathered = assembler.unknowns.comm.gather((blocks, pairs))
     if gathered is None:
@@ -53,11 +71,13 @@ def nested_dissection(assembler: Assembler) -> np.ndarray | None:
         last = vertex_of[assembler.unknowns.number[assembler.unknowns.apart_dofs[:, 0]]]
         near = ~np.isin(i, last) & ~np.isin(j, last)
         i, j = i[near], j[near]
-    place = _dissected(_adjacency(i, j, len(vertices)), weight)
+    graph = _adjacency(i, j, len(vertices))
+    place = _dissected(graph, weight)
     if place is None:
         return None
+    operations = _operations(graph, weight, place)
     place[last] = len(place)
-    return _expanded(place[vertex], first, width)
+    return Dissection(_expanded(place[vertex], first, width), operations)
 
 
 def _blocks(unknowns: Unknowns) -> np.ndarray:
@@ -95,6 +115,17 @@ def _dissected(graph: scipy.sparse.csr_matrix, weight: np.ndarray) -> np.ndarray
         pointer(vertex), pointer(place),
     )  # fmt: skip
     return place if done == _DONE else None
+
+
+def _operations(graph: scipy.sparse.csr_matrix, weight: np.ndarray, place: np.ndarray) -> float:
+    """Operations of a factorisation in the order ``place`` of vertices with ``weight`` rows each;
+    infinitely many where there is no memory to count them."""
+    library = jit.load_library(MPI.COMM_SELF, _FILL)
+    library.operations.restype = ctypes.c_double
+    starts, ends = (np.ascontiguousarray(a, np.int32) for a in (graph.indptr, graph.indices))
+    given = map(pointer, (starts, ends, weight, place))
+    found = float(library.operations(ctypes.c_int32(graph.shape[0]), *given))
+    return found if found >= 0 else np.inf
 
 
 def _expanded(place: np.ndarray, first: np.ndarray, width: np.ndarray) -> np.ndarray:

@@ -220,7 +220,7 @@ static void straight_map(const double *points, const int32_t *nodes, double m[3]
 }
 
 /* k = det(m) inverse(m); returns det(m). */
-static double adjugate(double m[3][3], double k[3][3])
+static double adjugate(const double m[3][3], double k[3][3])
 {
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) {
@@ -287,6 +287,183 @@ void deformation_gradient(int64_t count, const int32_t *cells, const int32_t *no
                         sum += h[i][a] * k[a][j];
                     f[3 * i + j] = sum / det + (i == j);
                 }
+        }
+    }
+}
+
+/* Rows of the displacements of one cell's matrix, filled up to whole vectors. */
+enum { NODES = 10, COLUMNS = 32, PRESSURES = 4 };
+
+/* Add B^T (w D) B and the geometric stiffness of T to the upper triangle of blocks.
+
+   f: F; g: (n, 3) gradients of the n shape functions. */
+static void add_stiffness(int n, const double f[3][3], double g[NODES][3], double w,
+                          const double *d, const double *t, double a[3 * NODES][COLUMNS])
+{
+    double b[6][COLUMNS] = {{0}}, db[6][COLUMNS];
+    for (int k = 0; k < n; ++k)
+        for (int i = 0; i < 3; ++i) {
+            const int c = 3 * k + i;
+            for (int v = 0; v < 3; ++v)
+                b[v][c] = f[i][v] * g[k][v];
+            b[3][c] = f[i][0] * g[k][1] + f[i][1] * g[k][0];
+            b[4][c] = f[i][0] * g[k][2] + f[i][2] * g[k][0];
+            b[5][c] = f[i][1] * g[k][2] + f[i][2] * g[k][1];
+        }
+    const int width = n == NODES ? COLUMNS : 16;
+    for (int v = 0; v < 6; ++v) {
+        const double *row = d + 6 * v;
+        for (int c = 0; c < width; ++c)
+            db[v][c] = w * (row[0] * b[0][c] + row[1] * b[1][c] + row[2] * b[2][c]
+                            + row[3] * b[3][c] + row[4] * b[4][c] + row[5] * b[5][c]);
+    }
+    for (int k = 0; k < n; ++k) {
+        for (int i = 0; i < 3; ++i) {
+            double *restrict row = a[3 * k + i];
+            const double p[6] = {b[0][3 * k + i], b[1][3 * k + i], b[2][3 * k + i],
+                                 b[3][3 * k + i], b[4][3 * k + i], b[5][3 * k + i]};
+            for (int c = 3 * k & ~7; c < width; ++c)
+                row[c] += p[0] * db[0][c] + p[1] * db[1][c] + p[2] * db[2][c]
+                        + p[3] * db[3][c] + p[4] * db[4][c] + p[5] * db[5][c];
+        }
+        const double *o = g[k];
+        const double tg[3] = {w * (t[0] * o[0] + t[3] * o[1] + t[4] * o[2]),
+                              w * (t[3] * o[0] + t[1] * o[1] + t[5] * o[2]),
+                              w * (t[4] * o[0] + t[5] * o[1] + t[2] * o[2])};
+        for (int l = k; l < n; ++l) {
+            const double s = tg[0] * g[l][0] + tg[1] * g[l][1] + tg[2] * g[l][2];
+            for (int i = 0; i < 3; ++i)
+                a[3 * k + i][3 * l + i] += s;
+        }
+    }
+}
+
+/* Add w p times the second derivative of J = det F: of the blocks k < l, for those of one node are
+   zero. */
+static void add_second_of_volume(int n, const double f[3][3], double g[NODES][3], double wp,
+                                 double a[3 * NODES][COLUMNS])
+{
+    for (int k = 0; k < n; ++k)
+        for (int l = k + 1; l < n; ++l) {
+            const double *p = g[k], *q = g[l];
+            const double c[3] = {wp * (p[1] * q[2] - p[2] * q[1]), wp * (p[2] * q[0] - p[0] * q[2]),
+                                 wp * (p[0] * q[1] - p[1] * q[0])};
+            double v[3];
+            for (int i = 0; i < 3; ++i)
+                v[i] = f[i][0] * c[0] + f[i][1] * c[1] + f[i][2] * c[2];
+            double *x = a[3 * k] + 3 * l, *y = a[3 * k + 1] + 3 * l, *z = a[3 * k + 2] + 3 * l;
+            x[1] += v[2], x[2] -= v[1];
+            y[0] -= v[2], y[2] += v[0];
+            z[0] += v[1], z[1] -= v[0];
+        }
+}
+
+/* Add the tangents of the cells of a solid into CSR values: `softact.system.forms.solid`.
+
+   The first arguments are those of `deformation_gradient`. weights: (points) of the rule; moduli:
+   (count, points, 36), symmetric; stress: (count, points, 6) of the geometric stiffness; shares:
+   (points, pressures) values of the functions of the pressure, whose unknowns follow those of the
+   displacement, in blocks of one; compliance, logarithmic: 1/K and beta. The rest is as in
+   `assemble_matrix`. */
+void solid_tangent(int64_t count, const int32_t *cells, const int32_t *nodes, int32_t shape,
+                   const double *points, int32_t rule, int32_t functions, const double *gradients,
+                   const int32_t *dofs, int32_t stride, const double *u, const double *weights,
+                   const double *moduli, const double *stress, int32_t pressures,
+                   const double *shares, double compliance, double logarithmic,
+                   int32_t block_count, const int32_t *base, const int32_t *row_length,
+                   const uint8_t *fixed, double *values)
+{
+    const int n = functions, m = pressures;
+    for (int64_t e = 0; e < count; ++e) {
+        const int64_t cell = cells[e];
+        const int32_t *own = nodes + shape * cell, *dof = dofs + cell * stride;
+        double a[3 * NODES][COLUMNS] = {{0}}; /* displacements by displacements */
+        double up[PRESSURES][3 * NODES] = {{0}}, pp[PRESSURES][PRESSURES] = {{0}};
+        double map[3][3], k[3][3], det = 0.0, at[NODES][3], p[PRESSURES];
+        for (int c = 0; c < n; ++c)
+            for (int i = 0; i < 3; ++i)
+                at[c][i] = u[dof[3 * c + i]];
+        for (int c = 0; c < m; ++c)
+            p[c] = u[dof[3 * n + c]];
+        if (shape == 4) {
+            straight_map(points, own, map);
+            det = adjugate(map, k);
+        }
+        for (int q = 0; q < rule; ++q) {
+            const double *reference = gradients + (int64_t)q * n * 3;
+            if (shape == 10) {
+                curved_map(points, own, reference, map);
+                det = adjugate(map, k);
+            }
+            double g[NODES][3], f[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+            for (int c = 0; c < n; ++c)
+                for (int j = 0; j < 3; ++j) {
+                    const double *r = reference + 3 * c;
+                    g[c][j] = (r[0] * k[0][j] + r[1] * k[1][j] + r[2] * k[2][j]) / det;
+                    for (int i = 0; i < 3; ++i)
+                        f[i][j] += at[c][i] * g[c][j];
+                }
+            const double w = fabs(det) * weights[q];
+            const int64_t point = e * rule + q;
+            add_stiffness(n, f, g, w, moduli + 36 * point, stress + 6 * point, a);
+            if (!m)
+                continue;
+            const double *share = shares + q * m;
+            double cofactor[3][3], pressure = 0.0;
+            adjugate(f, cofactor); /* transposed */
+            for (int c = 0; c < m; ++c)
+                pressure += share[c] * p[c];
+            add_second_of_volume(n, f, g, w * pressure, a);
+            for (int c = 0; c < n; ++c)
+                for (int i = 0; i < 3; ++i) {
+                    const double by = w * (cofactor[0][i] * g[c][0] + cofactor[1][i] * g[c][1]
+                                           + cofactor[2][i] * g[c][2]);
+                    for (int l = 0; l < m; ++l)
+                        up[l][3 * c + i] += share[l] * by;
+                }
+            const double swelling = compliance * pressure;
+            const double grows = compliance * (1 + logarithmic * swelling
+                                               / sqrt(1 + logarithmic * swelling * swelling));
+            for (int c = 0; c < m; ++c)
+                for (int l = 0; l < m; ++l)
+                    pp[c][l] -= w * grows * share[c] * share[l];
+        }
+        for (int b = 0; b < 3 * n; ++b)
+            for (int c = 0; c < b; ++c)
+                a[b][c] = a[c][b];
+        int any_fixed = 0;
+        for (int b = 0; b < 3 * n; ++b)
+            any_fixed |= fixed[dof[b]];
+        for (int b = 0; any_fixed && b < 3 * n; ++b)
+            if (fixed[dof[b]]) {
+                memset(a[b], 0, sizeof a[b]);
+                for (int c = 0; c < 3 * n; ++c)
+                    a[c][b] = 0.0;
+                for (int c = 0; c < m; ++c)
+                    up[c][b] = 0.0;
+            }
+        const int32_t *place = base + cell * block_count * block_count;
+        const int32_t *length = row_length + cell * block_count;
+        for (int b = 0; b < n; ++b, place += block_count) {
+            const double *x = a[3 * b], *y = a[3 * b + 1], *z = a[3 * b + 2];
+            for (int c = 0; c < n; ++c) {
+                double *to = values + place[c];
+                for (int j = 0; j < 3; ++j) {
+                    to[j] += x[3 * c + j];
+                    to[length[b] + j] += y[3 * c + j];
+                    to[2 * length[b] + j] += z[3 * c + j];
+                }
+            }
+            for (int c = 0; c < m; ++c)
+                for (int i = 0; i < 3; ++i)
+                    values[place[n + c] + i * length[b]] += up[c][3 * b + i];
+        }
+        for (int b = 0; b < m; ++b, place += block_count) {
+            for (int c = 0; c < n; ++c)
+                for (int j = 0; j < 3; ++j)
+                    values[place[c] + j] += up[b][3 * c + j];
+            for (int c = 0; c < m; ++c)
+                values[place[n + c]] += pp[b][c];
         }
     }
 }

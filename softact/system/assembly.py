@@ -319,6 +319,31 @@ class Assembler:
             pointer(self.values),
         )
 
+    def add_solid(
+        self,
+        loop: Sequence[object],
+        weights: np.ndarray,
+        moduli: np.ndarray,
+        stress: np.ndarray,
+        shares: np.ndarray | None,
+        constants: Sequence[float],
+    ) -> None:
+        """Add the tangents of a solid's cells. loop: see ``Solid.loop``; weights (points,) of the
+        rule; moduli (cells, points, 36) and stress (cells, points, 6), MPa; shares (points,
+        pressures) of the pressure's functions and the constants of ``forms.solid``."""
+        moduli, stress = (np.ascontiguousarray(a, dtype=float) for a in (moduli, stress))
+        compliance, logarithmic = constants or (0.0, 0.0)
+        self.library.solid_tangent(
+            *loop,
+            *map(pointer, (weights, moduli, stress)),
+            0 if shares is None else shares.shape[1],
+            pointer(shares),
+            ctypes.c_double(compliance),
+            ctypes.c_double(logarithmic),
+            self.unknowns.cell_blocks.shape[1],
+            *map(pointer, (self._base, self._row_length, self.fixed, self.values)),
+        )
+
     def clear(self) -> None:
         """Start a new matrix."""
         self.values[:] = 0.0

@@ -54,51 +54,34 @@ def _displacement_space(geometry: int, degree: int) -> ufl.FunctionSpace:
     return _space(geometry, compat.lagrange(degree, (3,)))
 
 
-def solid(geometry: int, degree: int, pressure_degree: int | None) -> tuple[ufl.Form, ufl.Form]:
-    """Stress divergence and incompressibility of a solid: (residual, tangent).
+def solid(geometry: int, degree: int, pressure_degree: int | None) -> tuple[ufl.Form]:
+    """Stress divergence and incompressibility of a solid: the residual; its tangent is
+    ``solid_tangent`` of ``_assembly.c``.
 
-    Π = ∫ W̄(C) + p (J − 1) − U*(p) dX; the stress S = 2 ∂W̄/∂C and its derivative D come as
-    values at the quadrature points, so that every law of the library uses this one form.
+    Π = ∫ W̄(C) + p (J − 1) − U*(p) dX; the stress S = 2 ∂W̄/∂C comes as values at the
+    quadrature points, so that every law of the library uses this one form.
     U* is the complementary volumetric energy, whose derivative J(p) − 1 inverts p = U'(J):
     J(p) = p/κ + √(1 + β (p/κ)²) with β = 0 for U = κ/2 (J − 1)² and β = 1 for
     U = κ/2 ((J² − 1)/2 − ln J). Left to S, the difference of the two would not be convex.
-    Without a ``pressure_degree`` there is no p, and S and D hold the volumetric part as well.
+    Without a ``pressure_degree`` there is no p, and S holds the volumetric part as well.
 
-    Coefficients: residual (unknowns, S (6)); tangent (unknowns, D (36, row by row),
-    T (6): the stress of the geometric stiffness). Constants (both, with a pressure): 1/κ, β.
+    Coefficients: unknowns, S (6). Constants, with a pressure: 1/κ, β.
     """
     elements = [compat.lagrange(degree, (3,))]
     if pressure_degree is not None:
         elements.append(compat.lagrange(pressure_degree, (), pressure_degree == 0))
     space = _space(geometry, compat.mixed(*elements))
-    w, test, trial = ufl.Coefficient(space), ufl.TestFunction(space), ufl.TrialFunction(space)
-    points = _space(geometry, compat.quadrature_element(QUADRATURE_DEGREE, 6))
-    stress, moduli = (
-        ufl.Coefficient(points),
-        ufl.Coefficient(_space(geometry, compat.quadrature_element(QUADRATURE_DEGREE, 36))),
-    )
-    geometric_stress = ufl.Coefficient(points)
+    w, test = ufl.Coefficient(space), ufl.TestFunction(space)
+    stress = ufl.Coefficient(_space(geometry, compat.quadrature_element(QUADRATURE_DEGREE, 6)))
     if pressure_degree is None:
-        u, v, du = w, test, trial
-    else:
-        (u, p), (v, _), (du, _) = ufl.split(w), ufl.split(test), ufl.split(trial)
-    rate = green_strain_rate(u, v)
-    residual = ufl.dot(stress, rate) * _dx()
-    d = ufl.as_matrix([[moduli[6 * i + j] for j in range(6)] for i in range(6)])
-    second = ufl.sym(ufl.grad(du).T * ufl.grad(v))
-    tangent = (
-        ufl.dot(rate, d * green_strain_rate(u, du))
-        + ufl.inner(_symmetric(geometric_stress), second)
-    ) * _dx()
-    if pressure_degree is not None:
-        compliance, logarithmic = (ufl.Constant(space.ufl_domain()) for _ in range(2))
-        swelling = compliance * p
-        grown = swelling + ufl.sqrt(1 + logarithmic * swelling**2)
-        volumetric = ufl.derivative(p * ufl.det(deformation_gradient(u)) * _dx(), w, test)
-        volumetric -= grown * ufl.split(test)[1] * _dx()
-        residual += volumetric
-        tangent += ufl.derivative(volumetric, w, trial)
-    return residual, tangent
+        return (ufl.dot(stress, green_strain_rate(w, test)) * _dx(),)
+    (u, p), (v, q) = ufl.split(w), ufl.split(test)
+    residual = ufl.dot(stress, green_strain_rate(u, v)) * _dx()
+    compliance, logarithmic = (ufl.Constant(space.ufl_domain()) for _ in range(2))
+    swelling = compliance * p
+    grown = swelling + ufl.sqrt(1 + logarithmic * swelling**2)
+    residual += ufl.derivative(p * ufl.det(deformation_gradient(u)) * _dx(), w, test)
+    return (residual - grown * q * _dx(),)
 
 
 def cavity(geometry: int, degree: int) -> tuple[ufl.Form, ufl.Form, ufl.Form]:

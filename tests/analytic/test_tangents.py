@@ -115,6 +115,25 @@ def test_tangent_of_pressure_on_open_surface(model):
     assert np.linalg.norm(to_local(model, matrix @ there) - change) > 1e-2 * np.linalg.norm(change)
 
 
+@pytest.mark.parametrize("element", [name for name in ELEMENTS if name != "P1"])
+def test_curved_cells(element):
+    """Their own shape is quadratic: gradients differ from point to point."""
+
+    def bulge(points):
+        return points + 0.05 * np.sin(points[:, ::-1])
+
+    tets = block((2, 2, 2), (3.0, 3.0, 3.0), bulge, curved=True)
+    model = build(tets, LAWS["yeoh"].of(c10=0.11, c20=0.02, bulk_modulus=10.0), element)
+    assert model.assembler.shape_degree == 2
+    rng = np.random.default_rng(1)
+    state = State(0.04 * rng.standard_normal(model.unknowns.local))
+    direction = rng.standard_normal(model.unknowns.local)
+    matrix = dense(model.tangent(state))
+    found = to_local(model, matrix @ to_global(model, direction))
+    expected = slope(lambda s: model.force(s)[0], state, direction)
+    assert np.linalg.norm(found - expected) <= 1e-6 * np.linalg.norm(expected)
+
+
 @pytest.mark.parametrize("element", ELEMENTS)
 @pytest.mark.parametrize("law", ["yeoh", "ogden", "arruda_boyce", "holzapfel"])
 def test_all_terms_together(element, law):

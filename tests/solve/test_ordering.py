@@ -64,7 +64,7 @@ def answer(newton, ordering):
 def test_a_nested_dissection_is_an_order_with_pressures_behind_their_displacements(element):
     newton = newton_of((3, 2, 2), element)
     unknowns = newton.model.unknowns
-    place = nested_dissection(newton.model.assembler)
+    place = nested_dissection(newton.model.assembler).places
     assert sorted(place) == list(range(1, unknowns.local + 1))
     nodes = place[newton.model.displacement_dofs]
     np.testing.assert_array_equal(np.diff(nodes, axis=1), 1)
@@ -85,6 +85,27 @@ def test_the_ordering_with_fewer_operations_is_taken(cells):
     assert said.memory_MB > 0
     # The better one is kept: a later layout is not compared again.
     assert newton.factor.analyst.kept == said.ordering
+
+
+@NO_CHOICE
+@pytest.mark.parametrize("element", ["P2/P1", "P2"])
+def test_operations_are_those_of_the_dense_elimination(element):
+    """Of a matrix of ones and noughts, row by row in the order; MUMPS fills up blocks besides."""
+    newton = newton_of((4, 3, 3), element)
+    found = nested_dissection(newton.model.assembler)
+    indptr, indices, _ = newton.model.assembler.matrix.getValuesCSR()
+    n = len(indptr) - 1
+    filled = np.zeros((n, n), dtype=bool)
+    place = found.places - 1
+    filled[place[np.repeat(np.arange(n), np.diff(indptr))], place[indices]] = True
+    operations = 0
+    for k in range(n):
+        below = k + 1 + np.flatnonzero(filled[k + 1 :, k])
+        filled[np.ix_(below, below)] = True
+        operations += len(below) * (len(below) + 2)
+    assert found.operations == pytest.approx(operations, rel=1e-3)
+    answer(newton, METIS)
+    assert 1 <= newton.factor.analysis.operations[METIS] / operations < 1.5
 
 
 @NO_CHOICE
