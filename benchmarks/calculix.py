@@ -26,6 +26,7 @@ from softact.errors import SoftactError
 from softact.files.text import write_atomic
 from softact.geometry.base import make_mesh
 from softact.mesh.msh_file import read_msh
+from softact.solve import pardiso
 from softact.spec import load
 
 SPEC = Path(__file__).with_name("pneunet8.yaml")
@@ -33,6 +34,7 @@ SMALL = ("geometry.chambers=4", "geometry.cavity_mesh_size=4 mm", "steps.0.press
 RESULTS = Path("results/benchmark_calculix")
 THREADS = 2
 RACE = 20
+PARDISO = "softact_n2_pardiso"
 
 
 @dataclass(frozen=True)
@@ -143,7 +145,7 @@ def table(results: dict[str, Measured], reference: Measured) -> str:
 def ratios(results: dict[str, Measured]) -> dict[str, float]:
     """How many times faster than CalculiX: whole commands, and the load steps alone."""
     reference, found = results["ccx"], {}
-    for name in ("softact_n2", "softact_n1"):
+    for name in ("softact_n2", "softact_n1", *({PARDISO} & set(results))):
         found[f"{name}_vs_ccx"] = reference.command / results[name].command
         found[f"{name}_solve_vs_ccx"] = reference.solve / results[name].solve
     return found
@@ -196,6 +198,11 @@ def compare(rounds: int, small: bool, same_element: bool, bricks: bool, output: 
             "softact_n1": lambda: run_softact(files["P2/P1"], cells, 1, folder / "n1"),
             "softact_n2": lambda: run_softact(files["P2/P1"], cells, 2, folder / "n2"),
         }
+        if pardiso.library() is not None:
+            by_pardiso = folder / "pardiso.yaml"
+            solver = spec.solver.model_copy(update={"factor": "pardiso"})
+            by_pardiso.write_text(spec.model_copy(update={"solver": solver}).to_yaml())
+            jobs[PARDISO] = lambda: run_softact(by_pardiso, cells, 2, folder / "n2_pardiso")
         runs: dict[str, list[Measured]] = {name: [] for name in jobs}
         for _ in range(rounds):
             for name, job in jobs.items():

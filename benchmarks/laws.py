@@ -46,7 +46,7 @@ class Assembly:
     """A model of one law and the states at which it is assembled."""
 
     def __init__(self, mesh, name: str, wall_normal):
-        from softact.bodies.solid import KEPT
+        from softact.bodies.last_few import COUNT
         from softact.materials import LAWS as CLASSES
         from softact.model import Model
         from softact.system.term import State
@@ -57,7 +57,7 @@ class Assembly:
         self.solid = self.model.solids["body"]
         rng = np.random.default_rng(1)
         self.states = []
-        for _ in range(KEPT + 1):  # in turn: a solid remembers what it evaluated last
+        for _ in range(COUNT + 1):  # in turn: a solid remembers what it evaluated last
             state = State(np.zeros(self.model.unknowns.local))
             dofs = self.model.displacement_dofs
             state.x[dofs] = 0.02 * rng.standard_normal(dofs.shape)
