@@ -65,7 +65,7 @@ def write_report(
     extra: further sections; where one raises SpecError, the report says so in its place. Measured
     curves that stand in the folder (``remembered``) have one of their own. warn: called with each
     line that the report has on what is missing or damaged. verdict: on the run, where it has just
-    been judged; one with reasons is made anew, with the places that they are about.
+    been judged; one without the places that it speaks of is made anew.
 
     A picture or 3-D view that cannot be made does not stop the rest: the report says which is
     missing and why. Raises SpecError where the folder is not a result folder, DamagedResultError
@@ -105,7 +105,7 @@ def write_report(
             view = _view(results, make_skin, faults)
         along = curvature.write(results, pictures.MOST_STATES)
         plotly()
-        if verdict is None or verdict.reasons:
+        if verdict is None or not verdict.has_places:
             verdict = judge(results)
         drawn = finish(_marks(results, verdict))
     faults += [along.fault] if along.fault else []

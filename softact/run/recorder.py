@@ -205,7 +205,7 @@ class Recorder:
                 record["factorisation"] = asdict(analysis) | {"kernels": blas.taken()}
             self.writer.finish(status, summary, record)
         done = {"stage": "done", "status": status, "message": progress.stopped}
-        self.tell({**done, "verdict": self.verdict and self.verdict.data()})
+        self.tell({**done, "verdict": self.verdict and self.verdict.data(places=True)})
         return status
 
     def _to_say(self, directory: Path) -> list[str]:
