@@ -118,9 +118,15 @@ def _on(panels: np.ndarray, ground: Ground) -> np.ndarray:
     """(..., 3) of panels on white with their cover, (..., 4), on another ground."""
     if ground is LIGHT:
         return panels[..., :3]
-    clear = 255.0 - panels[..., 3:]
     paper = 255 * frames.colours([ground.paper])[0]
-    return np.round(np.clip(panels[..., :3] - clear * (1 - paper / 255), 0, 255)).astype(np.uint8)
+    colour, cover = np.ogrid[:256, :256]
+    found = np.empty((*panels.shape[:-1], 3), np.uint8)
+    for channel in range(3):
+        # There are fewer pairs of a colour and a cover than pixels.
+        mixed = np.clip(colour - (255.0 - cover) * (1 - paper[channel] / 255), 0, 255)
+        pairs = panels[..., channel].astype(np.uint16) << 8 | panels[..., 3]
+        found[..., channel] = np.round(mixed).astype(np.uint8).ravel()[pairs]
+    return found
 
 
 def _colour_map() -> LinearSegmentedColormap:
