@@ -264,7 +264,7 @@ def test_obstacles_are_drawn(tmp_path):
 
 
 def test_pictures_stand_on_any_ground():
-    """Of each colour and cover: what white gave to the mean is taken away, and the ground's added."""
+    """What white gave to the mean of a pixel is taken away, and what the ground gives added."""
     colour, cover = np.meshgrid(np.arange(256), np.arange(256), indexing="ij")
     panels = np.stack([colour, 255 - colour, colour // 2, cover], axis=-1).astype(np.uint8)
     assert (pictures._on(panels, pictures.LIGHT) == panels[..., :3]).all()
