@@ -172,6 +172,7 @@ class Recorder:
         times |= {"measure_and_write": self.write_time, **self.stepper.walk.newton.times}
         memory = self.model.comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
         status = "no_equilibrium" if progress.stopped else "complete"
+        self.tell({"stage": "solved", "status": status})
         messages = [progress.stopped, *progress.remarks, self._unstable(), *self._beyond_test()]
         messages += compressed_layers(self.model, self.stepper.state)
         messages += plausible.lines(self.spec)
