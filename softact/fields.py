@@ -38,7 +38,8 @@ Fault = tuple[Place, str]
 class Part(BaseModel):
     """Base of the parts of a spec."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+    # A command needs few of all models: each is built when it is used first.
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, defer_build=True)
 
 
 def fault(message: str) -> PydanticCustomError:

@@ -163,7 +163,7 @@ def row(points, fields, fraction, angle_deg):
     }
 
 
-def undrawn(results, parts, spots=()):
+def undrawn(results, parts, spots=(), renderer=None):
     """In place of ``softact.report.pictures.drawing``: no pictures, which take seconds."""
     return nullcontext(lambda *marks: Drawn("left out"))
 

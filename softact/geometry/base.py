@@ -84,7 +84,8 @@ class Geometry(BaseModel):
     built.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+    # A command needs few of all models: each is built when it is used first.
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, defer_build=True)
 
     #: Whether walls of its outside can meet as it deforms, so that there is contact of them unless
     #: a spec says otherwise.

@@ -68,7 +68,8 @@ class Law(BaseModel):
     ``poissons_ratio`` (with the initial shear modulus) or ``d1`` (K = 2/D1). Units: MPa, mm, tonne.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=False)
+    # Built when it is used first, see ``Geometry``.
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=False, defer_build=True)
 
     if TYPE_CHECKING:  # Each law has its own name as the only value.
         law: str

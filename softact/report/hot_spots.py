@@ -113,7 +113,8 @@ def _edges(results: Results) -> np.ndarray:
     parts = [cells, *faces] if len(cells) else faces
     sides = {10: _SIDES, 6: _SHEET, **_FLAT}
     pairs = [part[:, side] for part in parts for side in sides[part.shape[1]]]
-    return np.unique(np.sort(np.vstack(pairs), axis=1), axis=0)
+    low, high = np.sort(np.vstack(pairs), axis=1).astype(np.int64).T
+    return np.stack(np.divmod(np.unique(low * len(results.points) + high), len(results.points)), 1)
 
 
 def _leaders(

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 from io import BytesIO
 from typing import TYPE_CHECKING, NamedTuple
@@ -56,15 +57,18 @@ class Drawn:
 
 @contextmanager
 def drawing(
-    results: Results, make_skin: Callable[[], Skin], spots: Sequence[HotSpot] = ()
+    results: Results,
+    make_skin: Callable[[], Skin],
+    spots: Sequence[HotSpot] = (),
+    renderer: frames.Renderer | None = None,
 ) -> Iterator[Callable[..., Drawn]]:
     """Begin to draw all pictures in another process; other work can be done meanwhile.
 
-    make_skin: gives the ``skin`` of the results. spots: to draw small. Gives a function that waits
-    for them and writes ``states.png`` and ``shape.png``, the last of these states; it takes places
-    (3,) mm to mark in that.
+    make_skin: gives the ``skin`` of the results. spots: to draw small. renderer: that process,
+    where it is there. Gives a function that waits for them and writes ``states.png`` and
+    ``shape.png``, the last of these states; it takes places (3,) mm to mark in that.
     """
-    with frames.renderer() as renderer:
+    with nullcontext(renderer) if renderer else frames.renderer() as renderer:
         groups: dict[str, frames.Group] = {}
         failed = ""
         try:
@@ -82,28 +86,44 @@ def drawing(
         def write(marks: Sequence[np.ndarray] = ()) -> Drawn:
             if failed:
                 return Drawn(failed)
-            light, both = {}, {}
             try:
-                drawn = renderer.covering()
-                for (name, group), panels in zip(groups.items(), drawn, strict=False):
-                    columns = min(len(group.numbers), 2)
-                    here = marks if name == "shape.png" else ()
-                    shown = [
-                        compose(scene, group, panels, columns, marks=here, ground=ground)
-                        for ground in (LIGHT, DARK)
-                    ]
-                    light[name] = _png(shown[0])
-                    both[name] = webp(shown[0]), webp(shown[1])
-                small = [webp(picture[0]) for picture in drawn]
+                # Packing lets this thread work.
+                with ThreadPoolExecutor(1) as beside:
+                    drawn = renderer.covering()
+                    packed = {
+                        name: _packed(
+                            beside, scene, group, panels, marks if name == "shape.png" else ()
+                        )
+                        for (name, group), panels in zip(groups.items(), drawn, strict=False)
+                    }
+                    small = [beside.submit(webp, picture[0]) for picture in drawn]
+                    both = {name: (w.result(), d.result()) for name, (_, w, d) in packed.items()}
+                    found = Drawn("", both, [each.result() for each in small])
+                    light = {name: png.result() for name, (png, _, _) in packed.items()}
             except frames.DrawingError as error:
                 return Drawn(str(error))
             except Exception as error:  # as above
                 return Drawn(reason(error))
             for name, picture in light.items():
                 write_atomic(results.directory / name, picture)
-            return Drawn("", both, small)
+            return found
 
         yield write
+
+
+def _packed(
+    beside: Executor,
+    scene: Scene,
+    group: Group,
+    panels: np.ndarray,
+    marks: Sequence[np.ndarray],
+) -> tuple[Future[bytes], Future[bytes], Future[bytes]]:
+    """A picture as PNG on a light ground, and as WebP on that and on a dark one."""
+    columns = min(len(group.numbers), 2)
+    light = compose(scene, group, panels, columns, marks=marks)
+    first = beside.submit(_png, light), beside.submit(webp, light)
+    dark = compose(scene, group, panels, columns, marks=marks, ground=DARK)
+    return *first, beside.submit(webp, dark)
 
 
 def _png(picture: np.ndarray) -> bytes:
@@ -118,9 +138,15 @@ def _on(panels: np.ndarray, ground: Ground) -> np.ndarray:
     """(..., 3) of panels on white with their cover, (..., 4), on another ground."""
     if ground is LIGHT:
         return panels[..., :3]
-    clear = 255.0 - panels[..., 3:]
     paper = 255 * frames.colours([ground.paper])[0]
-    return np.round(np.clip(panels[..., :3] - clear * (1 - paper / 255), 0, 255)).astype(np.uint8)
+    colour, cover = np.ogrid[:256, :256]
+    found = np.empty((*panels.shape[:-1], 3), np.uint8)
+    for channel in range(3):
+        # There are fewer pairs of a colour and a cover than pixels.
+        mixed = np.clip(colour - (255.0 - cover) * (1 - paper[channel] / 255), 0, 255)
+        pairs = panels[..., channel].astype(np.uint16) << 8 | panels[..., 3]
+        found[..., channel] = np.round(mixed).astype(np.uint8).ravel()[pairs]
+    return found
 
 
 def _colour_map() -> LinearSegmentedColormap:

@@ -212,7 +212,7 @@ def main(folder: Path) -> None:
     for number in itertools.count():
         job_file = folder / f"{number}.npz"
         while not job_file.exists():
-            ended = (folder / "end").exists() or select.select([sys.stdin], [], [], 0.005)[0]
+            ended = (folder / "end").exists() or select.select([sys.stdin], [], [], 0.01)[0]
             if ended and not job_file.exists():
                 return
         with np.load(job_file) as arrays:

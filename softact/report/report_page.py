@@ -21,7 +21,7 @@ from softact.report import (
     scatter,
     slopes,
 )
-from softact.report.base import Plot, Section
+from softact.report.base import Plot, Section, templates
 from softact.report.view import states
 from softact.results.folder import (
     COMPLETE,
@@ -35,6 +35,13 @@ from softact.results.folder import (
 )
 from softact.verdict.judge import AMBER, GREEN, RED, TITLES, Verdict
 from softact.verdict.reached import reached
+
+_TEMPLATE = "report/report_page.html"
+
+
+def prepare() -> None:
+    """Compile what ``html`` needs, ahead of it."""
+    templates.load(_TEMPLATE, "report/base/layout.html")
 
 
 def html(
@@ -79,7 +86,7 @@ def html(
         kicker="Data sheet of a soft actuator",
         kind="data sheet",
         data={"view": view},
-        template="report/report_page.html",
+        template=_TEMPLATE,
         spec={key: str(spec.get(key) or "") for key in ("description", "source")},
         verdict=_banner(results, _worded(verdict, errors), faults),
         notes=_notes(results),

@@ -45,14 +45,15 @@ def skin(results: Results, most: int | None = None) -> Skin:
     patch = _patches(results.points, np.vstack([outer, inner]))
     # The two sets may share a patch number but never a vertex: their common border is a crease.
     patch[len(outer) :] += patch.max(initial=0) + 1
-    key = np.stack([np.vstack([outer, inner]), np.repeat(patch[:, None], 3, axis=1)], axis=-1)
-    vertices, where = np.unique(key.reshape(-1, 2), axis=0, return_inverse=True)
-    where = where.reshape(-1, 3)
+    patches = patch.max(initial=0) + 1
+    key = np.vstack([outer, inner]).astype(np.int64) * patches + patch[:, None]
+    vertices, where = np.unique(key, return_inverse=True)
+    where, nodes = where.reshape(-1, 3), vertices // patches
     return Skin(
-        nodes=vertices[:, 0],
+        nodes=nodes,
         outer=where[: len(outer)],
         inner=where[len(outer) :],
-        edges=_creases(where[: len(outer)], _planes(results, vertices[:, 0])),
+        edges=_creases(where[: len(outer)], _planes(results, nodes)),
         mirrors=tuple(results.layout.symmetry.values()),
     )
 
@@ -95,12 +96,23 @@ def _patches(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     a, b, c = (points[triangles[:, corner]] for corner in range(3))
     normal = np.cross(b - a, c - a)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-    sides = np.sort(triangles[:, ((0, 1), (1, 2), (2, 0))].reshape(-1, 2), axis=1)
-    order = np.lexsort(sides.T)
-    same = (sides[order[1:]] == sides[order[:-1]]).all(axis=1)
+    sides = _keys(_sides(triangles), len(points))
+    order = np.argsort(sides, kind="stable")
+    same = sides[order[1:]] == sides[order[:-1]]
     one, other = order[:-1][same] // 3, order[1:][same] // 3
     smooth = (normal[one] * normal[other]).sum(axis=1) > np.cos(np.radians(_CREASE_DEG))
     return connected(one[smooth], other[smooth], len(triangles)).astype(np.int64)
+
+
+def _sides(triangles: np.ndarray) -> np.ndarray:
+    """(3k, 2) ends of the triangles' sides, the lower number first."""
+    return np.sort(triangles[:, ((0, 1), (1, 2), (2, 0))].reshape(-1, 2), axis=1)
+
+
+def _keys(sides: np.ndarray, count: int) -> np.ndarray:
+    """(n,) a number for each pair, in their order; count: of the points that they are of."""
+    low, high = sides.astype(np.int64).T
+    return low * count + high
 
 
 def _planes(results: Results, nodes: np.ndarray) -> np.ndarray:
@@ -112,9 +124,11 @@ def _planes(results: Results, nodes: np.ndarray) -> np.ndarray:
 
 def _creases(triangles: np.ndarray, planes: np.ndarray) -> np.ndarray:
     """(e, 2) sides of one triangle only, but for those in a symmetry plane, which are cuts."""
-    sides = np.sort(triangles[:, ((0, 1), (1, 2), (2, 0))].reshape(-1, 2), axis=1)
-    unique, count = np.unique(sides, axis=0, return_counts=True)
-    border = unique[count == 1]
+    sides = _sides(triangles)
+    _, first, count = np.unique(
+        _keys(sides, planes.shape[1]), return_index=True, return_counts=True
+    )
+    border = sides[first[count == 1]]
     cut = planes[:, border].all(axis=2).any(axis=0) if len(planes) else np.zeros(len(border), bool)
     return border[~cut]
 

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.sparse import csr_array
 from scipy.spatial.transform import Rotation
 
 from softact.results.folder import Results, load, load_name
@@ -52,9 +53,12 @@ class Slices:
 
     def _sums(self, values: np.ndarray) -> np.ndarray:
         """Weighted sums (slices, ...) of values (n, ...) over each slice."""
-        flat = values.reshape(len(values), -1) * self.weights[:, None]
-        summed = np.stack([np.bincount(self.slice, column) for column in flat.T], axis=-1)
-        return summed.reshape(-1, *values.shape[1:])
+        return (self._adding @ values.reshape(len(values), -1)).reshape(-1, *values.shape[1:])
+
+    @cached_property
+    def _adding(self) -> csr_array:
+        """Matrix (slices, n) that adds up weighted values."""
+        return csr_array((self.weights, (self.slice, np.arange(len(self.slice)))))
 
     def _centres(self, points: np.ndarray) -> np.ndarray:
         return self._sums(points) / self._sums(np.ones((len(points), 1)))

@@ -172,6 +172,7 @@ class Recorder:
         times |= {"measure_and_write": self.write_time, **self.stepper.walk.newton.times}
         memory = self.model.comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
         status = "no_equilibrium" if progress.stopped else "complete"
+        self.tell({"stage": "solved", "status": status})
         messages = [progress.stopped, *progress.remarks, self._unstable(), *self._beyond_test()]
         messages += compressed_layers(self.model, self.stepper.state)
         messages += plausible.lines(self.spec)
@@ -205,7 +206,7 @@ class Recorder:
                 record["factorisation"] = asdict(analysis) | {"kernels": blas.taken()}
             self.writer.finish(status, summary, record)
         done = {"stage": "done", "status": status, "message": progress.stopped}
-        self.tell({**done, "verdict": self.verdict and self.verdict.data()})
+        self.tell({**done, "verdict": self.verdict and self.verdict.data(places=True)})
         return status
 
     def _to_say(self, directory: Path) -> list[str]:

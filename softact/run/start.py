@@ -10,7 +10,6 @@ import shutil
 import signal
 import subprocess
 import tempfile
-import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -31,6 +30,7 @@ from softact.geometry.base import make_mesh
 from softact.results.folder import COMPLETE, INCOMPLETE, is_pressure, read
 from softact.results.run_log import RunLog
 from softact.run import launch
+from softact.run.ahead import Ahead
 from softact.run.resuming import to_resume
 from softact.run.staying import Staying, event_of
 from softact.spec import plausible
@@ -107,8 +107,6 @@ def run(
     _check_factor(spec)
     directory = Path(directory)
     progress = _remembering(directory, measured, progress or (lambda event: None))
-    if report and threads != 1:
-        progress = _loading(progress)
     notes = [*spec.geometry.notes(), *plausible.lines(spec)]
     slopes, some = _chosen(spec, sensitivities)
     if spec.sheets and processes > 1:
@@ -117,7 +115,11 @@ def run(
     if spec.layout().repeats and processes > 1:
         processes = 1
         notes += ["a module is computed by one process: the others are left out"]
-    with held(directory, "run", {"run.json": json_text({"status": INCOMPLETE})}) as inherited:
+    with (
+        held(directory, "run", {"run.json": json_text({"status": INCOMPLETE})}) as inherited,
+        # Where other runs lie beside this one, it takes no more than one core.
+        Ahead(directory, wanted=report and threads != 1) as ahead,
+    ):
         old = to_resume(spec, directory) if resume else None
         if resume and old is None:
             notes.append(f"{directory}: there is nothing to go on from; solved from the beginning")
@@ -130,7 +132,7 @@ def run(
             with _scratch(scratch) as folder:
                 goes_on = old is not None
                 log = RunLog(directory, goes_on)
-                held_by = (log, inherited, goes_on, slopes, near, staying)
+                held_by = (log, inherited, ahead, goes_on, slopes, near, staying)
                 solver = _Solver(spec, directory, folder, progress, *held_by)
                 last = solver.run(notes, processes, threads)
             verdict = verdict_of(last.get("verdict"))
@@ -140,9 +142,7 @@ def run(
         # A run that was killed while its report was made is finished, and has none.
         if report and (not finished or measured or not (directory / "report.html").exists()):
             progress({"stage": "report"})
-            from softact.report import write_report
-
-            write_report(directory, verdict=outcome.verdict)
+            ahead.write(outcome.verdict)
         return outcome
 
 
@@ -152,20 +152,6 @@ def _remembering(directory: Path, measured: Sequence[Measured], progress: Progre
     def both(event: Mapping) -> None:
         if event["stage"] == "solve":
             _remember(directory, measured)
-        progress(event)
-
-    return both
-
-
-def _loading(progress: Progress) -> Progress:
-    """The same, which loads what the report needs while the solver is at work: this process has
-    nothing else to do then."""
-
-    def both(event: Mapping) -> None:
-        if event["stage"] == "solve":
-            from softact.report import load
-
-            threading.Thread(target=load, daemon=True).start()
         progress(event)
 
     return both
@@ -239,6 +225,7 @@ class _Solver:
 
     scratch: folder of the mesh and of the job. It is their current folder too: what lies in the
     caller's (PETSc's .petscrc, say) is no business of theirs. inherited: what holds ``directory``.
+    ahead: hears when there is something to do for the report.
     """
 
     spec: Any
@@ -247,6 +234,7 @@ class _Solver:
     progress: Progress
     log: RunLog
     inherited: tuple[int, ...]
+    ahead: Ahead
     resume: bool
     slopes: Chosen | None = None
     near: Path | None = None
@@ -337,8 +325,12 @@ class _Solver:
         write_atomic(self._job_file, json.dumps(job))
 
     def _tell(self, event: Mapping) -> None:
+        if event["stage"] == "solved":
+            self.ahead.solved(event["status"])
+            return
         if event["stage"] == "solve":  # the results that were in the folder are gone
             self.log.begin()
+            self.ahead.meshed()
         verdict = verdict_of(event.get("verdict"))
         line = log_line(event)
         if event["stage"] == "solve":

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from softact.spec import Spec
 
 PETSC_OUT_OF_MEMORY = 55
+_PAUSE = 0.005  # s
 _BLAS_BUFFER = 1 << 27  # bytes that OpenBLAS asks for on x86-64
 
 
@@ -274,6 +275,10 @@ def _leave(code: int) -> None:
 
     sys.stdout.flush()
     sys.stderr.flush()
+    # MPI waits with a whole core, which the first process judges with and the report is made with.
+    met = MPI.COMM_WORLD.Ibarrier()
+    while not met.Test():
+        time.sleep(_PAUSE)
     # PETSc takes what Python no longer holds apart together, on the processes that know of some:
     # each must, or those that do would wait for the others for ever.
     PETSc.Vec().createMPI(MPI.COMM_WORLD.size, comm=MPI.COMM_WORLD)

@@ -75,6 +75,10 @@ TITLES = {
 }
 
 
+#: Kinds of which a reader is shown the place.
+SEEN = ("overlap",)
+
+
 @dataclass(frozen=True)
 class Reason:
     """Why a run is not simply trusted. kind: one of ``TITLES``. place: (x, y, z) mm where it is
@@ -110,19 +114,36 @@ class Verdict:
         kinds = ", ".join(dict.fromkeys(reason.kind for reason in self.reasons))
         return f"{self.colour}: {kinds}" if kinds else self.colour
 
-    def data(self) -> dict:
-        """What run.json holds."""
-        reasons = [{"kind": reason.kind, "text": reason.text} for reason in self.reasons]
+    @property
+    def has_places(self) -> bool:
+        """Whether it knows where that is seen which it speaks of."""
+        return all(reason.place is not None for reason in self.reasons if reason.kind in SEEN)
+
+    def data(self, places: bool = False) -> dict:
+        """What run.json holds; places: with these, for whoever draws them."""
+        reasons = [
+            {"kind": reason.kind, "text": reason.text}
+            | ({"place": reason.place, "row": reason.row} if places else {})
+            for reason in self.reasons
+        ]
         return {"colour": self.colour, "words": self.words, "reasons": reasons}
 
 
 def from_data(data: Any) -> Verdict | None:
-    """The verdict that run.json holds, None where that is none."""
+    """The verdict that ``Verdict.data`` gave, such as run.json's; None where that is none."""
     try:
-        reasons = tuple(Reason(str(one["kind"]), str(one["text"])) for one in data["reasons"])
+        reasons = tuple(map(_reason, data["reasons"]))
         return Verdict(data["colour"], reasons) if data["colour"] in WORDS else None
-    except (KeyError, TypeError):
+    except (KeyError, TypeError, ValueError):
         return None
+
+
+def _reason(data: Any) -> Reason:
+    kind, text, place = str(data["kind"]), str(data["text"]), data.get("place")
+    if place is not None:
+        x, y, z = map(float, place)
+        place = x, y, z
+    return Reason(kind, text, place, data.get("row"))
 
 
 def judge(results: Results) -> Verdict:

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from softact.mesh.layout import Layout
-from softact.report import frames, obstacles, surface, view, viewer
+from softact.report import frames, obstacles, pictures, surface, view, viewer
 from softact.results.folder import read
 from softact.results.writer import ResultsWriter
 from tests import bent_beam
@@ -261,3 +261,14 @@ def test_obstacles_are_drawn(tmp_path):
     assert not points[1].any()
     (drawn,) = viewer.pack(read(directory))["bodies"]
     assert drawn["there"][-1] is False and drawn["shift"][-2][2] == -3
+
+
+def test_pictures_stand_on_any_ground():
+    """What white gave to the mean of a pixel is taken away, and what the ground gives added."""
+    colour, cover = np.meshgrid(np.arange(256), np.arange(256), indexing="ij")
+    panels = np.stack([colour, 255 - colour, colour // 2, cover], axis=-1).astype(np.uint8)
+    assert (pictures._on(panels, pictures.LIGHT) == panels[..., :3]).all()
+    paper = 255 * frames.colours([pictures.DARK.paper])[0]
+    through = 1 - cover[..., None] / 255
+    wanted = np.clip(panels[..., :3] - 255 * through + paper * through, 0, 255)
+    assert np.abs(pictures._on(panels, pictures.DARK) - wanted).max() <= 0.5 + 1e-9

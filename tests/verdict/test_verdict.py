@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from softact.report import write_report
 from softact.results.folder import MESH_ERROR, read
 from softact.results.writer import ResultsWriter
 from softact.verdict.judge import AMBER, GREEN, RED, from_data, judge
@@ -162,6 +163,27 @@ def test_a_body_that_passes_through_itself(tmp_path):
     said = verdict.reasons[0].text
     assert "passes through itself at 40 kPa" in said and "'clamp'" in said and "'tip'" in said
     assert "contact: auto in the spec keeps" in said
+
+
+def test_where_a_body_passes_through_itself_is_told_once(tmp_path, monkeypatch):
+    """The report of a run that has just been judged takes its verdict with the places; that of
+    run.json has none, and is sought again."""
+    verdict = write(tmp_path / "r", [{}, {}, {}], angle=400.0)
+    told = from_data(json.loads(json.dumps(verdict.data(places=True))))
+    stored = from_data(json.loads(json.dumps(verdict.data())))
+    assert told == stored == verdict  # in words
+    assert (told.reasons[0].place, told.reasons[0].row) == (verdict.reasons[0].place, 4)
+    assert told.has_places and not stored.has_places
+
+    looked = []
+    monkeypatch.setattr(
+        "softact.verdict.judge.judge", lambda results: looked.append(results) or judge(results)
+    )
+    pictures = []
+    for given in (told, stored):
+        write_report(tmp_path / "r", verdict=given)
+        pictures.append((tmp_path / "r" / "shape.png").read_bytes())
+    assert len(looked) == 1 and pictures[0] == pictures[1]
 
 
 def test_fields_that_cannot_be_read_are_not_trusted(tmp_path):

@@ -15,6 +15,12 @@ def render(template: str, **shown: Any) -> str:
     return _environment().get_template(template).render(shown)
 
 
+def load(*templates: str) -> None:
+    """Compile templates ahead of ``render``: those that they extend or call are named too."""
+    for template in templates:
+        _environment().get_template(template)
+
+
 def macros(template: str) -> Any:
     """The macros of a template as attributes: called from Python, each gives ``Markup``."""
     return _environment().get_template(template).module
