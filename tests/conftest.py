@@ -20,6 +20,7 @@ SLOW = """
 house/test_killed_studies contact/test_nothing_passes run/test_killed run/test_resume
 run/test_run contact/test_contact_on_two run/test_resume_loads run/test_resume_in_time
 solve/test_dynamics geometries/test_slow_pneunet contact/test_rigid_contact
+contact/test_ironing contact/test_rolling
 geometries/test_knit_strips sheets/test_inflated_sheets contact/test_sheet_contact
 house/test_fuzz house/test_contributing house/test_isolation geometries/test_woven_contracting
 geometries/test_woven_bending geometries/test_woven_elongating geometries/test_woven_stiffening

@@ -67,6 +67,14 @@ class Facets(ABC):
         one_sided = self.covering[facet] & ~self.of_sheet[partner]
         return np.where(one_sided, 1.0, HALF) * self.areas[facet, point]
 
+    def stiffness_between(self, facet: np.ndarray, partner: np.ndarray) -> np.ndarray:
+        """Stiffness (m,) MPa/mm of the penalty at points that face a partner: of two solids that of
+        the softer one, which gives way. A stiff one's own would hold the soft one's surface at more
+        points than it has nodes."""
+        own, other = self.modulus[facet], self.modulus[partner]
+        solids = ~self.of_sheet[facet] & ~self.of_sheet[partner]
+        return self.stiffness[facet] * np.where(solids, np.minimum(other / own, 1.0), 1.0)
+
     @abstractmethod
     def sums_at_nodes(self, values: np.ndarray, count: int) -> np.ndarray:
         """This process's share (2, count) of ``weighted_sums`` at the ``count`` nodes of the model

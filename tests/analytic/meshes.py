@@ -7,7 +7,7 @@ from itertools import permutations
 
 import numpy as np
 
-from softact.mesh.curves import Curves, bent, edges_of
+from softact.mesh.curves import Curves, bent, edges_of, of_edges
 from softact.mesh.msh_file import Tetrahedra
 from softact.mesh.tetrahedra import FACET_VERTICES
 
@@ -93,3 +93,40 @@ def disc(points: np.ndarray, radius: float) -> np.ndarray:
         ]
     )
     return np.column_stack([radius * mapped, points[:, 2]])
+
+
+def with_image(half: Tetrahedra) -> Tetrahedra:
+    """A body of this half and its mirror image beyond x = 0, where the half has its ``x_max``."""
+    image, count = np.array([-1.0, 1.0, 1.0]), len(half.points)
+    shared = np.isclose(half.points[:, 0], 0.0)
+    number = np.where(shared, np.arange(count), count - 1 + np.cumsum(~shared))
+    ends = np.concatenate([half.curves.edges, number[half.curves.edges]])
+    middles = np.concatenate([half.curves.places, half.curves.places * image])
+    surfaces = {
+        name: np.concatenate([facets, number[facets]])
+        for name, facets in half.surfaces.items()
+        if name not in ("x_min", "x_max")
+    }
+    surfaces |= {"x_min": half.surfaces["x_min"], "x_max": number[half.surfaces["x_min"]]}
+    return Tetrahedra(
+        np.concatenate([half.points, half.points[~shared] * image]),
+        np.concatenate([half.cells, number[half.cells][:, [1, 0, 2, 3]]]),
+        np.tile(half.region, 2),
+        surfaces,
+        of_edges(ends, middles),
+    )
+
+
+def together(**parts: Tetrahedra) -> Tetrahedra:
+    """Bodies of one mesh, each a region; their surfaces begin with their names."""
+    points, cells, region, surfaces, edges, middles = [], [], [], {}, [], []
+    for number, (name, part) in enumerate(parts.items()):
+        begin = sum(map(len, points))
+        points.append(part.points)
+        cells.append(part.cells + begin)
+        region.append(np.full(len(part.cells), number, np.int32))
+        surfaces |= {f"{name}_{side}": f + begin for side, f in part.surfaces.items()}
+        edges.append(part.curves.edges + begin)
+        middles.append(part.curves.places)
+    whole = (np.concatenate(p) for p in (points, cells, region))
+    return Tetrahedra(*whole, surfaces, Curves(np.concatenate(edges), np.concatenate(middles)))
