@@ -19,6 +19,7 @@ OUT_OF_MEMORY, OUT_OF_SPACE = (-13, -19), (-8, -9)
 # MUMPS's ICNTL(8): rows are not scaled, which takes an eighth of a factorisation, or they are.
 SCALING, UNSCALED, SCALED = 8, 0, 7
 DELAYED = 13  # of INFOG: pivots that were too small where they stood
+MANY = 0.01  # of the unknowns
 
 
 @dataclass(frozen=True)
@@ -39,8 +40,9 @@ SPACE = WorkingSpace()
 class MumpsFactor(Factor):
     """Factors by MUMPS, on all processes. See ``Factor``.
 
-    Rows are scaled from the first factorisation on that had to delay pivots; not of sheets alone,
-    whose displacements have rows of one size, and which delay pivots where they carry nothing.
+    Rows are scaled from the first factorisation on that had to delay many pivots; not of sheets
+    alone, whose displacements have rows of one size, and which delay pivots where they carry
+    nothing.
     """
 
     _matrix: PETSc.Mat = None
@@ -72,8 +74,9 @@ class MumpsFactor(Factor):
 
     def follow_layout(self) -> None:
         """See ``Factor``."""
-        delayed = self._analysed and self._model.solids and self._matrix.getMumpsInfog(DELAYED)
-        if delayed and self._scaling == UNSCALED:
+        delayed = self._matrix.getMumpsInfog(DELAYED) if self._analysed else 0
+        many = delayed > MANY * self._model.assembler.matrix.getSize()[0]
+        if many and self._model.solids and self._scaling == UNSCALED:
             self._scaling = SCALED
             self._matrix.setMumpsIcntl(SCALING, SCALED)
         super().follow_layout()
