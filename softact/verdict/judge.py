@@ -364,12 +364,29 @@ def _overlap(results: Results) -> Iterator[Reason]:
 def _remedy(results: Results, found: Sequence[str]) -> str:
     # A wall that another one has passed whole lies inside too: it was the outside that met first.
     names = [name for name in found if name in results.layout.outside]
-    if names and not results.spec.get("contact"):
+    contact = results.spec.get("contact")
+    if _seen_by(contact, names):
+        return (
+            "contact is there, but acts at points within faces, so that edges get past them: "
+            "a smaller mesh_size sees them sooner"
+        )
+    if names and contact in (None, "none", []):
         wanted = "contact: auto"
     else:
         surfaces = ", ".join(names or found)
         wanted = f"{{self: [{surfaces}]}} under contact" if surfaces else "contact"
     return f"{wanted} in the spec keeps these parts from each other"
+
+
+def _seen_by(contact: Any, names: Sequence[str]) -> bool:
+    """Whether a spec's contact is of surfaces, of the outside, with themselves."""
+    if not names or contact in (None, "none", []):
+        return False
+    if not isinstance(contact, list):
+        return True  # auto: of the whole outside
+    with_itself = [pair.get("self") for pair in contact if isinstance(pair, dict)]
+    lists = [[one] if isinstance(one, str) else one for one in with_itself if one]
+    return any(set(names) <= set(surfaces) for surfaces in lists)
 
 
 def _last_rows(results: Results) -> list[int]:

@@ -14,11 +14,11 @@ from tests import bent_beam
 SIZE = {"nx": 12, "ny": 2, "nz": 7}
 
 
-def write(folder, changes=(), angle=90.0, status="complete", stretches=None, **told):
+def write(folder, changes=(), angle=90.0, status="complete", stretches=None, spec=None, **told):
     """The bent beam in as many states as there are changes (dicts) of its rows, and two more before
     them; its pressure goes up by 10 kPa from one to the next. stretches: of nodes, by state."""
     points, cells, surfaces = bent_beam.mesh(**SIZE)
-    writer = ResultsWriter(folder, bent_beam.SPEC, {"spec_hash": "0f3a"})
+    writer = ResultsWriter(folder, spec or bent_beam.SPEC, {"spec_hash": "0f3a"})
     writer.mesh(points, cells, np.zeros(len(cells)), ["body"], surfaces, bent_beam.LAYOUT)
     rows = [{}, {}, *changes]
     for number, change in enumerate(rows):
@@ -163,6 +163,22 @@ def test_a_body_that_passes_through_itself(tmp_path):
     said = verdict.reasons[0].text
     assert "passes through itself at 40 kPa" in said and "'clamp'" in said and "'tip'" in said
     assert "contact: auto in the spec keeps" in said
+
+
+@pytest.mark.parametrize(
+    "contact, said",
+    [
+        ("none", "contact: auto in the spec keeps"),
+        ("auto", "a smaller mesh_size sees them sooner"),
+        ("[{self: [clamp, tip, base, top]}]", "a smaller mesh_size sees them sooner"),
+        ("[{self: clamp}]", "under contact in the spec keeps"),
+        ("[{between: [clamp, tip]}]", "under contact in the spec keeps"),
+    ],
+)
+def test_what_keeps_it_apart_is_not_what_is_there(tmp_path, contact, said):
+    spec = f"{bent_beam.SPEC}\ncontact: {contact}\n"
+    verdict = write(tmp_path / "r", [{}, {}, {}], angle=400.0, spec=spec)
+    assert said in verdict.reasons[0].text
 
 
 def test_where_a_body_passes_through_itself_is_told_once(tmp_path, monkeypatch):
