@@ -11,7 +11,6 @@ from types import ModuleType
 
 from softact.doctor.finding import Finding, missing_module
 from softact.doctor.supply import owner, packages, sudo
-from softact.solve import pardiso
 from softact.system import blas
 
 
@@ -53,6 +52,8 @@ def look_at_petsc() -> Iterable[Finding]:
         return
     yield Finding("solvers", "ok", ", ".join(present))
     yield Finding("orderings", "ok", "MUMPS with " + ", ".join(mumps_orderings(PETSc)))
+    from softact.solve import pardiso  # numpy takes its time, and the help waits for this module
+
     if pardiso.library() is not None:
         yield Finding("Pardiso", "ok", "of MKL, for specs with solver: {factor: pardiso}")
 

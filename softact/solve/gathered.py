@@ -63,7 +63,7 @@ class Gathered:
         first, end = self._matrix.getOwnershipRangeColumn()
         width = ctypes.c_int32() if _INT.itemsize == 4 else ctypes.c_int64()
         _check(_petsc.MatGetSize(beyond, None, ctypes.byref(width)))
-        foreign = _view(numbers, width.value, _INT) if width.value else np.empty(0, _INT)
+        foreign = _view(numbers, width.value, _INT)
         return [(here, np.arange(first, end)), (beyond, foreign.copy())]
 
     def _pattern(self) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -96,7 +96,7 @@ class Gathered:
             _check(_petsc.MatGetInfo(block, 1, count))  # MAT_LOCAL; the third is nz_used
             parts.append((where, int(count[2])))
         try:
-            yield [_view(w, n, np.dtype(float)) if n else np.empty(0) for w, n in parts]
+            yield [_view(where, count, np.dtype(float)) for where, count in parts]
         finally:
             for block, (where, _) in zip(blocks, parts, strict=True):
                 _petsc.MatSeqAIJRestoreArrayRead(block, ctypes.byref(where))
@@ -128,7 +128,9 @@ class Gathered:
 
 
 def _view(address: ctypes.c_void_p, count: int, kind: np.dtype) -> np.ndarray:
-    """The numbers at an address, not copied."""
+    """The numbers at an address, not copied; where there are none, there may be no address."""
+    if not count:
+        return np.empty(0, kind)
     number = np.ctypeslib.as_ctypes_type(kind)
     return np.ctypeslib.as_array(ctypes.cast(address, ctypes.POINTER(number)), (count,))
 
