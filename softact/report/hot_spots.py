@@ -17,6 +17,7 @@ from softact.mesh.boundary import exterior
 from softact.report import base, labels
 from softact.report.base import Section
 from softact.report.place import Places
+from softact.report.surface import pair_keys
 from softact.results.folder import Results, load_text, place_text
 from softact.verdict.reached import reached
 
@@ -113,8 +114,9 @@ def _edges(results: Results) -> np.ndarray:
     parts = [cells, *faces] if len(cells) else faces
     sides = {10: _SIDES, 6: _SHEET, **_FLAT}
     pairs = [part[:, side] for part in parts for side in sides[part.shape[1]]]
-    low, high = np.sort(np.vstack(pairs), axis=1).astype(np.int64).T
-    return np.stack(np.divmod(np.unique(low * len(results.points) + high), len(results.points)), 1)
+    count = len(results.points)
+    keys = np.unique(pair_keys(np.sort(np.vstack(pairs), axis=1), count))
+    return np.stack(np.divmod(keys, count), axis=1)
 
 
 def _leaders(

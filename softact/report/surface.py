@@ -96,7 +96,7 @@ def _patches(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     a, b, c = (points[triangles[:, corner]] for corner in range(3))
     normal = np.cross(b - a, c - a)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-    sides = _keys(_sides(triangles), len(points))
+    sides = pair_keys(_sides(triangles), len(points))
     order = np.argsort(sides, kind="stable")
     same = sides[order[1:]] == sides[order[:-1]]
     one, other = order[:-1][same] // 3, order[1:][same] // 3
@@ -109,7 +109,7 @@ def _sides(triangles: np.ndarray) -> np.ndarray:
     return np.sort(triangles[:, ((0, 1), (1, 2), (2, 0))].reshape(-1, 2), axis=1)
 
 
-def _keys(sides: np.ndarray, count: int) -> np.ndarray:
+def pair_keys(sides: np.ndarray, count: int) -> np.ndarray:
     """(n,) a number for each pair, in their order; count: of the points that they are of."""
     low, high = sides.astype(np.int64).T
     return low * count + high
@@ -126,7 +126,7 @@ def _creases(triangles: np.ndarray, planes: np.ndarray) -> np.ndarray:
     """(e, 2) sides of one triangle only, but for those in a symmetry plane, which are cuts."""
     sides = _sides(triangles)
     _, first, count = np.unique(
-        _keys(sides, planes.shape[1]), return_index=True, return_counts=True
+        pair_keys(sides, planes.shape[1]), return_index=True, return_counts=True
     )
     border = sides[first[count == 1]]
     cut = planes[:, border].all(axis=2).any(axis=0) if len(planes) else np.zeros(len(border), bool)

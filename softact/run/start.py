@@ -99,10 +99,10 @@ def run(
     after others, with one thread.
 
     Raises SpecError where the spec asks for a library that is not there and MeshError, both before
-    anything is written, FolderBusyError where another process writes into
-    the folder, DamagedResultError where the run there cannot go on, CannotWriteError where the disk
-    is full or the folder read-only, and SolverCrashError where the solver's process ends in a way
-    that it could not tell of itself.
+    anything is written, FolderBusyError where another process writes into the folder,
+    DamagedResultError where the run there cannot go on, CannotWriteError where the disk is full or
+    the folder read-only, and SolverCrashError where the solver's process ends in a way that it
+    could not tell of itself.
     """
     _check_factor(spec)
     directory = Path(directory)

@@ -13,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 import scipy.sparse
-from mpi4py import MPI
 from petsc4py import PETSc
 
 from softact.system import jit
@@ -54,7 +53,7 @@ def nested_dissection(assembler: Assembler) -> Dissection | None:
     """METIS's order, on rank 0; None on the others, and where METIS finds none. Collective. The
     graph is that of the matrix as it is laid out.
     """
-    jit.load_library(assembler.unknowns.comm, _FILL)
+    library = jit.load_library(assembler.unknowns.comm, _FILL)
     blocks, pairs = _blocks(assembler.unknowns), assembler.coupled
     gathered = assembler.unknowns.comm.gather((blocks, pairs))
     if gathered is None:
@@ -75,7 +74,7 @@ def nested_dissection(assembler: Assembler) -> Dissection | None:
     place = _dissected(graph, weight)
     if place is None:
         return None
-    operations = _operations(graph, weight, place)
+    operations = _operations(library, graph, weight, place)
     place[last] = len(place)
     return Dissection(_expanded(place[vertex], first, width), operations)
 
@@ -117,10 +116,11 @@ def _dissected(graph: scipy.sparse.csr_matrix, weight: np.ndarray) -> np.ndarray
     return place if done == _DONE else None
 
 
-def _operations(graph: scipy.sparse.csr_matrix, weight: np.ndarray, place: np.ndarray) -> float:
+def _operations(
+    library: ctypes.CDLL, graph: scipy.sparse.csr_matrix, weight: np.ndarray, place: np.ndarray
+) -> float:
     """Operations of a factorisation in the order ``place`` of vertices with ``weight`` rows each;
     infinitely many where there is no memory to count them."""
-    library = jit.load_library(MPI.COMM_SELF, _FILL)
     library.operations.restype = ctypes.c_double
     starts, ends = (np.ascontiguousarray(a, np.int32) for a in (graph.indptr, graph.indices))
     given = map(pointer, (starts, ends, weight, place))

@@ -26,8 +26,8 @@ _OUT_OF_MEMORY, _OTHER = 3, 4  # PCFailedReason
 class PardisoFactor(Factor):
     """Factors by Pardiso. See ``Factor``.
 
-    Pivots are single rows at first. Where there are negative eigenvalues beyond the pressures', or
-    a pivot was too small, pivots of two rows say whether that is so.
+    Pivots are single rows at first. Where a symmetric matrix has negative eigenvalues beyond
+    the pressures', or a pivot was too small, pivots of two rows say whether that is so.
     """
 
     _said = Said(0, 0, 0, 0.0, 0)
@@ -70,10 +70,10 @@ class PardisoFactor(Factor):
     def factorise(self, pc: PETSc.PC) -> None:
         """Factors of the matrix as it is now; what failed is left to PETSc's solver. Collective."""
         self._factorise(pivoting=False)
-        beyond = self._said.negative != self._pressures and self._model.contacts.symmetric
-        if self._said.error or self._said.perturbed or beyond:
+        symmetric, first = self._model.contacts.symmetric, self._said
+        if symmetric and (first.error or first.perturbed or first.negative != self._pressures):
             self._factorise(pivoting=True)
-        self._unproved = not self._said.error
+        self._unproved = symmetric and not self._said.error
         if self._said.error:
             full = self._said.error == OUT_OF_MEMORY
             _petsc.PCSetFailedReason(ctypes.c_void_p(pc.handle), _OUT_OF_MEMORY if full else _OTHER)

@@ -1,10 +1,7 @@
 """Order of the pivots: a true order, the one that takes fewer operations, and the same answer."""
 
 import json
-import os
 import shutil
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -23,6 +20,7 @@ from softact.solve.newton import Newton
 from softact.solve.ordering import nested_dissection
 from softact.spec import loads
 from tests.analytic.meshes import FACES, block
+from tests.solve.two_processes import NO_MPIRUN, said_by_both
 
 # Where PETSc's factors hold what softact does not know, MUMPS orders by itself.
 NO_CHOICE = pytest.mark.skipif(
@@ -190,15 +188,9 @@ print("same")
 
 
 @NO_CHOICE
-@pytest.mark.skipif(shutil.which("mpirun") is None, reason="no mpirun here")
+@NO_MPIRUN
 def test_both_give_the_same_solution_on_two_processes():
-    done = subprocess.run(
-        [*"mpirun --allow-run-as-root --oversubscribe -n 2".split(), sys.executable, "-c", PROGRAM],
-        env=dict(os.environ),  # else what an MPI in this process has put into its environment
-        capture_output=True, text=True, check=False, timeout=600,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr[-2000:]
-    assert done.stdout.count("same") == 2  # lines of two processes may run into each other
+    assert said_by_both(PROGRAM).count("same") == 2
 
 
 SPEC = """

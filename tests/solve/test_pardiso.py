@@ -1,10 +1,6 @@
 """MKL's Pardiso instead of MUMPS: the same answers, inertia and curves. Skipped where no MKL is."""
 
 import json
-import os
-import shutil
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -24,6 +20,7 @@ from tests.analytic.meshes import FACES, block
 from tests.contact.test_contact_on_two import ROUGH, assert_alike
 from tests.contact.test_contact_on_two import SPEC as TWO_CHAMBERS
 from tests.solve.test_ordering import MATERIAL, SPEC
+from tests.solve.two_processes import NO_MPIRUN, said_by_both
 
 NO_MKL = pytest.mark.skipif(pardiso.library() is None, reason="no MKL here")
 CLAMP = [Support("x_min", {0: 0.0, 1: 0.0, 2: 0.0})]
@@ -85,14 +82,9 @@ print("same")
 
 
 @NO_MKL
-@pytest.mark.skipif(shutil.which("mpirun") is None, reason="no mpirun here")
+@NO_MPIRUN
 def test_answers_are_those_of_mumps_on_two_processes():
-    done = subprocess.run(
-        [*"mpirun --allow-run-as-root --oversubscribe -n 2".split(), sys.executable, "-c", PROGRAM],
-        env=dict(os.environ), capture_output=True, text=True, check=False, timeout=600,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr[-2000:]
-    assert done.stdout.count("same") == 2
+    assert said_by_both(PROGRAM).count("same") == 2
 
 
 @NO_MKL
