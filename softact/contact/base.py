@@ -38,6 +38,11 @@ class Contact(Term, Protocol):
     def resume(self, state: State) -> None:
         """Take up a run at an equilibrium that was stored with its memory."""
 
+    def look_afresh(self, state: State, keep: bool = False) -> bool:
+        """Let each point face what it would if nothing were known of the way to this state; whether
+        any that touches faces something else then. keep: such points stay as they are, and the
+        state remembers it. Collective."""
+
     def stand_beside(self, other: Contact, state: State) -> None:
         """Look only at what matters beside a state of another contact of the same facets, of which
         this one differs a little in the places of its points. Collective."""

@@ -75,6 +75,12 @@ class Contacts:
                 raised = True
         return raised
 
+    def look_afresh(self, state: State, keep: bool = False) -> bool:
+        """Let points face what they would if nothing were known of the way to this state; whether
+        any that touches faces something else then. keep: they stay as they are, and the state
+        remembers it."""
+        return any([contact.look_afresh(state, keep) for contact in self._all])
+
     def strayed(self, state: State) -> float:
         """How far surfaces have moved since contact looked about, relative to how far they may;
         above 1 they may have passed something unseen."""

@@ -70,17 +70,23 @@ class Faced:
         return self.pairs.nodes
 
     @property
+    def faced(self) -> np.ndarray:
+        """Facet (k, 12) that each point faced last, −1: none."""
+        return self._kept
+
+    @property
     def nothing(self) -> bool:
         """Whether there is nothing that any point may face."""
         return not len(self.pairs.looking.candidate)
 
-    def look_about(self, x: np.ndarray) -> None:
-        """Find the pairs that may touch before it looks about again. x: (local,) unknowns."""
+    def look_about(self, x: np.ndarray, kept: np.ndarray | None = None) -> None:
+        """Find the pairs that may touch before it looks about again. x: (local,) unknowns; kept:
+        (k, 12) facets that points face, which they keep where they still are, −1: none."""
         nodes = self._facets.node_places(x)
         self.pairs.search(nodes)
         self._sight.look(nodes)
         self._last = self._every = None
-        self._kept = self._nothing[0]
+        self._kept = self._nothing[0] if kept is None else kept
 
     def look_only_at(self, facet: np.ndarray, point: np.ndarray, seen: Seen) -> None:
         """From here on, look only at what these points (m,) of facets (m,) face there."""
@@ -108,6 +114,22 @@ class Faced:
         if self._every is None or not _same(self._every.nodes, now.nodes):
             self._every = self._looked(now.nodes, self._all())
         return self._every
+
+    def afresh(self, x: np.ndarray) -> Seen | None:
+        """What points would face if nothing were known of what they faced before, which they keep
+        a little beyond its edges; None: those that touch would face the same."""
+        before = self.touching(x)
+        if not (before.gap < 0.0).any():
+            return None
+        kept, self._kept = self._kept, self._nothing[0]
+        now = self._looked(before.nodes, before.mark)
+        self._kept = kept
+        touch = (before.gap < 0.0) | (now.gap < 0.0)
+        return now if (touch & (now.partner != before.partner)).any() else None
+
+    def take(self, seen: Seen) -> None:
+        """From here on points face what ``afresh`` found."""
+        self._last, self._every, self._kept = seen, None, seen.partner
 
     def before_touching(self, x: np.ndarray, there: np.ndarray) -> Seen:
         """What points face at ``x``, of those pairs that may touch there or at ``there``, where the

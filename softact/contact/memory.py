@@ -21,3 +21,8 @@ def stiffness_factor(state: State, name: str) -> float:
 def stiffness_key(name: str) -> str:
     """Under which the factor stands."""
     return f"{CONTACT}{name}.stiffness"
+
+
+def faced_key(name: str) -> str:
+    """Under which stands what points faced, where it decides what they face."""
+    return f"{CONTACT}{name}.faced"

@@ -86,6 +86,10 @@ class RigidContact:
         self.name, self.symmetric = obstacle.name, obstacle.friction == 0
         self._grasp = None if body is None else Grasp(model, facets, body)
 
+    def look_afresh(self, state: State, keep: bool = False) -> bool:
+        """See ``Contact``: the closest point is asked for anew at each place."""
+        return False
+
     def stands(self, state: State) -> bool:
         """See ``Contact``."""
         return self.presence(state) == 1.0

@@ -22,7 +22,7 @@ from softact.contact.coupling import Coupling, NodeCoupling
 from softact.contact.crossing import Crossing
 from softact.contact.faced import DEPTH, Faced, Seen
 from softact.contact.gap_hessian import gap_hessian
-from softact.contact.memory import stiffness_factor
+from softact.contact.memory import faced_key, stiffness_factor
 from softact.contact.pairs import Looking, Pairs
 from softact.contact.pressure import pressure
 from softact.contact.sight import LITTLE
@@ -136,6 +136,17 @@ class SurfaceContact:
         facet, point = np.nonzero(wanted)
         self._faced.look_only_at(facet, point, seen)
         self._beside = True
+
+    def look_afresh(self, state: State, keep: bool = False) -> bool:
+        """See ``Contact``."""
+        found = None if self._beside else self._faced.afresh(state.x)
+        kept = {n: v for n, v in state.memory.items() if n != faced_key(self.name)}
+        if found is not None and keep:
+            kept[faced_key(self.name)] = self._faced.faced
+        elif found is not None:
+            self._faced.take(found)
+        state.memory = kept
+        return found is not None and not keep
 
     def stands(self, state: State) -> bool:
         """See ``Contact``."""
@@ -282,7 +293,8 @@ class SurfaceContact:
 
     def resume(self, state: State) -> None:
         """See ``Contacts.resume``: looks for what may touch next."""
-        self._faced.look_about(state.x)
+        kept = state.memory.get(faced_key(self.name))
+        self._faced.look_about(state.x, None if kept is None else np.asarray(kept))
 
     # --- limits -----------------------------------------------------------------------------
 

@@ -43,6 +43,8 @@ RUNS_AHEAD, TOWARDS_LIMIT = 1.3, 0.5
 # Newton iterations more that an increment may take where solids touch, to find out what touches,
 # and with friction what sticks and slips.
 FOR_CONTACT, FOR_FRICTION = 2, 3
+# Solves more at most for what points face when looked for afresh.
+AFRESH = 3
 TOO_LONG = "the increment is too long for the accuracy in time"
 # A limit point is named where it is so near, as a part of the step, and displacements grow so much
 # faster than at first.
@@ -218,13 +220,33 @@ class Walk:
         origin: Origin | None,
         options: SolveOptions,
     ) -> NewtonOutcome:
-        """Newton, and once more with stiffer contact as long as bodies overlap too far."""
         outcome = self.newton.solve(self.state, held, control, origin, options)
         again = replace(options, at_most=None)
-        while outcome.converged and self.model.contacts.stiffen(self.state):
-            more = self.newton.solve(self.state, held, control, options=again)
+        return self.checked(self.settled(outcome, held, control, again))
+
+    def settled(
+        self,
+        outcome: NewtonOutcome,
+        held: np.ndarray,
+        control: Control | None,
+        options: SolveOptions | None = None,
+    ) -> NewtonOutcome:
+        """The outcome, with as many solves more as it takes until bodies do not overlap too far,
+        and its state is in balance also where nothing is known of the way there; after ``AFRESH``
+        of these the state remembers what its points faced."""
+        contacts, afresh = self.model.contacts, 0
+        while outcome.converged:
+            if not contacts.stiffen(self.state):
+                # Where surfaces have sharp folds there may be no end to it.
+                if not contacts.look_afresh(self.state, keep=afresh == AFRESH):
+                    break
+                here = Loaded(self.state, held)
+                if self.newton.imbalance(here) <= self.newton.tolerance:
+                    break
+                afresh += 1
+            more = self.newton.solve(self.state, held, control, options=options)
             outcome = replace(more, iterations=outcome.iterations + more.iterations)
-        return self.checked(outcome)
+        return outcome
 
     def checked(self, outcome: NewtonOutcome) -> NewtonOutcome:
         """The outcome; failed where its state is none that follows the last one."""

@@ -60,17 +60,20 @@ class BackwardEuler:
         q: np.ndarray,
         options: SolveOptions | None = None,
         before: State | None = None,
+        settled: bool = False,
     ) -> NewtonOutcome:
         """Seek the end of the time step that acts, or an equilibrium where none does, from ``x``
         under the loads of the place ``s``.
 
         before: where the time step began, with other loads than it has; what is passed through on
-        the way from there makes the outcome fail.
+        the way from there makes the outcome fail. settled: see ``Walk.settled``.
         """
         walk = self.walk
         held, control = self.drive.set(walk.state, s, q)
         walk.state.x = x.copy()
         outcome = walk.newton.solve(walk.state, held, control, options=options)
+        if settled:
+            outcome = walk.settled(outcome, held, control, options)
         if not outcome.converged:
             return outcome
         begun = replace(before or walk.state, x=x)

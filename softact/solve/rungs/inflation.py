@@ -261,13 +261,10 @@ class _Inflation:
         """Why the equilibrium that Newton's method finds from the state is not taken; None: it is
         the last point of the path now. reach: how far (mm) a displacement may be from there."""
         self.euler.still()
-        walk, state, contacts = self.walk, self.walk.state, self.model.contacts
+        walk, state = self.walk, self.walk.state
         begun = state.x.copy()
         options = replace(walk.newton.options, line_search=True)
-        outcome = self.euler.solve(begun, s, q, options, walk.rest)
-        while outcome.converged and contacts.stiffen(state):
-            again = self.euler.solve(state.x, s, q, options, replace(walk.rest, x=begun))
-            outcome = replace(again, iterations=outcome.iterations + again.iterations)
+        outcome = self.euler.solve(begun, s, q, options, walk.rest, settled=True)
         if not outcome.converged:
             return outcome.reason
         fault = state_fault(self.model, state)

@@ -198,7 +198,7 @@ class _Motion:
         """Solve without inertia from the last state of the motion, which stands where it fails."""
         now, walk = self.path[-1], self.walk
         self.euler.still()
-        outcome = self.euler.solve(now.x, self.goal, now.q)
+        outcome = self.euler.solve(now.x, self.goal, now.q, settled=True)
         fault = outcome.converged and state_fault(walk.model, walk.state)
         if fault:
             outcome = replace(outcome, converged=False, reason=fault)
