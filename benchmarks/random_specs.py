@@ -244,6 +244,7 @@ def look(folder: Path) -> dict:
         return {}
     state = found.state
     model.make_room(state.loads)
+    model.contacts.resume(state)
     newton = Newton(model, spec.solver.tolerance, 15)
     newton.set_supports(supports_of(spec.supports), state)
     return {

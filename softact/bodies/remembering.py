@@ -21,6 +21,7 @@ from softact.bodies.solid import Solid
 from softact.materials.base import Elastic, Law
 from softact.materials.plane_stress import RememberedLaw, Response, SheetLaw, small_strain_constants
 from softact.materials.tension_field import PLACE
+from softact.materials.tensors import full
 from softact.mesh.triangles import Triangles
 from softact.system.term import Origin, State
 
@@ -68,13 +69,13 @@ class RememberingSolid(Solid):
         """The law alone, kept for the last few states whenever they were."""
 
         def find() -> Elastic:
-            energy = self.material.energy(c, self.fibres) if self.memory.mullins else None
-            return *self.material.stress_tangent(c, self.fibres), energy
+            energy = self.material.energy(full(c), self.fibres) if self.memory.mullins else None
+            return *self._of_the_law(c), energy
 
         return self._of_law(x, b"", find)
 
     def _elastic(self, state: State) -> Elastic:
-        return self._law(self._right_cauchy_green(state.x), state.x)
+        return self._law(self.right_cauchy_green(state.x).reshape(-1, 6), state.x)
 
     def _key(self, state: State) -> bytes:
         """See ``Solid``."""
@@ -103,7 +104,7 @@ class RememberingSolid(Solid):
         """See ``Remembering``."""
         if self.memory.mullins is None:
             return 0.0
-        energy = super()._stored(self._right_cauchy_green(state.x), state)
+        energy = super()._stored(self.right_cauchy_green(state.x).reshape(-1, 6), state)
         return self.memory.softened_away(energy, state)
 
 

@@ -14,12 +14,12 @@ import numpy as np
 from softact import compat
 from softact.bodies.anchor import Anchor
 from softact.bodies.inertia import SolidInertia
+from softact.bodies.invariant_solid import compiled
 from softact.bodies.last_few import LastFew
 from softact.bodies.weight import Weight
 from softact.materials.base import Material
 from softact.materials.tensors import (
-    COLUMNS,
-    ROWS,
+    full,
     symmetric,
     symmetric_product,
     volumetric_response,
@@ -76,6 +76,7 @@ class Solid:
         self._last: dict[str, tuple[np.ndarray, np.ndarray]] = {}  # see ``_once``
         self._began: tuple[TimeStep, np.ndarray, np.ndarray] | None = None  # see ``_viscous``
         self.fibres = None if fibres is None else fibres(self.places(points).reshape(-1, 3))
+        self._compiled = compiled(assembler.unknowns.comm, material, self.fibres)
 
     def places(
         self, points: np.ndarray, chosen: slice | np.ndarray | int = slice(None)
@@ -221,25 +222,26 @@ class Solid:
             raise InvertedElementError
         if self._anchor is not None:
             return self._anchor.stress_of(self, state.x), self._anchor.moduli, jacobian
-        c = np.matmul(f.transpose(0, 2, 1), f)
+        c = self.right_cauchy_green(state.x).reshape(-1, 6)
         stress, moduli = self._isochoric(c, state)
         if state.motion is not None and state.motion.resistance:
-            more_stress, more_moduli = self._viscous(c, state.motion)
+            more_stress, more_moduli = self._viscous(full(c), state.motion)
             stress, moduli = stress + more_stress, moduli + more_moduli
         return *self._add_volumetric(stress, moduli, c, jacobian), jacobian
 
     def _isochoric(self, c: np.ndarray, state: State) -> tuple[np.ndarray, np.ndarray]:
-        """Isochoric stress (n, 6) and moduli (n, 6, 6) at C (n, 3, 3)."""
-        return self.material.stress_tangent(c, self.fibres)
+        """Isochoric stress (n, 6) and moduli (n, 6, 6) at C (n, 6)."""
+        return self._of_the_law(c)
+
+    def _of_the_law(self, c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The material's stress (n, 6) and moduli (n, 6, 6) at C (n, 6)."""
+        if self._compiled is not None:
+            return self._compiled.stress_tangent(c, self.fibres)
+        return self.material.stress_tangent(full(c), self.fibres)
 
     def _stored(self, c: np.ndarray, state: State) -> np.ndarray:
-        """Isochoric energy (n,) at C (n, 3, 3), MPa."""
-        return self.material.energy(c, self.fibres)
-
-    def _right_cauchy_green(self, x: np.ndarray) -> np.ndarray:
-        """C (n, 3, 3) at the quadrature points."""
-        f = self.deformation_gradient(x).reshape(-1, 3, 3)
-        return np.matmul(f.transpose(0, 2, 1), f)
+        """Isochoric energy (n,) at C (n, 6), MPa."""
+        return self.material.energy(full(c), self.fibres)
 
     def _viscous(self, c: np.ndarray, motion: TimeStep) -> tuple[np.ndarray, np.ndarray]:
         """Stress (n, 6) and moduli (n, 6, 6) at C (n, 3, 3) of a Newtonian fluid in one time step
@@ -267,7 +269,8 @@ class Solid:
             second = second + self.material.bulk_modulus
         elif not np.any(first) and not np.any(second):
             return stress, moduli
-        more_stress, more_moduli = volumetric_response(np.linalg.inv(c), jacobian, first, second)
+        inverse = np.linalg.inv(full(c))
+        more_stress, more_moduli = volumetric_response(inverse, jacobian, first, second)
         return stress + more_stress, moduli + more_moduli
 
     def _extra_volumetric(self, jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -318,11 +321,9 @@ class Solid:
             shares = (w * stress for w, (stress, _, _) in zip(origin.weights, kept, strict=True))
             return functools.reduce(operator.add, shares)
         stress, moduli, _ = kept[0]
-        before = self.deformation_gradient(origin.states[0]).reshape(-1, 3, 3)
-        now = self.deformation_gradient(state.x).reshape(-1, 3, 3)
-        e = before.transpose(0, 2, 1) @ (now - before)
-        rate = (e + e.transpose(0, 2, 1))[:, ROWS, COLUMNS] * [0.5, 0.5, 0.5, 1, 1, 1]
-        return stress + np.einsum("nij,nj->ni", moduli, rate)
+        before = self._gradient_at(origin.states[0], self._gradients, None)
+        now = self.deformation_gradient(state.x)
+        return self.at_points("carried_stress", len(stress), before, now, stress, moduli)
 
     def _evaluate(self, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """``second_piola``, kept for the last few states: Newton asks for force and tangent at the
@@ -344,8 +345,8 @@ class Solid:
         stress, moduli, jacobian = other._evaluate(state)
         density = other.density(state)
         if not self._is_made_of(other):
-            c = other._right_cauchy_green(state.x)
-            own, _ = self.material.stress_tangent(c, self.fibres)
+            c = other.right_cauchy_green(state.x).reshape(-1, 6)
+            own, _ = self._of_the_law(c)
             stress, _ = self._add_volumetric(own, np.zeros_like(moduli), c, jacobian)
             density = self._density_at(c, jacobian, state)
         strains = other.right_cauchy_green(state.x).reshape(-1, 6)
@@ -436,13 +437,14 @@ class Solid:
         """Stored energy (n,) MPa but for that of the pressure unknown, at the quadrature points."""
 
         def find() -> np.ndarray:
-            f = self.deformation_gradient(state.x).reshape(-1, 3, 3)
-            return self._density_at(np.matmul(f.transpose(0, 2, 1), f), self._jacobians(f), state)
+            f = self.deformation_gradient(state.x)
+            c = self.right_cauchy_green(state.x).reshape(-1, 6)
+            return self._density_at(c, self._jacobians(f), state)
 
         return self._once("density", state.x, find)
 
     def _density_at(self, c: np.ndarray, jacobian: np.ndarray, state: State) -> np.ndarray:
-        """``density`` at C (n, 3, 3) and J (n,)."""
+        """``density`` at C (n, 6) and J (n,)."""
         density = self._stored(c, state) + self._extra_volumetric(jacobian)[0]
         return density if self._mixed else density + self._of_volume(jacobian)
 

@@ -40,9 +40,14 @@ def symmetric_product(a: np.ndarray) -> np.ndarray:
     return (a[:, i, k] * a[:, j, m] + a[:, i, m] * a[:, j, k]) / 2
 
 
-def symmetric(full: np.ndarray) -> np.ndarray:
+def symmetric(whole: np.ndarray) -> np.ndarray:
     """(n, 6) of symmetric tensors (..., 3, 3)."""
-    return full.reshape(-1, 3, 3)[:, ROWS, COLUMNS]
+    return whole.reshape(-1, 3, 3)[:, ROWS, COLUMNS]
+
+
+def full(six: np.ndarray) -> np.ndarray:
+    """(n, 3, 3) of symmetric tensors (n, 6)."""
+    return six[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(-1, 3, 3)
 
 
 def largest_eigenvalue(tensors: np.ndarray) -> np.ndarray:

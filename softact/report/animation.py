@@ -84,7 +84,7 @@ def _shots(results: Results) -> list:
         except frames.DrawingError as error:
             raise SpecError(f"{results.directory}: {error}") from None
     blank = np.full((1, *drawn.shape[1:]), 255, np.uint8)
-    canvas = Image.fromarray(pictures.compose(scene, group, blank, 1, titles=[""]))
+    canvas = Image.fromarray(next(pictures.composed(scene, group, blank, 1, titles=[""])))
     # An odd line of pixels more than H.264 takes is cut off.
     canvas = canvas.crop((0, 0, canvas.width // 2 * 2, canvas.height // 2 * 2))
     font, shots = _font(), []

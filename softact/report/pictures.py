@@ -120,10 +120,10 @@ def _packed(
 ) -> tuple[Future[bytes], Future[bytes], Future[bytes]]:
     """A picture as PNG on a light ground, and as WebP on that and on a dark one."""
     columns = min(len(group.numbers), 2)
-    light = compose(scene, group, panels, columns, marks=marks)
+    both = composed(scene, group, panels, columns, marks=marks, grounds=(LIGHT, DARK))
+    light = next(both)
     first = beside.submit(_png, light), beside.submit(webp, light)
-    dark = compose(scene, group, panels, columns, marks=marks, ground=DARK)
-    return *first, beside.submit(webp, dark)
+    return *first, beside.submit(webp, next(both))
 
 
 def _png(picture: np.ndarray) -> bytes:
@@ -155,22 +155,23 @@ def _colour_map() -> LinearSegmentedColormap:
     return LinearSegmentedColormap.from_list("stress", STRESS_COLOURS)
 
 
-def compose(
+def composed(
     scene: Scene,
     group: Group,
     panels: np.ndarray,
     columns: int,
     titles: Sequence[str] | None = None,
     marks: Sequence[np.ndarray] = (),
-    ground: Ground = LIGHT,
-) -> np.ndarray:
-    """(height, width, 3) uint8: the panels, pixel by pixel, with titles, colour bar and axes.
+    grounds: Sequence[Ground] = (LIGHT,),
+) -> Iterator[np.ndarray]:
+    """On each ground (height, width, 3) uint8: the panels, pixel by pixel, with titles, colour bar
+    and axes.
 
     titles: in place of those that say the load of each state. marks: places (3,) mm of the first
-    state to put a ring around. ground: on which they stand; for any but ``LIGHT`` the panels have
-    their cover as fourth channel.
+    state to put a ring around. grounds: for any but ``LIGHT`` the panels have their cover as fourth
+    channel.
     """
-    panels = _on(panels, ground)
+    ground = grounds[0]
     titles = titles or [state_title(scene.results, number) for number in group.numbers]
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -182,8 +183,7 @@ def compose(
     figure = Figure(figsize=size, dpi=_DPI, facecolor="none")
     canvas = FigureCanvasAgg(figure)
     wide, tall = map(int, canvas.get_renderer().get_canvas_width_height())
-    below = np.empty((tall, wide, 3), np.uint8)
-    below[:] = np.round(255 * frames.colours([ground.paper])[0])
+    corners = []  # of the panels, pixels from above and from the left
 
     def place(left: float, top: float, width: float, height: float) -> Axes:
         """Axes at inches from the upper left corner."""
@@ -195,9 +195,8 @@ def compose(
     cells = np.ndindex(rows, columns)
     for said, panel, (row, column) in zip(titles, panels, cells, strict=False):
         left, top = column * width, row * (height + title) + title
-        # Not by matplotlib, which takes each of them through its colour maps.
-        right, down = round(left * _DPI), tall - round((size[1] - top - height) * _DPI)
-        below[down - len(panel) : down, right : right + panel.shape[1]] = panel
+        down = tall - round((size[1] - top - height) * _DPI)
+        corners.append((down - len(panel), round(left * _DPI)))
         figure.text(
             (left + width / 2) / size[0], 1 - (top - 0.06) / size[1],
             said, fontsize=11, color=ground.ink, ha="center",
@@ -210,8 +209,27 @@ def compose(
     note = "ring: deepest overlap" if len(marks) else "grey: undeformed" * group.ghost
     mm_per_inch = (group.high - group.low)[0] / width
     _axes_cross(cross, scene.view, mm_per_inch, legend - 0.2, 1.2, note, ground)
-    canvas.draw()
-    return _over(np.asarray(canvas.buffer_rgba()), below)
+    for each in grounds:
+        if each is not ground:
+            _recolour(figure, ground.ink, each.ink)
+        canvas.draw()
+        below = np.empty((tall, wide, 3), np.uint8)
+        below[:] = np.round(255 * frames.colours([each.paper])[0])
+        for panel, (down, right) in zip(_on(panels, each), corners, strict=False):
+            # Not by matplotlib, which takes each of them through its colour maps.
+            below[down : down + len(panel), right : right + panel.shape[1]] = panel
+        yield _over(np.asarray(canvas.buffer_rgba()), below)
+
+
+def _recolour(figure: Figure, ink: str, other: str) -> None:
+    """Give what is written in one ink, and the arrows, another one."""
+    from matplotlib.text import Annotation, Text
+
+    for text in figure.findobj(Text):
+        if isinstance(text, Text) and text.get_color() == ink:
+            text.set_color(other)
+        if isinstance(text, Annotation) and text.arrow_patch is not None:
+            text.arrow_patch.set_color(other)
 
 
 def _over(drawn: np.ndarray, below: np.ndarray) -> np.ndarray:

@@ -28,6 +28,7 @@ class Ahead:
         self._report: Report | None = None
         self._tasks: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         self._thread: threading.Thread | None = None
+        self._written = False
 
     def __enter__(self) -> Self:
         return self
@@ -50,12 +51,18 @@ class Ahead:
         """All states are in the folder."""
         self._tasks.put(lambda: self._begin(status))
 
+    def judged(self, verdict: Verdict | None) -> None:
+        """All that the report tells is in the folder; the solver's processes have yet to end."""
+        self._tasks.put(lambda: self._complete(verdict))
+
     def write(self, verdict: Verdict | None) -> None:
-        """Write the report, see ``softact.report.write_report``."""
+        """Write the report, see ``softact.report.write_report``, where that is not done yet."""
         from softact.report import write_report
 
         self._tasks.put(None)
         self._wait()
+        if self._written:
+            return
         if self._report is None:
             write_report(self._directory, verdict=verdict)
         else:
@@ -70,6 +77,11 @@ class Ahead:
     def _begin(self, status: str) -> None:
         if self._report is not None:
             self._report.begin(status)
+
+    def _complete(self, verdict: Verdict | None) -> None:
+        if self._report is not None:
+            self._report.write((), lambda line: None, verdict)
+            self._written = True
 
     def _wait(self) -> None:
         if self._thread is not None:

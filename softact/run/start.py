@@ -332,6 +332,8 @@ class _Solver:
             self.log.begin()
             self.ahead.meshed()
         verdict = verdict_of(event.get("verdict"))
+        if event["stage"] == "done" and self.slopes is None:  # or their table is written first
+            self.ahead.judged(verdict)
         line = log_line(event)
         if event["stage"] == "solve":
             line += time.strftime(", on %Y-%m-%d at %H:%M:%S")

@@ -493,6 +493,29 @@ void right_cauchy_green(int64_t count, const double *f, double *out)
                 out[place_of[a][b]] = f[a] * f[b] + f[3 + a] * f[3 + b] + f[6 + a] * f[6 + b];
 }
 
+/* S + D : sym(F0^T (F - F0)) in Voigt pairs: out (count, 6). f0, f: (count, 9); s: (count, 6); d:
+   (count, 6, 6), of which each shear strain counts twice. */
+void carried_stress(int64_t count, const double *f0, const double *f, const double *s, const double *d,
+                    double *out)
+{
+    for (int64_t n = 0; n < count; ++n, f0 += 9, f += 9, s += 6, d += 36, out += 6) {
+        double along[3][3], e[6];
+        for (int a = 0; a < 3; ++a)
+            for (int b = 0; b < 3; ++b)
+                along[a][b] = f0[a] * (f[b] - f0[b]) + f0[3 + a] * (f[3 + b] - f0[3 + b])
+                              + f0[6 + a] * (f[6 + b] - f0[6 + b]);
+        for (int a = 0; a < 3; ++a)
+            for (int b = a; b < 3; ++b)
+                e[place_of[a][b]] = a == b ? along[a][a] : along[a][b] + along[b][a];
+        for (int a = 0; a < 6; ++a) {
+            double sum = s[a];
+            for (int b = 0; b < 6; ++b)
+                sum += d[6 * a + b] * e[b];
+            out[a] = sum;
+        }
+    }
+}
+
 /* S + D : (C - C0)/2 in Voigt pairs: out (count, 6). c, c0, s: (count, 6); d: (count, 6, 6), of
    which each shear strain counts twice. */
 void linearised_stress(int64_t count, const double *c, const double *c0, const double *s,

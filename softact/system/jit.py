@@ -105,11 +105,12 @@ def load_library(comm: MPI.Comm, source: Path, header: Path | None = None) -> ct
     return _load(comm, source.stem, text + comm.bcast(known), lambda: text)
 
 
-def load_text(name: str, text: str) -> ctypes.CDLL:
-    """Compile C text, once per machine, for this process alone, and load it."""
+def load_text(name: str, text: str, comm: MPI.Comm | None = None) -> ctypes.CDLL:
+    """Compile C text, once per machine, and load it. comm: of the processes that do so together,
+    None: this one alone."""
     from mpi4py import MPI
 
-    return _load(MPI.COMM_SELF, name, text, lambda: text)
+    return _load(comm or MPI.COMM_SELF, name, text, lambda: text)
 
 
 def load_kernels(
