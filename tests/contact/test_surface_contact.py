@@ -12,6 +12,7 @@ from softact.measures import MEASURES
 from softact.measures.further_fields import further_fields
 from softact.measures.snapshot import Snapshot
 from softact.model import Support
+from softact.solve.newton import Loaded, Newton
 from tests.analytic.differences import (
     assert_contact_tangent,
     force,
@@ -142,6 +143,39 @@ def test_rounding_does_not_choose_between_two_facets(nearer):
 
     assert faced(nearer) == 1
     assert faced(1e-6) == 2
+
+
+def test_a_state_is_in_balance_whatever_its_points_faced():
+    """Wavy blocks dragged over each other without friction: points cross edges between facets that
+    lie at an angle. Each state is in balance in a model that knows nothing of the way there, or
+    remembers what its points face."""
+
+    def waves(points):
+        moved = slit(points)
+        inside = (points[:, 2] > 0.9) & (points[:, 2] < 2.1)
+        moved[:, 2] += inside * 0.12 * np.cos(2.0 * np.pi * points[:, 0])
+        return moved
+
+    def blocks():
+        keep = block((12, 2, 3), (3.0, 1.0, 3.0), waves, lambda c: np.abs(c[:, 2] - 1.5) > 0.6)
+        return build(keep, SOFT, touching=[Touching("waves", (("inside",),))])
+
+    model = blocks()
+    hold = Support("z_min", dict.fromkeys(range(3), 0.0))
+
+    def top(x, z):
+        return [hold, Support("z_max", {0: x, 1: 0.0, 2: z})]
+
+    ways = {"press": (0.0, -0.1), "drag": (0.3, -0.1)}
+    steps = [LoadStep(name, supports=top(*way)) for name, way in ways.items()]
+    solution = solve(model, steps, top(0.0, 0.0), 0.25)
+    other = blocks()
+    for state in solution.path[1:]:
+        other.contacts.resume(state)
+        newton = Newton(other, 1e-8, 15)
+        newton.set_supports(top(0.0, 0.0), state)
+        supported = newton.held(state)
+        assert newton.imbalance(Loaded(state, state.x[supported.dofs])) <= 1e-8
 
 
 SIDES = [Support("x_min", {0: 0.0}), Support("y_min", {1: 0.0}), Support("z_min", {2: 0.0})]
