@@ -13,8 +13,8 @@ import numpy as np
 
 from softact import compat
 from softact.bodies.anchor import Anchor
+from softact.bodies.compiled_solid_law import compiled
 from softact.bodies.inertia import SolidInertia
-from softact.bodies.invariant_solid import compiled
 from softact.bodies.last_few import LastFew
 from softact.bodies.weight import Weight
 from softact.materials.base import Material

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from softact.materials.invariants import InvariantLaw
-from softact.materials.jets import variables
+from softact.materials.jets import Exponential, variables
+from softact.materials.stretches import StretchLaw
 
 
 class _Tape:
@@ -127,6 +128,27 @@ def formula_in_c(law: InvariantLaw, families: int) -> tuple[str, np.ndarray]:
         f"static const int used[COUNT] = {{{', '.join(map(str, used))}}};",
         "static inline void formula(const double *k, const double *i, double *w, double *first,",
         "                           double *second)",
+        "{",
+        *tape.lines,
+        *ends,
+        "}",
+    ]
+    return "\n".join(text) + "\n", np.array(tape.constants)
+
+
+def stretch_formula_in_c(law: StretchLaw) -> tuple[str, np.ndarray]:
+    """C text of ``formula(k, e, t, s, r)``, and its constants k.
+
+    e: logarithm of an isochoric stretch. t, s, r: f', f'' and f''' in it, MPa.
+    """
+    tape = _Tape()
+    logarithm: Any = Traced(tape, "e")
+    _, *derivatives = law.stretch_energy(law, Exponential(logarithm)).terms
+    ends = [
+        f"    *{name} = {tape.of(value)};" for name, value in zip("tsr", derivatives, strict=True)
+    ]
+    text = [
+        "static inline void formula(const double *k, double e, double *t, double *s, double *r)",
         "{",
         *tape.lines,
         *ends,

@@ -263,10 +263,11 @@ class Assembler:
     @functools.cached_property
     def _element_entries(self) -> tuple[np.ndarray, np.ndarray]:
         """Global row and column of each entry of ``values`` and ``extra_values``."""
-        return tuple(
-            np.concatenate([part, *(extra[k] for extra in self._extra)]).astype(_INT)
+        rows, columns = (
+            np.concatenate([part, *(extra[k] for extra in self._extra)]) if self._extra else part
             for k, part in enumerate(self.pattern)
         )
+        return rows.astype(_INT, copy=False), columns.astype(_INT, copy=False)
 
     def _lay_out(self, matrix: PETSc.Mat) -> None:
         """Give the matrix its pattern: the elements' and what is coupled beyond."""

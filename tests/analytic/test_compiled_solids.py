@@ -1,4 +1,4 @@
-"""Laws of invariants in solids are compiled; they are what numpy makes of the law's formula."""
+"""Laws of solids are compiled; they are what numpy makes of the law's formula."""
 
 from pathlib import Path
 
@@ -6,15 +6,12 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from softact.bodies.invariant_solid import compiled
-from softact.materials.base import FibreLaw
-from softact.materials.invariants import InvariantLaw
+from softact.bodies.compiled_solid_law import compiled
+from softact.materials.base import FibreLaw, Law
 from softact.materials.tensors import full, symmetric
 from softact.system import assembly, jit
 from softact.system.kernels import pointer
 from tests.materials.samples import SAMPLES
-
-LAWS = {name: law for name, law in SAMPLES.items() if isinstance(law, InvariantLaw)}
 
 
 def _strains(count: int) -> np.ndarray:
@@ -25,7 +22,7 @@ def _strains(count: int) -> np.ndarray:
     return symmetric(f.transpose(0, 2, 1) @ f)
 
 
-def _fibres(law: InvariantLaw, count: int) -> np.ndarray | None:
+def _fibres(law: Law, count: int) -> np.ndarray | None:
     if not isinstance(law, FibreLaw):
         return None
     random = np.random.default_rng(7)
@@ -33,10 +30,10 @@ def _fibres(law: InvariantLaw, count: int) -> np.ndarray | None:
     return fibres / np.linalg.norm(fibres, axis=2, keepdims=True)
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", SAMPLES)
 @pytest.mark.parametrize("count", [1, 8, 203])  # some are no multiple of the vectors' length
 def test_stress_and_moduli_are_those_of_the_formula(name, count):
-    material, c, fibres = LAWS[name].material(), _strains(count), _fibres(LAWS[name], count)
+    material, c, fibres = SAMPLES[name].material(), _strains(count), _fibres(SAMPLES[name], count)
     function = compiled(MPI.COMM_SELF, material, fibres)
     assert function is not None
     for found, expected in zip(
@@ -45,8 +42,19 @@ def test_stress_and_moduli_are_those_of_the_formula(name, count):
         np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-12 * abs(expected).max())
 
 
-def test_other_laws_are_left_to_numpy():
-    assert compiled(MPI.COMM_SELF, SAMPLES["ogden_3"].material(), None) is None
+@pytest.mark.parametrize("name", ["ogden_3", "linear"])
+def test_equal_stretches_are_no_special_case(name):
+    """Undeformed, two stretches alike, and nearly alike."""
+    one, near = np.eye(3), np.diag([1.3, 1.3 + 1e-9, 0.7])
+    material = SAMPLES[name].material()
+    c = symmetric(
+        np.stack([one, np.diag([1.3, 1.3, 0.7]), near, np.diag([0.7, 1.3, 1.3]), 2 * one])
+    )
+    function = compiled(MPI.COMM_SELF, material, None)
+    for found, expected in zip(
+        function.stress_tangent(c, None), material.stress_tangent(full(c)), strict=True
+    ):
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12 * abs(expected).max())
 
 
 def test_the_carried_stress_is_linear_in_the_displacement():
