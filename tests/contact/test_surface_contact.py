@@ -145,22 +145,24 @@ def test_rounding_does_not_choose_between_two_facets(nearer):
     assert faced(1e-6) == 2
 
 
-def test_a_state_is_in_balance_whatever_its_points_faced():
-    """Wavy blocks dragged over each other without friction: points cross edges between facets that
-    lie at an angle. Each state is in balance in a model that knows nothing of the way there, or
-    remembers what its points face."""
+def wavy():
+    """Two blocks of 3 × 1 × 1 mm, whose faces that touch are waves of flat facets."""
 
-    def waves(points):
+    def mapping(points):
         moved = slit(points)
         inside = (points[:, 2] > 0.9) & (points[:, 2] < 2.1)
         moved[:, 2] += inside * 0.12 * np.cos(2.0 * np.pi * points[:, 0])
         return moved
 
-    def blocks():
-        keep = block((12, 2, 3), (3.0, 1.0, 3.0), waves, lambda c: np.abs(c[:, 2] - 1.5) > 0.6)
-        return build(keep, SOFT, touching=[Touching("waves", (("inside",),))])
+    tets = block((12, 2, 3), (3.0, 1.0, 3.0), mapping, lambda c: np.abs(c[:, 2] - 1.5) > 0.6)
+    return build(tets, SOFT, touching=[Touching("waves", (("inside",),))])
 
-    model = blocks()
+
+def test_a_state_is_in_balance_whatever_its_points_faced():
+    """Wavy blocks dragged over each other without friction: points cross edges between facets that
+    lie at an angle. Each state is in balance in a model that knows nothing of the way there, or
+    remembers what its points face."""
+    model = wavy()
     hold = Support("z_min", dict.fromkeys(range(3), 0.0))
 
     def top(x, z):
@@ -169,13 +171,38 @@ def test_a_state_is_in_balance_whatever_its_points_faced():
     ways = {"press": (0.0, -0.1), "drag": (0.3, -0.1)}
     steps = [LoadStep(name, supports=top(*way)) for name, way in ways.items()]
     solution = solve(model, steps, top(0.0, 0.0), 0.25)
-    other = blocks()
+    other = wavy()
     for state in solution.path[1:]:
         other.contacts.resume(state)
         newton = Newton(other, 1e-8, 15)
         newton.set_supports(top(0.0, 0.0), state)
         supported = newton.held(state)
         assert newton.imbalance(Loaded(state, state.x[supported.dofs])) <= 1e-8
+
+
+def test_a_state_remembers_what_its_points_face():
+    """Asked to, where they would face something else if nothing were known of the way there."""
+    model, (x, _, z) = wavy(), np.arange(3)
+    (term,) = model.contacts
+    state = model.initial_state()
+    places, corners = model.nodes.places, np.linspace(0.0, 3.0, 13)
+    wave = np.interp(places[:, x], corners, 0.12 * np.cos(2.0 * np.pi * corners))
+    above = places[:, z] - wave > 1.0 + GAP / 2
+    state.x[model.displacement_dofs[above, z]] = -0.04
+    term.resume(state)
+    term.gaps(state.x)  # what they face there is kept
+    state.x[model.displacement_dofs[above, x]] = 0.035
+    here = force(model, term, state)
+    assert not model.contacts.look_afresh(state, keep=True)
+    assert any(name.endswith(".faced") for name in state.memory)
+    other = wavy()
+    other.contacts.resume(state)
+    (again,) = other.contacts
+    np.testing.assert_allclose(force(other, again, state), here, atol=1e-15)
+    assert model.contacts.look_afresh(state)
+    assert not state.memory
+    assert np.abs(force(model, term, state) - here).max() > 1e-6
+    assert not model.contacts.look_afresh(state)
 
 
 SIDES = [Support("x_min", {0: 0.0}), Support("y_min", {1: 0.0}), Support("z_min", {2: 0.0})]
