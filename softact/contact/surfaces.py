@@ -38,9 +38,9 @@ if TYPE_CHECKING:
 
 # How far away a partner is looked for, and from which gap on room in the matrix is
 # kept for it; of the element size.
-REACH, ROOM = 1.0, 0.5
+REACH, ROOM = 1.0, 0.1
 # What a step of Newton's method may press in on its way, of the element size.
-DEEPEST = 0.05
+DEEPEST = 0.1
 # ... and by how much what overlaps may overlap more.
 DEEPER = 1.5
 

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 class Increments:
     """easy, hard: Newton counts that let the increment grow, and beyond which it shrinks; growth,
     shrink: by how much. cut: part that is kept after a failure. small: part of the largest
-    increment below which an accepted one always grows, by recovery at least. Measured on the
-    benchmark's finger (docs/performance.md)."""
+    increment below which an accepted one always grows, by recovery at least, and by leap where it
+    took no more than swift: it had been cut for a place that has been passed. Measured on the
+    benchmark's finger (docs/performance.md) and on the glove's (docs/contact.md)."""
 
     easy: int = 5
     hard: int = 8
@@ -19,6 +20,8 @@ class Increments:
     cut: float = 0.4
     small: float = 0.1
     recovery: float = 1.25
+    swift: int = 2
+    leap: float = 4.0
 
 
 INCREMENTS = Increments()
@@ -32,7 +35,8 @@ def next_size(size: float, iterations: int, largest: float) -> float:
     """
     factor = growth(iterations)
     if size < INCREMENTS.small * largest:
-        factor = max(factor, INCREMENTS.recovery)
+        swift = iterations <= INCREMENTS.swift
+        factor = max(factor, INCREMENTS.leap if swift else INCREMENTS.recovery)
     return min(largest, size * factor)
 
 

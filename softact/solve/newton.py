@@ -35,10 +35,11 @@ class Tuning:
     direction. most_chords, chord_loss: steps with the factors of an earlier iteration, at the end
     of a solve, and how much worse than the last Newton step's is the reduction that is expected of
     them. slackened, searches: a line search ends when the slope has fallen to this part, or after
-    so many evaluations; near: where the residual is below this, whole steps get through the last
-    kinks. hardly: steps are halved where the residual is still above this part of what it was two
-    steps before. patience, steady: beyond the allowed iterations a solve goes on, to this multiple,
-    while four of them reduce the residual to this part.
+    so many evaluations; nearest: part of the bracket that it keeps off its ends. near: where the
+    residual is below this, whole steps get through the last kinks, and points look afresh once for
+    what they face. hardly: steps are halved where the residual is still above this part of what it
+    was two steps before. patience, steady: beyond the allowed iterations a solve goes on, to this
+    multiple, while four of them reduce the residual to this part.
     """
 
     divergence: float = 1e6
@@ -55,6 +56,7 @@ class Tuning:
     chord_loss: float = 4.0
     slackened: float = 0.8
     searches: int = 5
+    nearest: float = 0.1
     near: float = 1e-3
     hardly: float = 0.5
     patience: int = 3
@@ -125,8 +127,8 @@ class _Solve:
 
     held: prescribed displacements. allowed: iterations. factored_at: iteration of the last
     factorisation. internal, out_of_balance: norms of forces (N), volume_error: of volumes (mm³), at
-    the last evaluation. kinked: whether forces had kinks at any iterate. known: forces at the last
-    few places, see ``_force``.
+    the last evaluation. kinked: whether forces had kinks at any iterate. afresh: whether points
+    have looked afresh for what they face. known: forces at the last few places, see ``_force``.
     """
 
     state: State
@@ -146,6 +148,7 @@ class _Solve:
     handed_over: float = 0.0
     apart: float = 1.0
     kinked: bool = False
+    afresh: bool = False
 
 
 def _factor_of(name: FactorName) -> type[Factor]:
@@ -340,6 +343,11 @@ class Newton:
         now, owned = self._now, self.model.unknowns.owned
         now.state.x = self.model.follow(self.model.unknowns.to_local(x))
         self.counts.residual_evaluations += 1
+        if not now.afresh and now.residuals and now.residuals[-1] < TUNING.near:
+            # Else one more solve would be needed when it has been found.
+            now.afresh = True
+            if self.model.contacts.look_afresh(now.state):
+                now.known.clear()
         force, internal = self._force(now.state)
         force = force.copy()
         force[self._supported.dofs] = now.state.x[self._supported.dofs] - now.held
@@ -438,12 +446,20 @@ class Newton:
             return self.model.sum(float(direction @ force[owned]))
 
         first = slope(0.0)
+        low, high = (0.0, 1.0), (part, 0.0)  # parts before and beyond it; 0: none beyond is known
         slopes: dict[float, float] = {}
         while len(slopes) < TUNING.searches:
             found = slopes[part] = slope(part)
-            if abs(found) <= TUNING.slackened * abs(first) or first * found > 0:
+            ratio = found / first
+            if abs(ratio) <= TUNING.slackened or (ratio > 0 and not high[1]):
                 break
-            part *= min(max(first / (first - found), 0.2), 0.6) if np.isfinite(found) else 0.5
+            if ratio > 0:  # the other end counts half, so that it moves, too
+                low, high = (part, ratio), (high[0], 0.5 * high[1])
+            else:
+                half = 0.5 if high[1] else 1.0
+                low, high = (low[0], half * low[1]), (part, ratio if np.isfinite(ratio) else -1.0)
+            to = low[1] / (low[1] - high[1])
+            part = low[0] + min(max(to, TUNING.nearest), 1 - TUNING.nearest) * (high[0] - low[0])
         return min(slopes, key=lambda t: abs(slopes[t]) if np.isfinite(slopes[t]) else np.inf)
 
     def _admissible_part(self, here: np.ndarray, change: np.ndarray) -> tuple[float, bool]:

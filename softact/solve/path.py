@@ -149,11 +149,11 @@ class ArcDrive(VolumeDrive):
         return held, ArcControl([self._change], self._last.x, self._tangent, way)
 
 
-def extrapolate(path: Sequence[Point], s: float) -> Point:
+def extrapolate(path: Sequence[Point], s: float, straight: bool = False) -> Point:
     """Polynomial through the points, taken at ``s``.
 
-    Where the rate at the last point is known, x follows the parabola through the last two
-    and this rate: it keeps to the newest part of the path.
+    Where the rate at the last point is known, x follows the parabola through the last two and this
+    rate, or the rate alone (straight): it keeps to the newest part of the path.
     """
     places = np.array([point.s for point in path])
     weights = []
@@ -164,7 +164,7 @@ def extrapolate(path: Sequence[Point], s: float) -> Point:
     if len(path) > 1 and rate is not None:
         before, now = path[-2:]
         gone, ahead = now.s - before.s, s - now.s
-        bend = (rate - (now.x - before.x) / gone) / gone
+        bend = (rate - (now.x - before.x) / gone) / gone * (not straight)
         x = now.x + ahead * (rate + ahead * bend)
     else:
         x = _combined(weights, [point.x for point in path])

@@ -42,9 +42,11 @@ PATIENCE, LEAST_GAIN = 25, 0.01
 RUNS_AHEAD, TOWARDS_LIMIT = 1.3, 0.5
 # Newton iterations more that an increment may take where solids touch, to find out what touches,
 # and with friction what sticks and slips.
-FOR_CONTACT, FOR_FRICTION = 2, 3
-# Solves more at most for what points face when looked for afresh.
-AFRESH = 3
+FOR_CONTACT, FOR_FRICTION = 4, 4  # docs/contact.md
+# Solves more at most for what points face when looked for afresh, which they were once already.
+AFRESH = 1
+# How often the way is halved on which a first guess meets something.
+HALVINGS = 4
 TOO_LONG = "the increment is too long for the accuracy in time"
 # A limit point is named where it is so near, as a part of the step, and displacements grow so much
 # faster than at first.
@@ -198,7 +200,7 @@ class Walk:
         """First guesses, the best first; the last point is always among them."""
         order = {"none": 0, "linear": 1, "quadratic": 2}[self.settings.predictor]
         orders = sorted({order, 1} if len(self.model.contacts) else {order}, reverse=True)
-        guesses = [extrapolate(path[-(k + 1) :], s) for k in orders if k and len(path) > 1]
+        guesses = [extrapolate(path[-(k + 1) :], s, k == 1) for k in orders if k and len(path) > 1]
         if not any(self._kinks(point) for point in (*guesses, path[-1])):
             guesses = guesses[:1]
         else:
@@ -272,6 +274,8 @@ class Walk:
         size = START * self.size if starts else self.size
         # Two halves rather than one whole and a sliver.
         target = end if self.done + 1.01 * size >= end else self.done + size
+        if not starts:
+            target = self._before_passing(target)
         gone = target - self.done
         outcome = self._next(target, starts)
         if not outcome.converged:
@@ -299,6 +303,31 @@ class Walk:
             self.size = self.pace.first(self.size)
             self.model.forget_rates(self.state)
         return outcome
+
+    def _before_passing(self, target: float) -> float:
+        """The place ``target``, or one before it up to which the first guess keeps bodies apart,
+        where it does so anywhere: beyond, a kink is in the way, and what is found there may be on
+        its other side."""
+        path, contacts = self.path, self.model.contacts
+        if not (self.model.is_solid and len(contacts) and len(path) > 1):
+            return target
+
+        def fine(s: float) -> bool:
+            there = self._loaded(self.drive, s, extrapolate(path[-3:], s).x).state
+            if not contacts.admissible(there, path[-1].x, there.x):
+                return False
+            return acceptance.way_fault(self.model, self.rest, there) is None
+
+        if fine(target):
+            return target
+        low, high = self.done, target
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if fine(middle) else (low, middle)
+        if low == self.done:
+            return target
+        self.size = low - self.done
+        return low
 
     def _longer(self, outcome: NewtonOutcome) -> float:
         """How long the next increment may be after one that ended so."""
