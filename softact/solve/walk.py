@@ -42,7 +42,7 @@ PATIENCE, LEAST_GAIN = 25, 0.01
 RUNS_AHEAD, TOWARDS_LIMIT = 1.3, 0.5
 # Newton iterations more that an increment may take where solids touch, to find out what touches,
 # and with friction what sticks and slips.
-FOR_CONTACT, FOR_FRICTION = 4, 4  # docs/contact.md
+FOR_CONTACT = 4  # docs/contact.md
 # Solves more at most for what points face when looked for afresh, which they were once already.
 AFRESH = 1
 # How often the way is halved on which a first guess meets something.
@@ -334,9 +334,8 @@ class Walk:
         if self.alpha is not None:  # the error in time says it
             return min(self.largest, INCREMENTS.growth * self.size)
         own, contacts = 0, self.model.contacts
-        if contacts.kinks(self.state):
-            own = FOR_CONTACT if self.model.is_solid else 0
-            own = own if contacts.symmetric else FOR_FRICTION
+        if contacts.kinks(self.state) and (self.model.is_solid or not contacts.symmetric):
+            own = FOR_CONTACT
         return next_size(self.size, outcome.iterations - own, self.largest)
 
     def _next(self, target: float, starts: bool) -> NewtonOutcome:
