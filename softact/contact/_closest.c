@@ -13,13 +13,13 @@
    centre, radius: of the ball that holds it with a tenth of it beyond its edges; along: of a vector r
    from its first corner, s = along[0] . r and t = along[1] . r on the flat triangle of its corners,
    rate: their lengths; normal: that triangle's; over: how far it may be from that plane, lean: and its normal from that
-   one, a tenth beyond its edges, too. */
+   one, a tenth beyond its edges, too; lies: where it lies at rest, and how far around. */
 typedef struct {
-    double centre[3], radius, c[6][3], along[2][3], rate[2], normal[3], over, lean;
+    double centre[3], radius, c[6][3], along[2][3], rate[2], normal[3], over, lean, lies[4];
 } facet_t;
 
-/* Products of the normals of a facet and of a point's own below which the point faces it, from behind
-   and from before. */
+/* Products of the normals of a facet and of a point's own below which the point faces it: from before,
+   and from behind where both lie beside each other in the body at rest. */
 static const double BEHIND = -0.5, BEFORE = -0.1;
 
 double facing(int behind) { return behind ? BEHIND : BEFORE; }
@@ -161,10 +161,10 @@ void directions(int64_t facets, int32_t count, const double *nodes, double *norm
     }
 }
 
-/* The facets of these nodes (facets, count, 3), for `closest`. */
-void prepare(int64_t facets, int32_t count, const double *nodes, facet_t *out)
+/* The facets of these nodes (facets, count, 3), for `closest`; lies: (facets, 4), see there. */
+void prepare(int64_t facets, int32_t count, const double *nodes, const double *lies, facet_t *out)
 {
-    for (int64_t f = 0; f < facets; ++f, nodes += 3 * count) {
+    for (int64_t f = 0; f < facets; ++f, nodes += 3 * count, lies += 4) {
         facet_t *on = out + f;
         double e0[3], e1[3], *n = on->normal;
         polynomial(count, nodes, on->c);
@@ -185,6 +185,8 @@ void prepare(int64_t facets, int32_t count, const double *nodes, facet_t *out)
         const double length = length_of(n);
         for (int c = 0; c < 3; ++c)
             n[c] /= length;
+        for (int c = 0; c < 4; ++c)
+            on->lies[c] = lies[c];
         on->over = bulge(count, nodes, n);
         on->lean = lean(on->c, e0, e1, length);
     }
@@ -212,10 +214,19 @@ static int near_facet(const facet_t *on, int curved, const double *x, double rad
     return !(st[0] < -far - s || st[1] < -far - t || st[0] + st[1] > 1 + far + s + t);
 }
 
+/* Whether two facets lie beside each other at rest. */
+static int beside(const double *a, const double *b)
+{
+    double square = 0;
+    for (int c = 0; c < 3; ++c)
+        square += (a[c] - b[c]) * (a[c] - b[c]);
+    return square < (a[3] + b[3]) * (a[3] + b[3]);
+}
+
 /* Whether x faces a facet: foot st within its edges (by slack), gap below reach and not deeper than
-   depth, normals opposed. */
-static int faces(const facet_t *on, int curved, const double *x, const double *own, double reach,
-                 double depth, double slack, double st[2], double *gap)
+   depth, normals opposed. own, lies: of the facet of x. */
+static int faces(const facet_t *on, int curved, const double *x, const double *own, const double *lies,
+                 double reach, double depth, double slack, double st[2], double *gap)
 {
     double n[3];
     if (!near_facet(on, curved, x, 0, reach, depth, slack, st))
@@ -224,9 +235,9 @@ static int faces(const facet_t *on, int curved, const double *x, const double *o
         return 0;
     if (st[0] < -slack || st[1] < -slack || st[0] + st[1] > 1 + slack)
         return 0;
-    /* Not the far side of the same wall, nor the next face around an edge: bent, that one may lean
-       over by some degrees, and all points near the edge are inside of it. */
-    return dot(n, own) < (*gap < 0 ? BEHIND : BEFORE);
+    /* Not the next face around an edge: bent, that one may lean over by some degrees, and all points
+       near the edge are inside of it. */
+    return dot(n, own) < (*gap < 0 && beside(lies, on->lies) ? BEHIND : BEFORE);
 }
 
 /* The facets in sight of points (count, 3) of one with the normal `own`; returns how many. */
@@ -255,13 +266,14 @@ static int64_t sought(const facet_t *on, int curved, int32_t count, const double
 
 /* For each point the facet that it faces: partner (-1: none), place on it, signed gap.
 
-   places: (facets, points, 3); own: (facets, 3) normals of their facets; on: the facets that they may
+   places: (facets, points, 3); own: (facets, 3) normals of their facets, lies: (facets, 4) where these
+   are at rest and how far around others are beside them; on: the facets that they may
    face, see `prepare`, count: their nodes; start, candidate: facets that each facet may touch; reach, depth: (facets) how far
    away, and how deep inside, the other may be; slack, keep: how far beyond the edge of a facet, barycentric,
    for a new partner and for the one that stands in partner on entry; tie: of two that are equally far,
    to this part of reach, the first one counts, whatever the rounding. */
 void closest(int64_t facets, int32_t points, int32_t count, const double *places, const double *own,
-             const facet_t *on, const int64_t *start, const int32_t *candidate,
+             const double *lies, const facet_t *on, const int64_t *start, const int32_t *candidate,
              const double *reach, const double *depth, double slack, double keep, double tie, int32_t *partner,
              double *place, double *gap)
 {
@@ -278,7 +290,7 @@ void closest(int64_t facets, int32_t points, int32_t count, const double *places
             double best = reach[f], st[2], g;
             const int32_t before = partner[p];
             partner[p] = -1, gap[p] = INFINITY, place[2 * p] = place[2 * p + 1] = 0;
-            if (before >= 0 && faces(on + before, curved, x, own + 3 * f, best, depth[f], keep, st, &g)) {
+            if (before >= 0 && faces(on + before, curved, x, own + 3 * f, lies + 4 * f, best, depth[f], keep, st, &g)) {
                 partner[p] = before, gap[p] = g, place[2 * p] = st[0], place[2 * p + 1] = st[1];
                 continue;
             }
@@ -286,7 +298,7 @@ void closest(int64_t facets, int32_t points, int32_t count, const double *places
                 number = sought(on, curved, points, places + 3 * f * points, own + 3 * f, reach[f],
                                 depth[f], slack, candidate + start[f], start[f + 1] - start[f], near);
             for (int64_t k = 0; k < number; ++k) {
-                if (!faces(on + near[k], curved, x, own + 3 * f, best, fmin(best, depth[f]), slack, st, &g))
+                if (!faces(on + near[k], curved, x, own + 3 * f, lies + 4 * f, best, fmin(best, depth[f]), slack, st, &g))
                     continue;
                 if (partner[p] >= 0 && fabs(g) > best - tie * reach[f])
                     continue;

@@ -45,7 +45,7 @@ class Closest:
     """The compiled search; see ``_closest.c``.
 
     facing: product of the normals of a facet and of a point's own facet below which the point may
-    face it, True: from behind, where they overlap; False: from before.
+    face it, True: from behind, where they overlap and lie beside each other at rest; False: else.
     """
 
     def __init__(self, comm: MPI.Comm):
@@ -75,29 +75,34 @@ class Closest:
         reach: np.ndarray,
         depth: np.ndarray,
         before: np.ndarray | None = None,
+        lies: tuple[np.ndarray, np.ndarray] | None = None,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Partner (m, q) (−1: none), place on it (m, q, 2) and signed gap (m, q) mm of points
         (m, q, 3) of some facets, whose own nodes are ``own`` (m, n, 3), among facets (k, n, 3).
         start, candidate: see ``Looking``, of these facets. reach, depth: (m,) largest gap and
-        overlap, mm. before: partners that are kept where they still are."""
+        overlap, mm. before: partners that are kept where they still are. lies: (m, 4) and (k, 4)
+        where facets are at rest, see ``Facets.lies``; by default all are beside each other."""
         places, nodes, reach, depth = map(np.ascontiguousarray, (places, nodes, reach, depth))
         own = np.ascontiguousarray(facet_normals(own))
+        if lies is None:
+            lies = np.ones((len(own), 4)), np.ones((len(nodes), 4))
+        mine, theirs = map(np.ascontiguousarray, lies)
         shape = places.shape[:2]
         facets = np.empty((len(nodes), self._size))
         size = ctypes.c_int64(len(nodes)), ctypes.c_int32(nodes.shape[1])
-        self._prepare(*size, *(ctypes.c_void_p(a.ctypes.data) for a in (nodes, facets)))
+        self._prepare(*size, *(ctypes.c_void_p(a.ctypes.data) for a in (nodes, theirs, facets)))
         partner = np.full(shape, -1, np.int32) if before is None else before.astype(np.int32)
         place, gap = np.empty((*shape, 2)), np.empty(shape)
-        arrays = (places, own, facets, start, candidate, reach, depth)
+        arrays = (places, own, mine, facets, start, candidate, reach, depth)
         pointers = [ctypes.c_void_p(a.ctypes.data) for a in (*arrays, partner, place, gap)]
         self._function(
             ctypes.c_int64(shape[0]),
             ctypes.c_int32(shape[1]),
             ctypes.c_int32(nodes.shape[1]),
-            *pointers[:7],
+            *pointers[:8],
             ctypes.c_double(SLACK),
             ctypes.c_double(KEEP),
             ctypes.c_double(TIE),
-            *pointers[7:],
+            *pointers[8:],
         )
         return partner, place, gap

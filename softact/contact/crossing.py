@@ -41,6 +41,7 @@ class Crossing:
         candidate: np.ndarray,
         size: np.ndarray,
         touching: bool = True,
+        is_open: np.ndarray | None = None,
     ) -> bool:
         """Whether a point of a facet went from the front of a candidate to its back, through it.
 
@@ -48,8 +49,9 @@ class Crossing:
         body that turns is then sheared and stretched, but as a whole. values: (q, n) shape
         functions of the points. start, candidate: see ``Looking``. size: (k,) mm.
         touching: whether they were known to each other, so that one may be as deep in the other as
-        contact allows; else a point has passed as soon as it is behind. A quadratic facet counts
-        as four flat triangles.
+        contact allows; else a point has passed as soon as it is behind. is_open: (k, 3) see
+        ``open_edges``: what ends beyond such an edge has slid off; by default no edge is open. A
+        quadratic facet counts as four flat triangles.
         """
         overlapping, deeper = (OVERLAPPING, BEHIND) if touching else (0.0, 0.0)
         pieces = np.array(PIECES if before.shape[1] == 6 else ((0, 1, 2),))
@@ -60,7 +62,10 @@ class Crossing:
         ).T
         first = [p[facet, point] for p in points]
         second = [c[other, piece] for c in corners]
-        return bool(_through(first, second, overlapping * size[other]).any())
+        if is_open is None:
+            is_open = np.zeros((len(size), 3), dtype=bool)
+        through = _through(first, second, overlapping * size[other])
+        return bool((through & ~_beyond(first[1], after[other], is_open[other])).any())
 
     def _changed(
         self,
@@ -101,6 +106,16 @@ def _normals(corners: np.ndarray) -> np.ndarray:
     sides = corners[:, :, 1:] - corners[:, :, :1]
     normal = np.cross(sides[:, :, 0], sides[:, :, 1])
     return normal / np.linalg.norm(normal, axis=2, keepdims=True)
+
+
+def _beyond(points: np.ndarray, nodes: np.ndarray, is_open: np.ndarray) -> np.ndarray:
+    """Whether points (m, 3) are beyond edges of facets (m, n, 3) that are open (m, 3)."""
+    a, b, r = nodes[:, 1] - nodes[:, 0], nodes[:, 2] - nodes[:, 0], points - nodes[:, 0]
+    normal = np.cross(a, b)
+    s = np.einsum("mc,mc->m", np.cross(r, b), normal)
+    t = np.einsum("mc,mc->m", np.cross(a, r), normal)
+    whole = np.einsum("mc,mc->m", normal, normal)
+    return ((np.stack([t, whole - s - t, s], axis=1) < 0) & is_open).any(axis=1)
 
 
 def _through(

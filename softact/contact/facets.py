@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from softact.contact.edges import open_edges
 from softact.contact.pressure import ONSET, SHEET_STIFFNESS, STIFFNESS
 from softact.mesh.triangles import areas_at, shape_functions
 
@@ -30,6 +31,9 @@ POINTS = np.vstack([RULE @ CORNERS[list(piece)] for piece in PIECES])  # barycen
 HATS = np.vstack([RULE @ np.eye(6)[list(piece)] for piece in PIECES])
 
 
+# Facets are beside each other at rest whose middles are nearer than this, of their sizes together.
+BESIDE = 2.0
+
 #: Nodes (k, n), stiffness of the penalty (k,), whether of a sheet, whether that lies on a solid.
 Group = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
@@ -41,7 +45,10 @@ class Facets(ABC):
     out of its cavity). areas: (k, 12) mm² of each quadrature point. size: (k,) mean edge length,
     mm. modulus: (k,) of the penalty, see ``Group``; stiffness: (k,) MPa/mm of it. onset: (k,) mm.
     of_sheet: (k,) whether a facet is one of a sheet; covering: (k,) of one that lies on a solid.
+    nodes: (k, n) numbers of their nodes.
     """
+
+    nodes: np.ndarray
 
     def __init__(
         self, points: np.ndarray, modulus: np.ndarray, of_sheet: np.ndarray, covering: np.ndarray
@@ -58,6 +65,23 @@ class Facets(ABC):
 
     def __len__(self) -> int:
         return len(self.points)
+
+    @functools.cached_property
+    def open(self) -> np.ndarray:
+        """Which of their edges are open (k, 3), see ``edges``."""
+        return open_edges(self.nodes, self.points)
+
+    @functools.cached_property
+    def lies(self) -> np.ndarray:
+        """Their middles at rest, and how much each adds to the distance within which two are beside
+        each other (k, 4), mm."""
+        middle = self.points[:, :3].mean(axis=1)
+        return np.column_stack([middle, BESIDE * self.size])
+
+    def beside(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
+        """Whether the facets i (m,) and j (m,) are."""
+        way, within = self.lies[i, :3] - self.lies[j, :3], self.lies[i, 3] + self.lies[j, 3]
+        return np.einsum("mc,mc->m", way, way) < within**2
 
     def counting_areas(
         self, facet: np.ndarray, point: np.ndarray, partner: np.ndarray

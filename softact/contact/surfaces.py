@@ -349,7 +349,8 @@ class SurfaceContact:
             return False
         numbers, looking = looking.involved()
         known = before[numbers], after[numbers], self.facets.values, *looking
-        return self._crossed(*known, self.facets.size[numbers], touching)
+        size, is_open = self.facets.size[numbers], self.facets.open[numbers]
+        return self._crossed(*known, size, touching, is_open)
 
     def overlap(self, state: State) -> tuple[float, float]:
         """See ``Contact``."""

@@ -145,6 +145,24 @@ def test_rounding_does_not_choose_between_two_facets(nearer):
     assert faced(1e-6) == 2
 
 
+@pytest.mark.parametrize(("beside", "leans", "faced"), [(1, 100, 0), (1, 125, 1), (0, 100, 1)])
+def test_an_end_face_that_leans_on_a_wall_touches_it(beside, leans, faced):
+    """Of what is a little inside, a wall that meets it at 100° is touched, as well as one that
+    faces it, unless both are beside each other at rest: then it is the next face of one edge."""
+    turn = np.radians(leans)
+    normal = np.array([np.sin(turn), 0.0, np.cos(turn)])  # of the face, the wall looks up
+    along = np.array([normal[2], 0.0, -normal[0]])
+    face = np.array([[0, 0, 0], -along, [0, 1, 0]]) + np.array([0.3, 0.2, -0.01])
+    face = face if np.cross(face[1] - face[0], face[2] - face[0]) @ normal > 0 else face[[0, 2, 1]]
+    wall = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], float)
+    nodes, point = np.stack([face, wall]), face[:1][None]
+    pairs = nodes[:1], nodes, np.array([0, 1]), np.array([1], np.int32)
+    lies = np.array([[0.0, 0, 0, 1]]), np.array([[0.0, 0, 0, 1], [3.0 - 2 * beside, 0, 0, 1]])
+    found = Closest(MPI.COMM_SELF)(point, *pairs, np.ones(1), np.full(1, 0.25), lies=lies)
+    assert found[0].item() == (1 if faced else -1)
+    assert not faced or found[2].item() == pytest.approx(-0.01)
+
+
 def wavy():
     """Two blocks of 3 × 1 × 1 mm, whose faces that touch are waves of flat facets."""
 
