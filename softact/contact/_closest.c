@@ -22,7 +22,7 @@ typedef struct {
    and from behind where both lie beside each other in the body at rest. */
 static const double BEHIND = -0.5, BEFORE = -0.1;
 
-double facing(int behind) { return behind ? BEHIND : BEFORE; }
+double facing(void) { return BEFORE; }
 
 int32_t facet_size(void) { return sizeof(facet_t) / sizeof(double); }
 

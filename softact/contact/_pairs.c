@@ -244,12 +244,11 @@ void motion(int64_t facets, int32_t count, const double *before, const double *n
 }
 
 /* Marks (pairs,) which candidates may have come nearer than `within` (facets,) to a facet, that were
-   apart by `distance` before they moved, and may face it, with a product of normals below `facing`
-   (pairs,): with no normals, whichever way they look.
+   apart by `distance` before they moved, and may face it: with no normals, whichever way they look.
    Returns how many. */
 int64_t near(int64_t facets, const int64_t *start, const int32_t *candidate, const double *distance,
              const double *centre, const double *spread, const double *within,
-             const double *normal, const double *leaning, const double *facing, uint8_t *mark)
+             const double *normal, const double *leaning, double facing, uint8_t *mark)
 {
     int64_t count = 0;
     for (int64_t i = 0; i < facets; ++i)
@@ -261,7 +260,7 @@ int64_t near(int64_t facets, const int64_t *start, const int32_t *candidate, con
                 r[c] = centre[3 * i + c] - centre[3 * j + c];
             mark[k] = left < 0 || dot(r, r) > left * left;
             if (mark[k] && normal)
-                mark[k] = dot(normal + 3 * i, normal + 3 * j) < facing[k] + leaning[j];
+                mark[k] = dot(normal + 3 * i, normal + 3 * j) < facing + leaning[j];
             count += mark[k];
         }
     return count;

@@ -45,7 +45,7 @@ class Closest:
     """The compiled search; see ``_closest.c``.
 
     facing: product of the normals of a facet and of a point's own facet below which the point may
-    face it, True: from behind, where they overlap and lie beside each other at rest; False: else.
+    face it.
     """
 
     def __init__(self, comm: MPI.Comm):
@@ -54,7 +54,7 @@ class Closest:
         self._function, self._prepare = library.closest, library.prepare
         self._directions, self._size = library.directions, library.facet_size()
         library.facing.restype = ctypes.c_double
-        self.facing = {True: library.facing(1), False: library.facing(0)}
+        self.facing: float = library.facing()
 
     def directions(self, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Unit normals (k, 3) of the flat triangles of the corners of facets (k, n, 3), and how far

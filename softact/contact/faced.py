@@ -63,7 +63,6 @@ class Faced:
         self._kept = self._nothing[0]  # facet (k, 12) that each point faced last
         self._last: Seen | None = None  # of ``touching``
         self._every: Seen | None = None  # of ``in_reach``
-        self._facings: tuple[Looking, np.ndarray] | None = None  # of ``_facing``
 
     @property
     def from_where(self) -> np.ndarray:
@@ -154,16 +153,7 @@ class Faced:
     def _close(self, nodes: np.ndarray) -> np.ndarray:
         """Which pairs (pairs,) may touch where the facets have these nodes (k, n, 3)."""
         directions = self._closest.directions(nodes)
-        return self.pairs.near(nodes, self._near, directions, self._facing())
-
-    def _facing(self) -> np.ndarray:
-        """See ``Closest``, of each pair."""
-        looking, facing = self.pairs.looking, self._closest.facing
-        if self._facings is None or self._facings[0] is not looking:
-            beside = self._facets.beside(looking.facet, looking.candidate)
-            behind = beside & (self._distance <= 0.0)
-            self._facings = looking, np.where(behind, facing[True], facing[False])
-        return self._facings[1]
+        return self.pairs.near(nodes, self._near, directions, self._closest.facing)
 
     def _all(self) -> np.ndarray:
         return np.ones(len(self.pairs.looking.candidate), bool)

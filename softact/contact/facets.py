@@ -74,14 +74,9 @@ class Facets(ABC):
     @functools.cached_property
     def lies(self) -> np.ndarray:
         """Their middles at rest, and how much each adds to the distance within which two are beside
-        each other (k, 4), mm."""
+        each other there (k, 4), mm."""
         middle = self.points[:, :3].mean(axis=1)
         return np.column_stack([middle, BESIDE * self.size])
-
-    def beside(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
-        """Whether the facets i (m,) and j (m,) are."""
-        way, within = self.lies[i, :3] - self.lies[j, :3], self.lies[i, 3] + self.lies[j, 3]
-        return np.einsum("mc,mc->m", way, way) < within**2
 
     def counting_areas(
         self, facet: np.ndarray, point: np.ndarray, partner: np.ndarray

@@ -144,14 +144,14 @@ class Pairs:
         nodes: np.ndarray,
         within: np.ndarray,
         directions: tuple[np.ndarray, np.ndarray] | None = None,
-        facing: np.ndarray | None = None,
+        facing: float = 1.0,
     ) -> np.ndarray:
         """Which candidates (pairs,) may be nearer than ``within`` (k,) mm to the facet that looks
         at them, or overlap with it, where the facets have these nodes (k, n, 3); all others are
         farther off, or deeper in each other than they look.
 
-        directions, facing: see ``Closest``, facing (pairs,); of those, only pairs whose normals'
-        product may be below it.
+        directions: see ``Closest``; of those, only pairs whose normals' product may be below
+        ``facing``.
         """
         mark = np.zeros(len(self.looking.candidate), bool)
         if not len(mark):
@@ -160,10 +160,10 @@ class Pairs:
         count, size = ctypes.c_int64(len(nodes)), ctypes.c_int32(nodes.shape[1])
         self._library.motion(count, size, *_pointers(self.nodes, nodes, centre, spread))
         known = *self.looking, self._distance, centre, spread, within
-        faces: list[ctypes.c_void_p | None] = [None, None, None]
-        if directions and facing is not None:
-            faces = [*_pointers(*directions, facing)]
-        self._library.near(count, *_pointers(*known), *faces, *_pointers(mark))
+        faces = _pointers(*directions) if directions else [None, None]
+        self._library.near(
+            count, *_pointers(*known), *faces, ctypes.c_double(facing), *_pointers(mark)
+        )
         return mark
 
 

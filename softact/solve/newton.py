@@ -16,6 +16,7 @@ from softact.loads.support import Held, Support
 from softact.model import Model
 from softact.solve.border import Border, Control
 from softact.solve.factor import Factor
+from softact.solve.line_search import SEARCHES, part_of_step
 from softact.solve.mumps_factor import MumpsFactor
 from softact.solve.settings import FactorName
 from softact.system.term import Origin, State
@@ -34,12 +35,10 @@ class Tuning:
     ``SolveOptions.shy``. halvings: after so many a step that is still inadmissible is a wrong
     direction. most_chords, chord_loss: steps with the factors of an earlier iteration, at the end
     of a solve, and how much worse than the last Newton step's is the reduction that is expected of
-    them. slackened, searches: a line search ends when the slope has fallen to this part, or after
-    so many evaluations; nearest: part of the bracket that it keeps off its ends. near: where the
-    residual is below this, whole steps get through the last kinks, and points look afresh once for
-    what they face. hardly: steps are halved where the residual is still above this part of what it
-    was two steps before. patience, steady: beyond the allowed iterations a solve goes on, to this
-    multiple, while four of them reduce the residual to this part.
+    them. near: where the residual is below this, whole steps get through the last kinks, and points
+    look afresh once for what they face. hardly: steps are halved where the residual is still above
+    this part of what it was two steps before. patience, steady: beyond the allowed iterations a
+    solve goes on, to this multiple, while four of them reduce the residual to this part.
     """
 
     divergence: float = 1e6
@@ -54,9 +53,6 @@ class Tuning:
     halvings: int = 8
     most_chords: int = 2
     chord_loss: float = 4.0
-    slackened: float = 0.8
-    searches: int = 5
-    nearest: float = 0.1
     near: float = 1e-3
     hardly: float = 0.5
     patience: int = 3
@@ -273,7 +269,7 @@ class Newton:
             border = Border(self.model, control, self._supported.dofs) if control else None
             # What touches is seen from where it was last: there is no way back to an earlier place.
             known: LastFew[tuple[np.ndarray, np.ndarray]] = LastFew(
-                1 if len(self.model.contacts) else TUNING.searches + 1
+                1 if len(self.model.contacts) else SEARCHES + 1
             )
             self._now = _Solve(state, origin, held, border, options, floor, allowed, known)
             self._x.setArray(guess)
@@ -434,8 +430,7 @@ class Newton:
         return len(seen) > 3 and seen[-1] > hardly * seen[-3] and seen[-2] > hardly * seen[-4]
 
     def _searched_part(self, here: np.ndarray, change: np.ndarray, part: float) -> float:
-        """Part of a step (here − change), at most ``part``, at which the out-of-balance force along
-        it has fallen to ``slackened`` of what it is before (Crisfield 1991, section 9.2)."""
+        """Part of a step (here − change), at most ``part``, see ``line_search``."""
         now, owned = self._now, slice(self.model.unknowns.owned)
         direction = np.where(self._is_force, change[owned], 0.0)
 
@@ -445,22 +440,7 @@ class Newton:
             force, _ = self._force(replace(now.state, x=self.model.follow(x)))
             return self.model.sum(float(direction @ force[owned]))
 
-        first = slope(0.0)
-        low, high = (0.0, 1.0), (part, 0.0)  # parts before and beyond it; 0: none beyond is known
-        slopes: dict[float, float] = {}
-        while len(slopes) < TUNING.searches:
-            found = slopes[part] = slope(part)
-            ratio = found / first
-            if abs(ratio) <= TUNING.slackened or (ratio > 0 and not high[1]):
-                break
-            if ratio > 0:  # the other end counts half, so that it moves, too
-                low, high = (part, ratio), (high[0], 0.5 * high[1])
-            else:
-                half = 0.5 if high[1] else 1.0
-                low, high = (low[0], half * low[1]), (part, ratio if np.isfinite(ratio) else -1.0)
-            to = low[1] / (low[1] - high[1])
-            part = low[0] + min(max(to, TUNING.nearest), 1 - TUNING.nearest) * (high[0] - low[0])
-        return min(slopes, key=lambda t: abs(slopes[t]) if np.isfinite(slopes[t]) else np.inf)
+        return part_of_step(slope, part)
 
     def _admissible_part(self, here: np.ndarray, change: np.ndarray) -> tuple[float, bool]:
         """Part of a step (here − change) that turns no element inside out and, where there is such

@@ -29,6 +29,7 @@ from softact.solve.path import Drive, LoadDrive, Point, extrapolate
 from softact.solve.progress import Attempt, Listeners, Progress, Trying
 from softact.solve.ramp import Ramp, said
 from softact.solve.settings import Settings
+from softact.solve.settling import settled
 from softact.system.term import Origin, State
 
 # Part of a step over which the change of the loads is taken.
@@ -43,8 +44,6 @@ RUNS_AHEAD, TOWARDS_LIMIT = 1.3, 0.5
 # Newton iterations more that an increment may take where solids touch, to find out what touches,
 # and with friction what sticks and slips.
 FOR_CONTACT = 4  # docs/contact.md
-# Solves more at most for what points face when looked for afresh, which they were once already.
-AFRESH = 1
 # How often the way is halved on which a first guess meets something.
 HALVINGS = 4
 TOO_LONG = "the increment is too long for the accuracy in time"
@@ -224,31 +223,8 @@ class Walk:
     ) -> NewtonOutcome:
         outcome = self.newton.solve(self.state, held, control, origin, options)
         again = replace(options, at_most=None)
-        return self.checked(self.settled(outcome, held, control, again))
-
-    def settled(
-        self,
-        outcome: NewtonOutcome,
-        held: np.ndarray,
-        control: Control | None,
-        options: SolveOptions | None = None,
-    ) -> NewtonOutcome:
-        """The outcome, with as many solves more as it takes until bodies do not overlap too far,
-        and its state is in balance also where nothing is known of the way there; after ``AFRESH``
-        of these the state remembers what its points faced."""
-        contacts, afresh = self.model.contacts, 0
-        while outcome.converged:
-            if not contacts.stiffen(self.state):
-                # Where surfaces have sharp folds there may be no end to it.
-                if not contacts.look_afresh(self.state, keep=afresh == AFRESH):
-                    break
-                here = Loaded(self.state, held)
-                if self.newton.imbalance(here) <= self.newton.tolerance:
-                    break
-                afresh += 1
-            more = self.newton.solve(self.state, held, control, options=options)
-            outcome = replace(more, iterations=outcome.iterations + more.iterations)
-        return outcome
+        outcome = settled(self.newton, self.state, outcome, held, control, again)
+        return self.checked(outcome)
 
     def checked(self, outcome: NewtonOutcome) -> NewtonOutcome:
         """The outcome; failed where its state is none that follows the last one."""

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from softact.model import Model
-from softact.solve import acceptance
+from softact.solve import acceptance, settling
 from softact.solve.newton import NewtonOutcome, SolveOptions
 from softact.solve.path import Drive
 from softact.solve.walk import Walk
@@ -66,14 +66,14 @@ class BackwardEuler:
         under the loads of the place ``s``.
 
         before: where the time step began, with other loads than it has; what is passed through on
-        the way from there makes the outcome fail. settled: see ``Walk.settled``.
+        the way from there makes the outcome fail. settled: see ``settling``.
         """
         walk = self.walk
         held, control = self.drive.set(walk.state, s, q)
         walk.state.x = x.copy()
         outcome = walk.newton.solve(walk.state, held, control, options=options)
         if settled:
-            outcome = walk.settled(outcome, held, control, options)
+            outcome = settling.settled(walk.newton, walk.state, outcome, held, control, options)
         if not outcome.converged:
             return outcome
         begun = replace(before or walk.state, x=x)
